@@ -1,4 +1,4 @@
-"""Scenarios: `load` reads one from its file, `scenario_warnings` warns of it, `schema` tells editors."""
+"""Scenarios: `load` reads a file, `scenario_warnings` checks it, `schema` describes it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drysim.scenario.warnings import scenario_warnings as scenario_warnings
 
 
 def schema() -> dict[str, Any]:
-    """Give the JSON schema of scenario files (draft 2020-12); descriptions hold the units."""
+    """Return the JSON schema of scenario files (draft 2020-12), with units in descriptions."""
     from drysim.scenario.json_schema import scenario_schema
 
     return scenario_schema()

@@ -1,10 +1,10 @@
-"""The axes of a sweep: keys of the scenario, each with the values that it takes.
+"""Axes of a sweep: keys of the scenario with the values they take.
 
-An `Axis` has its values as a sequence: held (a list), evenly `EvenlySpaced`, or drawn from a sample
-(`SampledValues` of `sampling`); the latter two make each when it is asked for, so that no sweep is ever
-held as a whole. Axes multiply to a grid, of which the first varies fastest; those of a zip or a
-sample walk together, as one. Spread values are the doubles next to the decimal numbers that are
-meant. The blocks by which a file asks for all that stand last; `sweep` reads them.
+The values of an `Axis` are a sequence: stored (a list), `EvenlySpaced`, or random
+(`SampledValues`); the latter two compute values on demand, so a large sweep needs no memory.
+Axes form a grid whose first axis varies fastest; the axes of a zip or a sample vary together as
+one group. Evenly spaced values are the doubles closest to the decimal numbers meant. The models
+of the sweep block, which `sweep` reads, are at the end.
 """
 
 from __future__ import annotations
@@ -33,36 +33,36 @@ from drysim.units import Block
 from drysim.yaml_document import KeyPath
 
 SWEEP_KEY = "sweep"
-"""The block; its keys are dotted keys of the scenario."""
+"""Key of the sweep block; the keys in it are dotted keys of the scenario."""
 
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"
-"""Keys of a sweep block that are no keys of the scenario: several walk together there."""
+"""Keys of the sweep block that contain groups of keys varying together."""
 
 POINTS_PER_BLOCK = 1024
-"""Points made at a time."""
+"""Points computed at a time."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A key of the scenario that a sweep varies, and over what."""
+    """A swept key and its values."""
 
     key: str
     """Dotted key, such as `excitation.frequency`."""
     unit: str
-    """SI unit as in the header of a table, such as m/s2; `-` for a plain number."""
+    """SI unit as in table headers, such as m/s2; `-` for a dimensionless value."""
     values: Sequence[float]
-    """In the order of the sweep, in the unit; whole numbers where the key takes no others."""
+    """Values in sweep order and in SI; integers for integer keys."""
     words: Any = field(default=None, compare=False, repr=False)
-    """What a scenario file says for them: a list, or a block of from, to and step or count."""
+    """The values as a scenario file writes them: a list, or from, to and step or count."""
     group: str = ""
-    """What the keys share that walk together, a zip or the sample; empty for a key alone."""
+    """Identifier of the zip or sample the axis belongs to; empty for a single axis."""
     description: str = field(default="", compare=False, repr=False)
-    """The values in words, where their range does not tell them."""
+    """Text for the values where their range is not enough, as for distributions."""
     location: KeyPath = field(default=(), compare=False, repr=False)
-    """Where a file says them, where that is not the key itself."""
+    """Keys where the file defines the values, if not at `sweep.<key>`."""
 
     def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
-        """Give some values by their numbers."""
+        """Return values by index."""
         if isinstance(self.values, SampledValues):
             return self.values.at(numbers)
         if isinstance(self.values, EvenlySpaced):
@@ -72,12 +72,12 @@ class Axis:
 
     @cached_property
     def column(self) -> NDArray[Any]:
-        """The values as an array, where they are held."""
+        """Stored values as an array."""
         return np.array(self.values)
 
 
 def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
-    """Give the axes of a sweep, those that walk together side by side."""
+    """Return the axes of a sweep, grouped by what varies together."""
     groups: list[tuple[Axis, ...]] = []
     for axis in axes:
         if axis.group and groups and groups[-1][0].group == axis.group:
@@ -88,12 +88,12 @@ def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
 
 
 def count_points(axes: Sequence[Axis]) -> int:
-    """Give the number of points of a sweep without making one."""
+    """Return the number of points of a sweep without computing them."""
     return prod(len(group[0].values) for group in axis_groups(axes))
 
 
 def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArray[Any]]:
-    """Give the points with numbers from `begin` to the one before `end`, a column for each key.
+    """Return the points `begin` to `end` - 1 as one column per key.
 
     The first axis varies fastest.
     """
@@ -112,7 +112,7 @@ def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArr
 
 
 def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
-    """Give every point of a sweep without holding them all; the first axis varies fastest."""
+    """Yield the points of a sweep; the first axis varies fastest."""
     if not axes:
         yield {}
     for begin in range(0, count_points(axes) if axes else 0, POINTS_PER_BLOCK):
@@ -122,7 +122,7 @@ def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
 
 
 def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
-    """Give the words of a sweep block, every value in SI."""
+    """Return the sweep block as plain values in SI."""
     words: dict[str, Any] = {}
     for axis in axes:
         kind, _, which = axis.group.partition(".")
@@ -141,29 +141,30 @@ def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
     return words
 
 
-# Evenly spread values: each is the double next to the decimal number that is meant.
+# Evenly spaced values: each is the double closest to the decimal number meant
 
 MAX_AXIS_VALUES = 10_000_000
-"""Values of one axis: beyond it somebody has typed a step in other units."""
+"""Maximum number of values of an axis; more are probably a step in the wrong unit."""
 
 MAX_STORED_VALUES = 10_000
-"""Values up to which an axis holds them; of more each is made when it is asked for."""
+"""Axes with at most this many values store them; longer ones compute them on demand."""
 
 STEP_TOLERANCE = Fraction(1, 10**9)
-"""An end this close to a whole number of steps, in steps, is met: 30 deg are no decimal."""
+"""Tolerance, in steps, within which the end of a range is reached: 30 deg in rad is not a
+decimal number."""
 
 LOG_BLOCK = 4096
-"""Values on a log scale between two whose ratio to the first is worked out for itself: all are
-products of two of some 2 * 4096 ratios, where 1e7 values have as many exponentials."""
+"""Block length for log-spaced values. A value is the product of two of about 2·4096 cached
+ratios, instead of one exponential for each of up to 1e7 values."""
 
 _DECIMAL_CONTEXT = Context(prec=25)
-"""Enough for a logarithmic value to be the double next to it: 0.1, 1, 10, 100."""
+"""Precision at which log-spaced values round to the closest double: 0.1, 1, 10, 100."""
 
 
 def nearest_steps(low: float, high: float, step: float) -> tuple[int, float]:
-    """Give the whole number of steps next to an end, and the value that so many lead to.
+    """Return the number of steps closest to the end of a range, and the value reached.
 
-    At least one; the value is `high` itself when it is met.
+    The number is at least 1. The value is `high` itself if it is reached.
     """
     first, last, width = _as_fraction(low), _as_fraction(high), _as_fraction(step)
     n = max(1, round((last - first) / width))
@@ -173,9 +174,9 @@ def nearest_steps(low: float, high: float, step: float) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class EvenlySpaced(LazySequence[float]):
-    """Evenly spread values, each made when it is asked for: (first + i width)/common.
+    """Evenly spaced values computed on demand: (first + i width)/common.
 
-    On a log scale each is low (high/low)^(i/n).
+    On a log scale value i is low (high/low)^(i/n).
     """
 
     low: float
@@ -184,15 +185,15 @@ class EvenlySpaced(LazySequence[float]):
     fraction: tuple[int, int, int] | None
 
     def __len__(self) -> int:
-        """Give the number of values."""
+        """Return the number of values."""
         return self.steps + 1
 
     def one(self, number: int) -> float:
-        """Give one value."""
+        """Return a value by index."""
         return self.at([number])[0]
 
     def at(self, numbers: Sequence[int]) -> list[float]:
-        """Give some values by their numbers, each named once."""
+        """Return values by distinct indices."""
         if self.fraction is None:
             values = self._geometric(numbers)
         else:
@@ -212,7 +213,7 @@ class EvenlySpaced(LazySequence[float]):
         return [float(times(firsts[i - i % LOG_BLOCK], ratio(i % LOG_BLOCK))) for i in numbers]
 
     def _partial_ratio(self, i: int) -> Decimal:
-        """Give (high/low)^(i/n); few of them are worked out, and kept."""
+        """Return (high/low)^(i/n), cached."""
         found = self._ratio_cache.get(i)
         if found is None:
             share = _DECIMAL_CONTEXT.divide(
@@ -227,13 +228,13 @@ class EvenlySpaced(LazySequence[float]):
 
     @cached_property
     def _log_span(self) -> Decimal:
-        """The logarithm of high/low."""
+        """Logarithm of high/low."""
         low, high = Decimal(repr(self.low)), Decimal(repr(self.high))
         return _DECIMAL_CONTEXT.ln(_DECIMAL_CONTEXT.divide(high, low))
 
 
 def decimal_arange(low: float, high: float, step: float, n: int) -> Sequence[float]:
-    """Give low, low + step, ... high: the ends of n steps."""
+    """Return low, low + step, ..., high for n steps."""
     first, width = _as_fraction(low), _as_fraction(step)
     common = lcm(first.denominator, width.denominator)
     return _store_if_small(
@@ -242,7 +243,7 @@ def decimal_arange(low: float, high: float, step: float, n: int) -> Sequence[flo
 
 
 def decimal_linspace(low: float, high: float, count: int) -> Sequence[float]:
-    """Give values from low to high at equal distances."""
+    """Return `count` values from low to high with equal differences."""
     first, last, n = _as_fraction(low), _as_fraction(high), count - 1
     common = lcm(first.denominator, last.denominator)
     a, b = int(first * common), int(last * common)
@@ -250,27 +251,27 @@ def decimal_linspace(low: float, high: float, count: int) -> Sequence[float]:
 
 
 def decimal_geomspace(low: float, high: float, count: int) -> Sequence[float]:
-    """Give values from low to high at equal ratios."""
+    """Return `count` values from low to high with equal ratios."""
     return _store_if_small(EvenlySpaced(low, high, count - 1, None))
 
 
 def _store_if_small(values: EvenlySpaced) -> Sequence[float]:
-    """Hold values that are few."""
+    """Return a tuple if there are few values."""
     return tuple(values) if len(values) <= MAX_STORED_VALUES else values
 
 
 def _as_fraction(value: float) -> Fraction:
-    """Give the decimal number that a value is written as."""
+    """Return the decimal number a float is written as."""
     return Fraction(repr(value))
 
 
-# The blocks of a sweep, and the type of its field.
+# Models of the sweep block, and the type of the field
 
 NumberOrText = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
-"""A number or a text with a unit, which the rules of its key are to read."""
+"""Number, or text with a unit; read according to the swept key."""
 
 KEY_PATTERN = r"^\w+(\.[\w-]+)+$"
-"""What dotted keys look like to an editor."""
+"""Pattern of dotted keys in the schema."""
 
 
 class Range(Block):
@@ -297,7 +298,7 @@ SAMPLE_KEYS_SCHEMA = {
     "minProperties": 1,
     "propertyNames": {"pattern": KEY_PATTERN},
 }
-"""What the keys of a sample look like to an editor."""
+"""Schema of the keys of a sample."""
 
 
 class Draw(Block):
@@ -326,7 +327,7 @@ class Draw(Block):
         "lognormal": (("mean", "sd"), ("from", "to")),
         "triangular": (("from", "mode", "to"), ()),
     }
-    """What a distribution needs, and what it may have besides."""
+    """Required and optional parameters of each distribution."""
 
 
 class Sample(Block):
@@ -349,19 +350,19 @@ ZIP_DESCRIPTION = (
 
 
 def _require_axes(value: object) -> tuple[Axis, ...]:
-    """Give the axes, which the loading has made: it knows every key of the scenario."""
+    """Return the axes that `load` has read; reject anything else."""
     if not isinstance(value, tuple) or not all(isinstance(axis, Axis) for axis in value):
         raise ValueError("must be read from a file, whose keys it is about")
     return value
 
 
 class _SweepSchema:
-    """What the sweep block looks like to an editor."""
+    """JSON schema of the sweep block."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Give the JSON schema: dotted keys, each with a list or a range."""
+        """Return the JSON schema: dotted keys, each with a list or a range."""
 
         def part(model: type[Block]) -> dict[str, Any]:
             return model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler)

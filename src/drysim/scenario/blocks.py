@@ -1,8 +1,8 @@
-"""The blocks of a scenario that stand on no shelf, and what else the type of its fields tells.
+"""Blocks of a scenario other than excitation and friction, and their field types.
 
-Oscillator, stroke with its stops, start, solver and measure; the text of checks; the version of
-the format and the name; and `FromFile`, what a scenario knows of the file that it was read
-from. What these mean together is in `model`.
+Oscillator, stroke with end stops, start, solver and measure; the text of checks; the format
+version and the name. `FromFile` keeps the document that a scenario was read from. Rules between
+blocks are in `model`.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Oscillator(Block):
         return self
 
     def plant(self) -> Plant:
-        """Give mass, stiffness and damping as numbers."""
+        """Return mass, stiffness and damping as numbers."""
         if self.damping is not None:
             return Plant(self.mass, self.stiffness, self.damping)
         assert self.damping_ratio is not None, "one of both is given"
@@ -104,7 +104,7 @@ class Stops(Block):
     needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
 
     def with_friction(self, law: CoulombLaw, limit: float) -> EndStopLaw:
-        """Give these stops, `limit` m from the middle, with the friction between them."""
+        """Return the law with stops at ±limit [m] and friction between them."""
         F_fk, F_fs, *varied = law
         k_s, b_s, e = self.stiffness or 0.0, self.damping or 0.0, self.restitution or 0.0
         return EndStopLaw(F_fk, F_fs, limit, k_s, b_s, e, *varied)
@@ -130,12 +130,18 @@ class Start(Block):
     """Relative velocity [m/s]."""
 
     def state(self) -> State:
-        """Give the state as numbers."""
+        """Return the state as numbers."""
         return State(self.x_r, self.v_r)
 
 
 def validate_approach(name: str) -> str:
-    """Give the name of an approach that there is; a ValueError says which there are."""
+    """Return the name of an existing approach.
+
+    Raises
+    ------
+    ValueError
+        If there is no such approach; the message names the known ones.
+    """
     if name not in APPROACHES_BY_NAME:
         hint = "; it is a friction law: friction.law takes it"
         hint = hint if name in LAWS else name_hint(name, APPROACHES_BY_NAME)
@@ -155,7 +161,7 @@ class SolverBase(Block):
     """Distance of the output grid [s]; a record owns its step."""
 
     def member(self) -> Approach:
-        """Give the approach with its options."""
+        """Return the approach with its options."""
         chosen: Approach = (
             getattr(self, self.approach, None) or APPROACHES_BY_NAME[self.approach]()
         )
@@ -163,7 +169,7 @@ class SolverBase(Block):
 
 
 def solver_with_options(shelf: dict[str, Any]) -> type[SolverBase]:
-    """Give the solver block in which every approach that has options has a block of its own."""
+    """Return the solver model with an options block for each approach that has options."""
     options: dict[str, Any] = {
         name: (member | None, Field(None, description=f"Options of {name}."))
         for name, member in shelf.items()
@@ -175,7 +181,7 @@ def solver_with_options(shelf: dict[str, Any]) -> type[SolverBase]:
 if TYPE_CHECKING:
     Solver = SolverBase
 else:
-    Solver = solver_with_options(APPROACHES_BY_NAME)  # pickling finds it here, by its name
+    Solver = solver_with_options(APPROACHES_BY_NAME)  # found here by name when unpickling
 
 
 class Measure(Block):
@@ -219,14 +225,14 @@ class Measure(Block):
 
     @property
     def weights(self) -> tuple[str, float] | None:
-        """Weighting and multiplying factor k [-] that are asked for."""
+        """Frequency weighting and multiplying factor k [-]; None if there is no weighting."""
         if self.direction:
             return DIRECTIONS[self.direction]
         return (self.weighting, 1.0) if self.weighting else None
 
 
 MAX_CHECKS = 1000
-"""Checks of a scenario: more are no promises that anybody made."""
+"""Maximum number of checks; more are a mistake or an attack."""
 
 
 def _parse_check(value: object) -> Check:
@@ -238,7 +244,7 @@ def _parse_check(value: object) -> Check:
 
 
 def _limit_checks(value: object) -> object:
-    """Refuse an endless list before any of it is read."""
+    """Reject a list that is too long before parsing it."""
     if isinstance(value, list | tuple) and len(value) > MAX_CHECKS:
         raise ValueError(f"must have {MAX_CHECKS} entries at most, not {len(value)}")
     return value
@@ -255,19 +261,19 @@ Checks = Annotated[
 ]
 
 
-# What a scenario file says about itself: the version of its format, and its name.
+# Format version and name
 
 FORMAT_VERSION = 1
 """Version of the file format."""
 
 MAX_NAME_LENGTH = 100
-"""Characters of a name, so that a folder can have it everywhere."""
+"""Maximum length of a name, so that it is a valid folder name everywhere."""
 
 NAME_PATTERN = re.compile(r"[^\W_]([\w .-]*[\w-])?")
-"""What a name is written with."""
+"""Pattern of valid names."""
 
 WINDOWS_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
-"""What no folder of Windows can be called, whatever stands behind the point."""
+"""Names reserved for devices on Windows, with any extension."""
 
 
 def _validate_version(version: object) -> object:
@@ -278,7 +284,7 @@ def _validate_version(version: object) -> object:
 
 
 def invalid_name_reason(name: str) -> str:
-    """Say why a name is none for a folder; nothing when it is."""
+    """Return why a name is not valid for a folder; empty if it is."""
     if len(name) > MAX_NAME_LENGTH:
         return f"must have at most {MAX_NAME_LENGTH} characters, not {len(name)}"
     if name.endswith(".partial"):
@@ -300,14 +306,14 @@ def _validate_folder_name(name: str) -> str:
 
 
 Format = Annotated[int, BeforeValidator(_validate_version)]
-"""A version of the file format that this drysim reads."""
+"""Supported version of the file format."""
 
 FolderName = Annotated[str, AfterValidator(_validate_folder_name)]
-"""A name that the output folder can have."""
+"""Name that is valid for the output folder."""
 
 
 class FromFile(Block):
-    """Blocks that were read from a file and can tell where each of their words stands."""
+    """Model read from a file, with the position of each value in the file."""
 
     _document: Document | None = PrivateAttr(default=None)
     _block_dicts: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
@@ -315,18 +321,18 @@ class FromFile(Block):
     _compared_law: str = PrivateAttr(default="")
 
     def model_post_init(self, context: Any, /) -> None:
-        """Keep the document, which the context of the validation names."""
+        """Keep the document passed in the validation context."""
         if isinstance(context, Mapping):
             self._document = context.get("document")
 
     @property
     def folder(self) -> Path:
-        """The folder that the paths of records are relative to."""
+        """Folder that paths of records are relative to."""
         return Path(self._document.file).parent if self._document else Path()
 
     @property
     def origin(self) -> dict[str, Any]:
-        """Name of the file, its SHA-256 and the overrides, as plain values."""
+        """File name, SHA-256 and overrides as plain values."""
         read = self._document
         if read is None:
             return {"file": "", "sha256": "", "overrides": {}}
@@ -334,7 +340,7 @@ class FromFile(Block):
         return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
 
     def problem(self, sentence: str, key: str | KeyPath) -> Problem:
-        """Give the located problem of a key, for faults that only a run can find."""
+        """Return the located problem of a key, for faults found only during a run."""
         keys = tuple(key.split(".")) if isinstance(key, str) else key
         name = ".".join(map(str, keys))
         if self._document is None:
@@ -342,11 +348,11 @@ class FromFile(Block):
         return self._document.locate(keys).problem(sentence, name)
 
     def file_block(self, name: str) -> dict[str, Any]:
-        """Give the words of a block as the file says them, overrides included."""
+        """Return a block as in the file, with overrides."""
         return dict((self._document.value if self._document else {}).get(name) or {})
 
     def block_dict(self, name: str) -> dict[str, Any]:
-        """Give the words of a block as it is now; empty where there is none."""
+        """Return a block with its current values; empty if there is none."""
         if name not in self._block_dicts:
             block = getattr(self, name, None)
             if not isinstance(block, Block):
@@ -356,18 +362,23 @@ class FromFile(Block):
 
     @property
     def compared_law(self) -> str:
-        """The friction law that a comparison names in place of the file's; empty for none."""
+        """Friction law used in a comparison instead of that of the file; empty for none."""
         return self._compared_law
 
     @property
     def block_cache(self) -> dict[Any, Block]:
-        """Blocks that were made from these and will be wanted again."""
+        """Cache of modified blocks, by the swept values in them."""
         return self._block_cache
 
     def copy_with(self, changed: Mapping[str, Any], law: str = "") -> Self:
-        """Give a copy with other values in some fields, which must be valid ones.
+        """Return a copy with some fields replaced, without validation.
 
-        `law` is the friction law that a comparison names in place of the file's.
+        Parameters
+        ----------
+        changed : mapping
+            Valid values by field.
+        law : str
+            Friction law used in a comparison instead of that of the file.
         """
         copy = self.model_copy(update=changed)
         copy._block_dicts, copy._block_cache = {}, {}

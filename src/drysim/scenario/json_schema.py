@@ -1,4 +1,4 @@
-"""The JSON schema of scenario files, and the models for options of several friction laws."""
+"""JSON schema of scenario files, and models for options of several friction laws."""
 
 from __future__ import annotations
 
@@ -17,20 +17,19 @@ from drysim.scenario.blocks import FORMAT_VERSION
 from drysim.scenario.reading import DEFAULT_LAW, LAW_KEY, LAWS
 from drysim.units import Block
 
-# Options of friction laws beside the one of the file: blocks of their own in its block.
+# Options of friction laws other than that of the file, in blocks within the friction block
 #
-# They count where a comparison names their law. The models for that (a scenario, and every law
-# with a block for each other law) are made when a file first has such options, and for the
-# schema of all files.
+# They are used in comparisons. The models (a scenario, and each law with a block for each other
+# law) are created on demand: for a file with such options, and for the schema.
 
 
 def scenario_with_law_options() -> type[model.Scenario]:
-    """Give the scenario whose friction block may hold options of every other law."""
+    """Return the scenario model whose friction block may hold options of every law."""
     return cast(type[model.Scenario], _law_option_models()["Scenario"])
 
 
 def __getattr__(name: str) -> type[Block]:
-    """Return a model that is made here by its name, as pickling looks it up."""
+    """Return a dynamic model by name, for pickling."""
     if name.startswith("_") or name not in _law_option_models():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return _law_option_models()[name]
@@ -38,7 +37,7 @@ def __getattr__(name: str) -> type[Block]:
 
 @cache
 def _law_option_models() -> dict[str, type[Block]]:
-    """Return all models that are made here by their names."""
+    """Return all dynamic models by name."""
     base = model.Scenario
     options = {name: _optional_keys(name, member) for name, member in LAWS.items()}
     members = tuple(_law_with_options(name, member, options) for name, member in LAWS.items())
@@ -56,7 +55,7 @@ def _law_option_models() -> dict[str, type[Block]]:
 def _law_with_options(
     name: str, member: type[Block], options: Mapping[str, type[Block]]
 ) -> type[Block]:
-    """Give a law with a block for the options of each other law."""
+    """Return the model of a law with an options block for each other law."""
     about = "Options of {}, any of its keys: they count where a comparison names it."
     fields: dict[str, Any] = {
         other: (block | None, Field(None, description=about.format(other)))
@@ -67,7 +66,7 @@ def _law_with_options(
 
 
 def _optional_keys(name: str, member: type[Block]) -> type[Block]:
-    """Give the keys of a law as a block in which each may be left out."""
+    """Return the model of a law with all keys optional."""
     fields: dict[str, Any] = {}
     for key, field in member.model_fields.items():
         if field.default is not None:
@@ -82,39 +81,39 @@ def _optional_keys(name: str, member: type[Block]) -> type[Block]:
     return made
 
 
-# The JSON schema of scenario files.
+# JSON schema of scenario files
 
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class _SchemaGenerator(GenerateJsonSchema):
-    """A key is there or it is not: no file says nothing by the word null."""
+    """Generate a schema without null: an optional key is absent or has a value."""
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
-        """Give the schema of the value that is there."""
+        """Return the schema of the value if present."""
         return self.generate_inner(schema["schema"])
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        """Leave the default out where it is that there is nothing."""
+        """Omit a default of None."""
         if schema.get("default") is None:
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
 
     def field_title_should_be_set(self, schema: Any) -> bool:
-        """Keep the titles away, which only repeat the keys."""
+        """Omit titles, which would repeat the keys."""
         return False
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Give the JSON schema; the shelves and what a default depends on are filled in."""
+    """Return the JSON schema, with the names of approaches and metrics filled in."""
     words = scenario_with_law_options().model_json_schema(schema_generator=_SchemaGenerator)
     words["title"] = "drysim scenario"
     words["properties"]["drysim"]["const"] = FORMAT_VERSION
     words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(APPROACHES_BY_NAME)
     for member in APPROACHES_BY_NAME.values():
         options = words["$defs"].get(member.__name__, {"properties": {}})
-        options["properties"].pop("approach", None)  # the block's own name says it
+        options["properties"].pop("approach", None)  # given by the key of the block
     for law in LAWS.values():
         words["$defs"][f"{law.__name__}Options"]["properties"].pop(LAW_KEY)
     words["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(LAW_KEY)
@@ -122,5 +121,5 @@ def scenario_schema() -> dict[str, Any]:
         name for name in UNITS if name != "closure"
     ]
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
-    del words["properties"]["sweep"]["default"]  # no sweep is no block
+    del words["properties"]["sweep"]["default"]  # no sweep: the block is absent
     return {"$schema": DIALECT} | words

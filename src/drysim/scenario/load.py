@@ -1,7 +1,9 @@
-"""From a file to a Scenario, or to all its problems.
+"""Load a scenario from a file, or report all its errors.
 
-The words of the file are held against the keys of the model, its sweep block against them both;
-then the model is validated, and the rules between its blocks are tried.
+1. The document is read, and its keys are compared with those of the models.
+2. The sweep block is read; its values follow the rules of the swept keys.
+3. The model is validated.
+4. Rules between blocks are checked.
 """
 
 from __future__ import annotations
@@ -35,33 +37,33 @@ from drysim.wording import format_count
 from drysim.yaml_document import Overrides, UnreadableError, read_document
 
 KIND_KEY = ("excitation", "kind")
-"""What asks for a block that is missing: some excitations need a step, some a duration."""
+"""Key shown in place of a missing block that the kind of excitation requires."""
 
 
 def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
-    """Give the scenario of a file.
+    """Load a scenario from a YAML file.
 
     Parameters
     ----------
     path : str or Path
         YAML file.
     overrides : mapping or sequence of str
-        Values by dotted key, `{"friction.kinetic": 30}`, or words such as
-        `"friction.kinetic=30"`, whose value is read as YAML. Behind `sweep.` the rest is one
-        key, `"sweep.excitation.rms=[0.5, 1]"`, or leads into one that the file sweeps already,
+        Values by dotted key, `{"friction.kinetic": 30}`, or strings such as
+        `"friction.kinetic=30"`, whose value is read as YAML. After `sweep.` the rest is a
+        single key, `"sweep.excitation.rms=[0.5, 1]"`, or the path to a value of a swept key,
         `"sweep.excitation.rms.0=0.6"`.
 
     Returns
     -------
     Scenario
-        Checked, every value in SI. A record is not read yet.
+        Validated, with all values in SI. Records are not read yet.
 
     Raises
     ------
     ScenarioError
-        With every problem of the file.
+        With every error of the file.
     UsageError
-        When this is no path, or the overrides are neither a mapping nor words.
+        If `path` is not a path, or the overrides are neither a mapping nor strings.
     """
     if not isinstance(path, str | PathLike):
         text = shorten(repr(path))
@@ -84,9 +86,9 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
 
 
 def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
-    """Give the model that the words of a file are read as.
+    """Return the model for a file.
 
-    A key that the law of the file has not got is an option of another law, or nearly so.
+    A key unknown to the law of the file may be the options block of another law.
     """
     friction = get_block(words, "friction")
     law = friction.get(LAW_KEY, DEFAULT_LAW)
@@ -100,7 +102,7 @@ def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
 
 
 def _read_scenario(reading: Reading, model: type[Scenario]) -> Scenario | None:
-    """Give the scenario of a document, None where it has problems; they are noted."""
+    """Return the scenario of a document, or None after noting its errors."""
     document, scenario = reading.document, None
     file = Path(document.file)
     words = {"name": _name_from_stem(file.stem)} | reading.read()
@@ -124,13 +126,13 @@ def _read_scenario(reading: Reading, model: type[Scenario]) -> Scenario | None:
 
 
 def _name_from_stem(stem: str) -> str:
-    """Give the name of a file as the name of a scenario."""
+    """Return a valid scenario name from the stem of a file name."""
     name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:MAX_NAME_LENGTH]
     return "scenario" if invalid_name_reason(name) else name
 
 
 def _scenario_error(file: str, problems: list[Problem]) -> ScenarioError:
-    """Give the error that holds the problems of a file, as many as anybody reads."""
+    """Return the exception for the errors of a file."""
     count = format_count(len(problems), "problem")
     if len(problems) > MAX_PROBLEMS:
         count = f"more than {MAX_PROBLEMS} problems; the first are these"

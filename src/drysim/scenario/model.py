@@ -1,15 +1,14 @@
-"""The scenario: what a file says, checked and in SI, and the scenes that are made from it.
+"""The scenario: a validated file in SI, and the scenarios derived from it.
 
-`Scenario` stands first: its blocks (from `blocks`), what they mean together, and the other
-scenarios that one may be asked for. What it needs for that follows, part by part: the window of
-the metrics in seconds; the rules between blocks; the case at a point of a sweep, and many cases
-as columns; the same scene under another approach or another friction law, and what either
-leaves out; and the words of a resolved scenario.
+`Scenario` is first. The sections after it are: the window of the metrics in seconds; rules
+between blocks; the case at a point of a sweep, and many cases as columns; the scenario under
+another approach or another friction law, and what either omits; the resolved scenario as plain
+values.
 
-Rules on which keys stand beside each other are checked on the words of a file (`key_faults`), those
-on values on the scenario that was made of them (`unsupported_values`). The cases of a sweep are made from
-the scenario without reading its file again: only the blocks that a point touches are checked
-anew, with the rules that these can break.
+Rules on which keys may occur together are checked on the values of a file (`key_faults`), rules
+on values on the scenario (`unsupported_values`). The cases of a sweep are derived from the
+scenario without reading the file again: only the blocks changed by a point are validated, with
+the rules they can violate.
 """
 
 from __future__ import annotations
@@ -65,21 +64,21 @@ from drysim.wording import format_count, format_number
 from drysim.yaml_document import KeyPath
 
 KeyFault = tuple[KeyPath, str]
-"""The keys to blame and the sentence."""
+"""Key path and message of a fault."""
 
 Point = Mapping[str, float]
 """Values in SI by dotted key."""
 
 Columns = dict[str, NDArray[Any]]
-"""Of many cases: a column of values by dotted key."""
+"""Columns of values of many cases by dotted key."""
 
 EXCITATIONS_BY_KIND = {
     tag[1]: member for member in EXCITATIONS if (tag := discriminator(member))
 }
-"""The excitations by name."""
+"""Excitation classes by kind."""
 
 STATIC_KEYS = ("static", "static_ratio", "mu_static")
-"""The keys that can put the static limit above kinetic friction."""
+"""Keys that can set the static limit above kinetic friction."""
 
 _STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
 _VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
@@ -142,22 +141,22 @@ class Scenario(FromFile):
         )
 
     def law(self) -> AnyLaw:
-        """Give the friction as forces; none without a friction block; and the end stops.
+        """Return the friction law as forces, with end stops if they are modelled.
 
         Raises
         ------
         RecordError
-            When the normal force was recorded, and its record cannot be used.
+            If a recorded normal force cannot be used.
         """
         friction = self.active_friction
         law = friction.to_law(self.oscillator.mass) if friction else CoulombLaw(0.0, 0.0)
-        # Other laws beside stops are a fault, which is told once all is read.
+        # Other laws with stops are an error, which `unsupported_values` reports.
         if self.stops is None or self.stroke is None or not isinstance(law, CoulombLaw):
             return law
         return self.stops.with_friction(law, self.stroke.limit)
 
     def nominal_law(self) -> AnyLaw:
-        """Give the friction as forces without reading a record: its force is the default."""
+        """Return the friction law without reading a recorded normal force."""
         friction = self.active_friction
         if friction is None or not _has_recorded_normal_force(friction):
             return self.law()
@@ -166,20 +165,20 @@ class Scenario(FromFile):
 
     @property
     def active_friction(self) -> Friction | None:
-        """The friction that acts: of the file's law, or of the one that a comparison names."""
+        """Friction of the file's law or, in a comparison, of the compared law."""
         if self.friction is None or not self.compared_law:
             return self.friction
         return friction_under_law(self.friction, self.compared_law)
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """The name of a law other than Coulomb's, and its own keys that all cases share."""
+        """Name of a law other than Coulomb, and its parameters that are not swept."""
         swept = {axis.key for axis in self.sweep}
         return tuple(law_terms(self.active_friction, swept)) if self.active_friction else ()
 
     @property
     def ratios(self) -> dict[str, float]:
-        """What is given as a ratio, of damping and of friction forces, by its key."""
+        """Parameters given as ratios (damping, static friction), by key."""
         given = {
             "damping_ratio": self.oscillator.damping_ratio,
             "static_ratio": getattr(self.active_friction, "static_ratio", None),
@@ -188,36 +187,36 @@ class Scenario(FromFile):
 
     @property
     def label(self) -> str:
-        """What a table calls the scenario by: its approach, or the law of a comparison."""
+        """Name of the scenario in tables: its approach, or the law in a comparison."""
         return self.compared_law or self.solver.approach
 
     @property
     def stops(self) -> Stops | None:
-        """The end stops, if they are modelled."""
+        """End stops, if they are modelled."""
         return None if self.stroke is None else self.stroke.stops
 
     @property
     def static_given(self) -> bool:
-        """Whether the static limit is known; without friction there is none to know."""
+        """Whether the static limit is given; True without friction."""
         return self.active_friction is None or self.active_friction.static_given
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Every frequency of the scene [Hz], if its base moves periodically."""
+        """All frequencies of periodic base motion and normal force [Hz]."""
         return scene_frequencies(self.excitation, self.active_friction)
 
     def at(self, point: Point) -> Scenario:
-        """Give the case at a point of the sweep: a scenario without one.
+        """Return the case at a point of the sweep, a scenario without sweep.
 
         Parameters
         ----------
         point : mapping
-            Values in SI by dotted key; every other key keeps its value.
+            Values in SI by dotted key; other keys keep their values.
 
         Raises
         ------
         ScenarioError
-            When the values do not go together; the sentence names the point.
+            If the values are inconsistent; the message contains the point.
         """
         try:
             return _make_case(self, point)
@@ -227,14 +226,19 @@ class Scenario(FromFile):
         raise ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
 
     def with_approach(self, name: str) -> Scenario:
-        """Give the same scene solved by another approach, without what it cannot use.
+        """Return the scenario for another approach, without what it does not support.
 
-        What that is, `omissions` says. Keys that the approach has no use for are not swept.
+        `omissions` lists what is left out. Keys that the approach does not use are not swept.
+
+        Parameters
+        ----------
+        name : str
+            Name of the approach.
 
         Raises
         ------
         ValueError
-            When there is no such approach.
+            If there is no such approach.
         """
         member = APPROACHES_BY_NAME[validate_approach(name)]
         changed: dict[str, Any] = {
@@ -248,16 +252,21 @@ class Scenario(FromFile):
         return self.copy_with(changed)
 
     def with_law(self, name: str) -> Scenario:
-        """Give the same scene under another friction law, solved exactly.
+        """Return the scenario under another friction law, solved by the exact approach.
 
-        Its keys are those of a block of its name in the friction block, and else those that it
-        shares with the file's law. What it leaves out, `omissions` says; keys that it has no use
-        for are not swept.
+        The parameters come from the block of that law within the friction block, then from the
+        keys shared with the law of the file. `omissions` lists what is left out; keys that the
+        law does not use are not swept.
+
+        Parameters
+        ----------
+        name : str
+            Name of the law.
 
         Raises
         ------
         ScenarioError
-            When a key is missing, or the keys do not go together.
+            If a parameter is missing, or the parameters are inconsistent.
         """
         found = [*_law_problems(self, name)]
         if not found:
@@ -279,21 +288,27 @@ class Scenario(FromFile):
         raise ScenarioError(sentence, tuple(found))
 
     def variant(self, label: str) -> Scenario:
-        """Give the same scene by a word of a comparison, an approach or a law."""
+        """Return the scenario for an approach or a friction law, by name."""
         return self.with_law(label) if label in LAWS else self.with_approach(label)
 
     def omissions(self, label: str) -> tuple[str, ...]:
-        """Give a sentence for everything in the scene that an approach or a law leaves out."""
+        """Return a message for everything that an approach or a law leaves out."""
         whose = law_omissions if label in LAWS else approach_omissions
         return tuple(whose(self, label))
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
-        """Give plain words, defaults and all, in SI: a scenario that runs as this one did.
+        """Return the scenario as plain values in SI, with defaults filled in.
 
         Parameters
         ----------
         relative_to : Path, optional
-            Folder that the words will be written to; default: the folder of this scenario.
+            Folder that paths of records are made relative to; default: the folder of this
+            scenario.
+
+        Returns
+        -------
+        dict
+            A scenario file with the same result.
         """
         words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
         words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
@@ -306,39 +321,40 @@ class Scenario(FromFile):
         plain = {key: _without_tag(value, "approach") for key, value in solver.items()}
         words["solver"] = {key: value for key, value in plain.items() if value != {}}
         if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
-            words["measure"] |= file_block  # the period may vary from case to case
+            words["measure"] |= file_block  # the period may differ between cases
         elif self.measure.steady:
-            # The rest has no use beside a steady state.
+            # Other keys are not allowed with a steady state.
             asked = {"steady", "direction", "weighting"}
             words["measure"] = {k: v for k, v in words["measure"].items() if k in asked}
         return {key: value for key, value in words.items() if value not in ("", [], {})}
 
 
 def _has_recorded_normal_force(friction: Friction | None) -> bool:
-    """Tell whether the normal force was recorded."""
+    """Return whether the normal force is a record."""
     return getattr(friction, "normal_record", None) is not None
 
 
-# The window of the metrics: its default, and its times counted in seconds or in periods.
+# Window of the metrics: default, times in seconds or periods
 
 MAX_PERIODS = 10_000
-"""Periods of the slowest sine in a common period; beyond it nothing repeats in practice."""
+"""Maximum number of periods of the slowest sine in a common period; a motion with a longer
+common period is treated as not periodic."""
 
 _PERIODS_PATTERN = re.compile(rf"\s*({NUMBER_PATTERN.pattern})\s*periods?\s*")
 
 
 def scene_period(scenario: Scenario) -> float | None:
-    """Give the common period of base motion and normal force [s]; None when nothing repeats."""
+    """Return the common period of base motion and normal force [s], or None."""
     return common_period(scenario.frequencies)
 
 
 def common_period(frequencies: Iterable[float]) -> float | None:
-    """Give the exact common period [s] of frequencies [Hz]; None when there is none.
+    """Return the common period [s] of frequencies [Hz], or None.
 
     Notes
     -----
-    A frequency beside others is taken as the decimal number that it is written as: 1.6 Hz and
-    0.7 Hz repeat after 10 s exactly.
+    Frequencies are taken as the decimal numbers they are written as, so the result is exact:
+    1.6 Hz and 0.7 Hz have the period 10 s.
     """
     frequencies = tuple(frequencies)
     if len(frequencies) == 1:
@@ -354,19 +370,19 @@ def common_period(frequencies: Iterable[float]) -> float | None:
 def scene_frequencies(
     excitation: Excitation | None, friction: Friction | None
 ) -> tuple[float, ...]:
-    """Give every frequency [Hz] of a scene whose base moves periodically."""
+    """Return all frequencies [Hz] of a periodic base motion and the normal force."""
     found = excitation.frequencies if excitation else ()
     return (*found, *friction.frequencies) if found and friction else found
 
 
 def is_steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
-    """Tell whether a block without times means the steady state; a record never repeats."""
+    """Return whether a measure block without times means the steady state."""
     by_default = excitation is not None and excitation.steady_by_default
     return by_default and not _has_recorded_normal_force(friction)
 
 
 def counts_in_periods(measure: Mapping[str, Any]) -> bool:
-    """Whether the words of the block count any time in periods."""
+    """Return whether a measure block has a time in periods."""
     times = (measure.get("settle"), measure.get("duration"))
     return any(isinstance(time, str) and _PERIODS_PATTERN.fullmatch(time) for time in times)
 
@@ -374,21 +390,21 @@ def counts_in_periods(measure: Mapping[str, Any]) -> bool:
 def times_in_seconds(
     measure: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
 ) -> dict[str, Any]:
-    """Give the words of the block with its default and with every time in seconds.
+    """Return the measure block with its default and with times in seconds.
 
     Parameters
     ----------
-    given : mapping
-        As the scenario says it.
+    measure : mapping
+        Block as in the scenario.
     frequencies : tuple of float or None
-        What repeats [Hz]; None when a fault elsewhere keeps it unknown.
+        Frequencies of the motion [Hz]; None if another fault leaves them unknown.
     steady : bool
         Whether a block without times means the steady state.
 
     Raises
     ------
-    Misfit
-        When there is no period to count with or to measure over.
+    InvalidValue
+        If a common period is needed and there is none.
     """
     words = dict(measure)
     words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
@@ -412,11 +428,11 @@ def times_in_seconds(
     return words
 
 
-# Rules between the blocks of a scenario.
+# Rules between the blocks of a scenario
 
 
 def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Give the sentence for every rule on keys that is broken, and the keys to blame."""
+    """Yield the faults of rules on which keys may occur together."""
     kind = get_block(words, "excitation").get("kind")
     solver, reference = get_block(words, "solver"), words.get("reference")
     if kind in EXCITATIONS_BY_KIND:
@@ -440,7 +456,7 @@ def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
 
 
 def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
-    """A record owns its step, everything else needs one."""
+    """Yield the faults of solver.step: a record has its own step, others need one."""
     own = EXCITATIONS_BY_KIND[kind].has_own_step
     if not own and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
@@ -454,7 +470,7 @@ def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
 def _measure_faults(
     measure: Mapping[str, Any], kind: str, recorded: bool
 ) -> Iterator[KeyFault]:
-    """Either one repetition of an orbit, or a window; under a recorded normal force that."""
+    """Yield the faults of a measure block: steady state or time window."""
     steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
     periodic = EXCITATIONS_BY_KIND[kind].periodic
     if steady is True and not periodic:
@@ -476,7 +492,7 @@ def _measure_faults(
 
 
 def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Give the sentence when `until` names a metric that the scene does not know."""
+    """Yield the fault of an `until` metric that is not available."""
     until = get_block(get_block(words, "excitation"), "until")
     name, measure = until.get("metric"), get_block(words, "measure")
     if not isinstance(name, str):
@@ -499,7 +515,7 @@ def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
 
 
 def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
-    """Give the sentence for every value that the approach cannot use, and its keys."""
+    """Yield the faults of values that the approach does not support."""
     name, law = scenario.solver.approach, scenario.nominal_law()
     member, friction = APPROACHES_BY_NAME[name], scenario.friction
     if scenario.stops is not None:
@@ -524,7 +540,7 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
 
 
 def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
-    """End stops want an approach and a law that know them, and a mass between them."""
+    """Yield the faults of end stops: unsupported approach or law, start beyond a stop."""
     name, stroke = scenario.solver.approach, scenario.stroke
     assert stroke is not None, "stops are at the ends of a stroke"
     if not APPROACHES_BY_NAME[name].supports_stops:
@@ -547,10 +563,11 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
         yield ("start", "x_r"), sentence
 
 
-# The case at a point of a sweep; and many cases at once.
+# The case at a point of a sweep, and many cases as columns
 
 MAX_TRIED_POINTS = 10_000
-"""Points that are tried when a scenario is loaded; in a larger grid, each when it is met."""
+"""Maximum number of points validated on loading; in larger grids each point is validated when
+it is computed."""
 
 RULE_GROUPS = (
     ("oscillator.",),
@@ -558,14 +575,14 @@ RULE_GROUPS = (
     ("excitation.", "solver.", "measure.", "friction.normal_variation."),
     ("stroke.", "start."),
 )
-"""Keys between which there are rules; from group to group there are none."""
+"""Groups of keys with rules between them; there are no rules between groups."""
 
 MAX_CACHED_BLOCKS = 4096
-"""Blocks that a scenario keeps: the cases of a grid share most of them."""
+"""Maximum number of cached blocks; the cases of a grid share most of them."""
 
 
 class InconsistentValue(Exception):
-    """A value that does not fit the others: its key and the sentence."""
+    """A value inconsistent with others, with its key and a message."""
 
     def __init__(self, key: str, sentence: str) -> None:
         super().__init__(sentence)
@@ -573,9 +590,9 @@ class InconsistentValue(Exception):
 
 
 def first_conflict(scenario: Scenario) -> list[Problem]:
-    """Give the problem of the first point whose values do not go together, if there is one.
+    """Return the problem of the first inconsistent point of the sweep, as a list.
 
-    Where rules connect more than `MAX_TRIED_POINTS` points, none of them is tried.
+    Groups of keys with more than `MAX_TRIED_POINTS` points are not tried.
     """
     for group in RULE_GROUPS:
         axes = tuple(axis for axis in scenario.sweep if axis.key.startswith(group))
@@ -590,7 +607,7 @@ def first_conflict(scenario: Scenario) -> list[Problem]:
 
 
 def _make_case(scenario: Scenario, point: Point) -> Scenario:
-    """Give the case at a point, or what is odd about it."""
+    """Return the case at a point; raise InconsistentValue if its values conflict."""
     touched: dict[str, tuple[tuple[str, float], ...]] = {}
     for item in point.items():
         name = item[0].partition(".")[0]
@@ -618,8 +635,8 @@ def _make_case(scenario: Scenario, point: Point) -> Scenario:
 def _cached_block(
     scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
 ) -> Block:
-    """Give a block of the scenario with other values in it; one that was made is kept."""
-    block_cache = scenario.block_cache  # shared by threads: each takes its block by one look
+    """Return a block with other values in it, from the cache if possible."""
+    block_cache = scenario.block_cache  # shared by threads: look up only once
     block = block_cache.get(values)
     if block is None:
         block = _validated_block(scenario, name, values)
@@ -632,7 +649,7 @@ def _cached_block(
 def _validated_block(
     scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
 ) -> Block:
-    """Give a block of the scenario with other values in it, validated."""
+    """Return a block with other values in it, validated."""
     old, words = getattr(scenario, name, None), scenario.block_dict(name)
     field = type(scenario).model_fields.get(name)
     models = block_models(field.annotation) if field else []
@@ -650,7 +667,7 @@ def _validated_block(
 
 
 def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
-    """Give words with a value at the end of some steps; the old words are left alone."""
+    """Return a copy of nested values with one value replaced."""
     if not steps:
         raise InconsistentValue(key, f"{key} is a block, not a number")
     first, *rest = steps
@@ -666,13 +683,13 @@ def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
     if rest:
         inner = old if isinstance(old, Mapping | list | tuple) else {}
         return {**words, first: _with_value(inner, rest, value, key)}
-    # A whole number, such as a seed, may come as a float from an array.
+    # An integer, such as a seed, is a float if it comes from an array.
     whole = type(old) is int and isinstance(value, float) and value.is_integer()
     return {**words, first: int(value) if whole else value}
 
 
 def _check_step(case: Scenario) -> None:
-    """Make sure that the grid of the step can hold a generated base motion."""
+    """Check that the step of the grid suits a generated base motion."""
     excitation, step = case.excitation, case.solver.step
     if isinstance(excitation, GeneratedMotion) and step:
         try:
@@ -682,7 +699,7 @@ def _check_step(case: Scenario) -> None:
 
 
 def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario:
-    """Give the case with its window: periods counted anew, a common period looked for."""
+    """Return the case with its window recomputed for its own period."""
     frequencies, file_block = case.frequencies, case.file_block("measure")
     if not values and len(frequencies) < 2 and not counts_in_periods(file_block):
         return case
@@ -698,7 +715,7 @@ def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scena
 
 
 def _locate(scenario: Scenario, point: Point, error: InconsistentValue) -> Problem:
-    """Give the problem of values that do not go together, located at one of them."""
+    """Return the located problem of inconsistent values."""
     key = error.key if error.key in point else [*point][-1]
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: KeyPath = tuple(key.split("."))
@@ -713,10 +730,10 @@ def _locate(scenario: Scenario, point: Point, error: InconsistentValue) -> Probl
 
 
 def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
-    """Give a scenario with a column of values at each of some keys.
+    """Return a scenario with columns of values at some keys.
 
-    Only its arithmetic has a meaning (plant, law, motion, ...): nothing is validated, and rules
-    between the values of a case are for `Scenario.at` to check.
+    Only arithmetic is meaningful on the result (plant, law, motion, ...). Nothing is validated;
+    use `Scenario.at` for the rules between values.
     """
     changed: dict[str, Any] = {}
     for key, column in columns.items():
@@ -728,7 +745,7 @@ def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Sce
 
 
 def _with_column(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
-    """Give a value with a column at the end of some steps."""
+    """Return a nested value with a column at the end of a key path."""
     if not steps:
         return column
     first, *rest = steps
@@ -745,16 +762,16 @@ def _with_column(old: Any, annotation: Any, steps: Sequence[str], column: NDArra
     return old.model_copy(update={first: inner})
 
 
-# The same scene under another approach, and what that approach leaves out.
+# The scenario under another approach, and what that approach leaves out
 
 NO_STATIC_EXCESS = {"static": None, "mu_static": None, "static_ratio": 1.0}
-"""A static limit as an approach takes it that knows none above kinetic friction."""
+"""Static limit equal to kinetic friction, for approaches that support no other."""
 
 
 def _friction_for_approach(
     member: type[Approach], friction: Friction | None
 ) -> Friction | None:
-    """Give friction as an approach takes it."""
+    """Return the friction reduced to what an approach supports."""
     if friction is None or not member.supports_friction:
         return None
     if not isinstance(friction, Coulomb) and not member.supports_dynamic:
@@ -774,13 +791,13 @@ def _friction_for_approach(
 
 
 def approach_uses_key(name: str, key: str) -> bool:
-    """Whether an approach has a use for a key of the scenario."""
+    """Return whether an approach uses a key of the scenario."""
     member = APPROACHES_BY_NAME[name]
     block, option, *rest = key.split(".")
     if block == "friction":
         return (
             member.supports_friction
-            and option not in LAWS  # an option of a law that the block is not of
+            and option not in LAWS  # options of another law
             and (member.supports_static or key not in _STATIC_PATHS)
             and (member.supports_dynamic or option in Coulomb.model_fields)
             and (member.supports_variation or not key.startswith(_VARIATION_PREFIXES))
@@ -791,7 +808,7 @@ def approach_uses_key(name: str, key: str) -> bool:
 
 
 def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
-    """Give a sentence for everything in the scene that an approach leaves out."""
+    """Yield a message for everything that an approach leaves out."""
     member, law = APPROACHES_BY_NAME[validate_approach(name)], scenario.law()
     if scenario.stops is not None and not member.supports_stops:
         yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
@@ -814,17 +831,17 @@ def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
         yield f"{name} knows no varying normal force and takes it as constant"
 
 
-# The same scene under another friction law, and what that law leaves out.
+# The scenario under another friction law, and what that law leaves out
 
 COULOMB = "coulomb"
-"""The law beside which a mass may have end stops."""
+"""The law that end stops need."""
 
 NORMAL_FORCE_PREFIX = "normal_"
-"""Beginning of the keys about a normal force that varies: of the scene, whatever the law."""
+"""Prefix of the keys of a varying normal force, which are common to all laws."""
 
 
 def _law_problems(scenario: Scenario, name: str) -> Iterator[Problem]:
-    """Give the located problem of everything that keeps a law from acting in a scene."""
+    """Yield the located problems that prevent a comparison under a law."""
     if scenario.friction is None:
         sentence = f"law {name} needs a friction block, which this scenario has not"
         yield scenario.problem(sentence, "friction")
@@ -834,7 +851,7 @@ def _law_problems(scenario: Scenario, name: str) -> Iterator[Problem]:
 
 
 def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:
-    """Whether a law has a use for a key of the scenario."""
+    """Return whether a law uses a key of the scenario."""
     block, option, *_ = key.split(".")
     friction = scenario.friction
     if key.startswith(_STOPS_PREFIX) and name != COULOMB:
@@ -845,9 +862,9 @@ def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:
 
 
 def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
-    """Give a sentence for everything in the scene that a law leaves out.
+    """Yield a message for everything that a law leaves out.
 
-    The keys that make another law what it is are not meant: nobody expects them to count.
+    The parameters specific to the law of the file are not listed.
     """
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
     if scenario.stops is not None and name != COULOMB:
@@ -866,13 +883,13 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
 
 
-# The words of a resolved scenario.
+# The resolved scenario as plain values
 
 
 def _friction_dict(
     scenario: Scenario, friction: Friction, relative_to: Path | None
 ) -> dict[str, Any]:
-    """Give the friction block; defaults that depend on what a sweep varies stay open."""
+    """Return the friction block; defaults that depend on swept keys are left open."""
     swept, still_open = {axis.key for axis in scenario.sweep}, set()
     if friction.normal is None and "oscillator.mass" in swept:
         still_open.add("normal")
@@ -897,7 +914,7 @@ def _friction_dict(
 
 
 def _without_tag(value: Any, name: str) -> Any:
-    """Give the options of a member of a shelf without its name, which their key says."""
+    """Return an options block without its tag, which repeats the key of the block."""
     if not isinstance(value, dict):
         return value
     return {key: option for key, option in value.items() if key != name}

@@ -1,13 +1,14 @@
-"""What keys a scenario may have, and the words of a file read against them.
+"""Keys that a scenario may have, and a document read against them.
 
-The keys are those of the models, so nothing here names one: a block is a model, a shelf a union
-of models told apart by a tag (`kind`, `law`), and each number knows its unit (`numeric_keys`: what
-a sweep may vary). Friction laws may stand in each other's place, so their words are put
-together here from those of a block of any law, and what keeps a law from acting is told.
-
-`Reading` holds what is written against that: unknown, missing and clashing keys. One slip is
-one fault: a mistyped key is read on as the key that was meant, and a block of an unknown kind
-is left alone. Last stand the sentences for what the validation of a model complains about.
+1. Keys. They are derived from the models: a block is a model, a choice is a union of models
+   distinguished by a tag (`kind`, `law`), and each numeric key has a unit (`numeric_keys`). A
+   sweep may vary numeric keys only.
+2. Friction laws. The parameters of any law are collected from a block of any other law, for
+   comparisons; `law_faults` reports what is missing.
+3. `Reading`. It compares a document with the models: unknown, missing and clashing keys. One
+   mistake gives one error: a misspelled key is read as the closest key, and a block of unknown
+   kind is skipped.
+4. Messages for validation errors of pydantic.
 """
 
 from __future__ import annotations
@@ -40,26 +41,26 @@ Model = type[Block]
 
 
 def fields_by_key(model: Model) -> dict[str, FieldInfo]:
-    """Give the fields of a model by the key that a file uses."""
+    """Return the fields of a model by the key used in a file."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def block_models(annotation: Any) -> list[Model]:
-    """Give the blocks that a field may hold, alone, in a list or as one of several."""
+    """Return the models a field may hold: alone, in a list or in a union."""
     if isinstance(annotation, type) and issubclass(annotation, Block):
         return [annotation]
     return [model for part in get_args(annotation) for model in block_models(part)]
 
 
 def allows_list(annotation: Any) -> bool:
-    """Tell whether a field may hold a list."""
+    """Return whether a field may hold a list."""
     return get_origin(annotation) in (list, tuple) or any(
         map(allows_list, get_args(annotation))
     )
 
 
 def discriminator(model: Model) -> tuple[str, str] | None:
-    """Give the key by which a shelf tells its members apart, and this member's word."""
+    """Return the tag key of a model in a union and its value; None if it has none."""
     for key, field in fields_by_key(model).items():
         if field.is_required() and get_origin(field.annotation) is Literal:
             words = get_args(field.annotation)
@@ -69,7 +70,7 @@ def discriminator(model: Model) -> tuple[str, str] | None:
 
 
 def closest_member(word: str, tags: Mapping[str, Model]) -> str | None:
-    """Give the member of a shelf that a word means: by another name of it, or by a slip."""
+    """Return the member of a union that a word means, by synonym or spelling."""
     for tag, model in tags.items():
         if word.lower() in getattr(model, "also_called", ()):
             return tag
@@ -77,49 +78,49 @@ def closest_member(word: str, tags: Mapping[str, Model]) -> str | None:
 
 
 def blocks_with_key(model: Model, key: str) -> Iterator[str]:
-    """Give the names of the blocks that know a key."""
+    """Yield the names of the blocks that have a key."""
     for name, entry in fields_by_key(model).items():
         if any(key in fields_by_key(block) for block in block_models(entry.annotation)):
             yield name
 
 
 def get_block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """Give a block of the words of a file, empty where there is none."""
+    """Return a block of a document; empty if there is none."""
     block = words.get(name)
     return block if isinstance(block, Mapping) else {}
 
 
-# The numeric keys of a scenario: what may be swept, and in which unit.
+# Numeric keys of a scenario, with their units
 
 _ASCII_UNITS = str.maketrans({"²": "2", "³": "3", "·": "*"})
 
 
 class NumericKey(NamedTuple):
-    """A key whose value is a number."""
+    """A key with a numeric value."""
 
     quantity: Quantity | None
-    """What its value may be; None for a whole number."""
+    """Unit and bounds of the value; None for an integer."""
     annotation: Any
-    """Type of its value."""
+    """Type of the value."""
     model: Model | None
-    """The block that it stands in; None in a list of numbers."""
+    """Model of the block with this key; None in a list of numbers."""
     block: Mapping[str, Any]
-    """What the scenario says in that block."""
+    """Block with this key, as in the scenario."""
     present: bool
     """Whether the scenario has that block."""
 
     @property
     def unit(self) -> str:
-        """Unit of the value, as scenarios spell it."""
+        """Unit of the value as in scenarios."""
         return self.quantity.unit if self.quantity else ""
 
     @property
     def header(self) -> str:
-        """Unit of the value, as tables spell it."""
+        """Unit of the value as in table headers."""
         return self.unit.translate(_ASCII_UNITS) or "-"
 
     def read(self, value: object) -> float:
-        """Give the number that a value means; a ValueError is a sentence without subject."""
+        """Return the number for a value; the ValueError message has no subject."""
         if self.quantity is not None:
             return self.quantity.read(value)
         try:
@@ -128,29 +129,29 @@ class NumericKey(NamedTuple):
             raise ValueError(validation_message(fault.errors(include_url=False)[0])) from None
 
     def here(self, key: str) -> float | None:
-        """Give the value that the scenario itself has for a key; None where it has none."""
+        """Return the value in the scenario or its default; None if there is none."""
         name = key.rpartition(".")[2]
         field = fields_by_key(self.model).get(name) if self.model else None
         value = self.block.get(name, field.default if field else None)
         try:
             return None if value is None else self.read(value)
-        except ValueError:  # a problem of its own
+        except ValueError:  # reported elsewhere
             return None
 
 
 KnownKeys = Mapping[str, NumericKey | None]
-"""Every key of a scenario by its dotted name, the numeric ones with what is known of them."""
+"""All dotted keys of a scenario; None for those that are not numeric."""
 
 
 def numeric_keys(model: Model, words: Mapping[str, Any]) -> KnownKeys:
-    """Give every key of a scenario.
+    """Return all dotted keys of a scenario.
 
     Parameters
     ----------
     model : type
-        Of the whole scenario.
+        Model of the scenario.
     words : mapping
-        What the scenario says; members of shelves are known by their tags.
+        The scenario as plain values; tags select the members of unions.
     """
     return {**dict(_block_keys(model, words, "", True)), "drysim": None}
 
@@ -158,7 +159,7 @@ def numeric_keys(model: Model, words: Mapping[str, Any]) -> KnownKeys:
 def _block_keys(
     model: Model, block: Mapping[str, Any], at: str, present: bool
 ) -> Iterator[tuple[str, NumericKey | None]]:
-    """Give the keys of a block and of the blocks within."""
+    """Yield the dotted keys of a block and of nested blocks."""
     for name, entry in fields_by_key(model).items():
         annotation: Any = entry.annotation
         if entry.metadata:
@@ -167,7 +168,7 @@ def _block_keys(
         yield f"{at}{name}", found
         value = block.get(name)
         if not isinstance(value, dict | list) and value == entry.default:
-            value = None  # such as `remove: nothing`, which says no more than its absence
+            value = None  # the default, such as `remove: nothing`
         if found is None and not (value is None and entry.is_required()):
             yield from _nested_keys(annotation, value, f"{at}{name}")
 
@@ -175,7 +176,7 @@ def _block_keys(
 def _nested_keys(
     annotation: Any, value: Any, at: str
 ) -> Iterator[tuple[str, NumericKey | None]]:
-    """Give the keys in a value that is a block or a list."""
+    """Yield the dotted keys in a block or list."""
     kind, _ = _strip_annotation(annotation)
     if get_origin(kind) is tuple:
         for i, entry in enumerate(value if isinstance(value, list | tuple) else ()):
@@ -191,7 +192,7 @@ def _nested_keys(
 
 
 def _named_model(models: list[Model], block: Mapping[str, Any]) -> Model | None:
-    """Give the member of a shelf that a block names, or the only model that there is."""
+    """Return the model that the tag of a block selects, or the only model."""
     for model in models:
         tag = discriminator(model)
         if tag is None or block.get(tag[0]) == tag[1]:
@@ -202,7 +203,7 @@ def _named_model(models: list[Model], block: Mapping[str, Any]) -> Model | None:
 def _as_numeric_key(
     annotation: Any, model: Model | None, block: Mapping[str, Any], present: bool
 ) -> NumericKey | None:
-    """Give what is known of a number; None for a value that is none."""
+    """Return the numeric key for a field; None if it is not numeric."""
     kind, metadata = _strip_annotation(annotation)
     quantity = next((piece for piece in metadata if isinstance(piece, Quantity)), None)
     if quantity is None and kind is not int:
@@ -213,7 +214,7 @@ def _as_numeric_key(
 def _strip_annotation(
     annotation: Any, metadata: tuple[Any, ...] = ()
 ) -> tuple[Any, tuple[Any, ...]]:
-    """Give a type without its metadata and the None that it may be; and its metadata."""
+    """Return a type without metadata and None, and its metadata."""
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _strip_annotation(parts[0], (*metadata, *parts[1:]))
@@ -223,28 +224,28 @@ def _strip_annotation(
     return annotation, metadata
 
 
-# Friction laws by name, and what each of them is by the words of another.
+# Friction laws, and their parameters from a block of another law
 
 LAWS: dict[str, type[Friction]] = {
     tag[1]: member for member in FRICTION_LAWS if (tag := discriminator(member))
 }
-"""The friction laws by name."""
+"""Friction laws by name."""
 
 LAW_KEY = "law"
-"""The key by which a block says of which law it is."""
+"""Tag key of the friction block."""
 
 DEFAULT_LAW = next(name for name, law in LAWS.items() if getattr(law, "by_default", False))
-"""The law of a block that names none."""
+"""Law of a friction block without tag."""
 
 
 def other_laws_hint(key: str) -> str:
-    """Say which laws know a key that another law has not got; empty where none does."""
+    """Return a hint on the laws that have a key; empty if there is none."""
     names = [name for name, law in LAWS.items() if key in law.model_fields]
     if not names:
         return ""
     one = "such a" if len(names) > 1 else "that"
     hint = f"; it belongs to law {join_words(names, 'or')}: choose {one} law"
-    if key in Coulomb.model_fields:  # a force, which the block has in other words
+    if key in Coulomb.model_fields:  # a force, given by other keys
         return hint
     return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"
 
@@ -252,10 +253,10 @@ def other_laws_hint(key: str) -> str:
 def merge_law_keys(
     name: str, block: Mapping[str, Any], own: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Give the words of a law: its own options, and what it shares with a block.
+    """Return the parameters of a law: its own options and shared keys of a block.
 
-    An option stands for every key of the block that it excludes, such as `mu_kinetic` for
-    `kinetic`; what is left there without the key that it needs is left out.
+    An option replaces all keys of the block that it excludes, such as `mu_kinetic` for
+    `kinetic`; keys that require a replaced key are dropped.
     """
     law = LAWS[name]
     known = law.model_fields.keys() - excluded_keys(name, own) - {LAW_KEY}
@@ -267,18 +268,18 @@ def merge_law_keys(
 
 
 def excluded_keys(name: str, own: Collection[str]) -> set[str]:
-    """Give the keys of a law that do not go together with some of its keys, these included."""
+    """Return the keys of a law excluded by some of its keys, including these."""
     groups = [{*group} for group in LAWS[name].exclusive_groups()]
     return set(own).union(*(group for group in groups if group & {*own}))
 
 
 def law_arguments(friction: Friction, name: str) -> dict[str, Any]:
-    """Give the words of a law as a block of any law has them, in SI."""
+    """Return the parameters of a law from a block of any law, in SI."""
     return merge_law_keys(name, set_values(friction), law_options(friction, name))
 
 
 def friction_uses_key(friction: Friction, name: str, key: str) -> bool:
-    """Whether a law would use a key of the block of another, whoever gives it there."""
+    """Return whether a law would use a key of the block of another law."""
     own = law_options(friction, name)
     return key not in own and key in merge_law_keys(
         name, set_values(friction) | {key: None}, own
@@ -286,20 +287,20 @@ def friction_uses_key(friction: Friction, name: str, key: str) -> bool:
 
 
 def law_options(friction: Friction, name: str) -> dict[str, Any]:
-    """Give the options of a law in the block of another, in SI."""
+    """Return the options of a law in the block of another law, in SI."""
     options = getattr(friction, name, None)
     return {} if options is None else set_values(options)
 
 
 def set_values(block: Block) -> dict[str, Any]:
-    """Give what a block says."""
+    """Return the values set in a block."""
     return {key: value for key, value in block if value is not None and key != LAW_KEY}
 
 
 def friction_under_law(friction: Friction, name: str) -> Friction:
-    """Give the friction of a law as a block of any law has it, which `law_faults` has checked.
+    """Return the friction block of another law, which `law_faults` has checked.
 
-    Nothing is checked anew, so columns of values may stand in place of numbers.
+    Nothing is validated, so values may be columns.
     """
     if friction.law == name:
         return friction
@@ -311,7 +312,7 @@ def friction_under_law(friction: Friction, name: str) -> Friction:
 
 
 def _missing_keys(friction: Friction, name: str) -> list[str]:
-    """Give the keys, with their units, that a block must get before a law can act."""
+    """Return the keys a law still needs, with their units."""
     law, words = LAWS[name], law_arguments(friction, name)
     found = [
         key
@@ -325,7 +326,7 @@ def _missing_keys(friction: Friction, name: str) -> list[str]:
 
 
 def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
-    """Give the dotted key and the sentence for everything that keeps a law from acting."""
+    """Yield the dotted key and message of everything that prevents using a law."""
     if friction is None or name in ("", friction.law):
         return
     if needed := _missing_keys(friction, name):
@@ -345,20 +346,20 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
             yield ".".join(map(str, keys)), sentence
 
 
-# What is written, held against what a scenario may say.
+# The document compared with the models
 
 MAX_PROBLEMS = 100
-"""Problems of a file that are told; whoever has more mends these first."""
+"""Maximum number of errors shown per file."""
 
 
 class TooManyProblems(Exception):
-    """There are more problems than anybody reads; no more are looked for."""
+    """Raised after `MAX_PROBLEMS` errors to stop reading."""
 
 
 class Reading:
-    """A document as far as it can be read as a model, and the problems of doing so.
+    """A document read as a model, and the errors found.
 
-    Every note of a problem may raise `TooManyProblems`; those noted by then are kept.
+    Adding an error may raise `TooManyProblems`; the errors up to then are kept.
     """
 
     def __init__(self, document: Document, model: Model) -> None:
@@ -366,24 +367,33 @@ class Reading:
         self.model = model
         self.problems: list[Problem] = []
         self.spelling: dict[KeyPath, str] = {}
-        """Keys as the document spells them, by what they were taken for."""
+        """Keys as spelled in the document, by the key path they were read as."""
         self.hoisted: dict[KeyPath, KeyPath] = {}
-        """Where the options of a block's own law stand, by the keys that they are read as."""
+        """Paths of the options of a block's own law, by the path they are read as."""
         self.reported: set[KeyPath] = set()
-        """Values with a fault of their own, about which no more is to be said."""
+        """Paths with an error already; no further error is added there."""
         self.words: dict[str, Any] = {}
 
     def read(self) -> dict[str, Any]:
-        """Give the words of the document that its model knows."""
+        """Return the values of the document whose keys the model has."""
         self.words = self.block(self.model, self.document.value, ())
         return self.words
 
     def fault(
         self, sentence: str, keys: KeyPath, at_key: bool = False, instead: KeyPath = ()
     ) -> None:
-        """Note a problem, unless its place or a block around it has one already.
+        """Add an error, unless there is one already at this path or above.
 
-        `instead` is the value to show when the whole block is missing.
+        Parameters
+        ----------
+        sentence : str
+            Message.
+        keys : tuple
+            Path of the value.
+        at_key : bool
+            Whether to point at the key, not at the value.
+        instead : tuple
+            Path to point at if the whole block is missing.
         """
         if any(keys[: i + 1] in self.reported for i in range(len(keys))):
             return
@@ -397,7 +407,7 @@ class Reading:
             raise TooManyProblems
 
     def block(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> dict[str, Any]:
-        """Give a block with the keys that its model knows."""
+        """Return the values of a block whose keys the model has."""
         fields, words = fields_by_key(model), {}
         for key, value in block.items():
             name = (
@@ -415,7 +425,7 @@ class Reading:
         return {name: value for name, value in words.items() if value is not None}
 
     def _value(self, field: FieldInfo, value: Any, at: KeyPath) -> Any:
-        """Give a value, the blocks in it read in their turn; None where there is a fault."""
+        """Return a value with nested blocks read; None if it has an error."""
         models = block_models(field.annotation)
         if value is None:
             self.fault(f"{dotted_name(at)} has no value", at, at_key=True)
@@ -426,13 +436,13 @@ class Reading:
             model = self._choose_member(models, value, at)
             return self.block(model, self._hoist(model, value, at), at) if model else None
         elif isinstance(value, dict) and UNREAD_KEYS in value:
-            self.reported.add(at)  # such as `mass: {{ mass }}`, which has its problem already
+            self.reported.add(at)  # such as `mass: {{ mass }}`, reported by the parser
         return value
 
     def _choose_member(
         self, models: list[Model], block: Mapping[str, Any], at: KeyPath
     ) -> Model | None:
-        """Give the member of a shelf that a block names by its tag."""
+        """Return the model that the tag of a block selects; None if unknown."""
         tagged = [(discriminator(model), model) for model in models]
         tags = {found[1]: model for found, model in tagged if found}
         tag = next((found[0] for found, _ in tagged if found), None)
@@ -454,7 +464,7 @@ class Reading:
         return None
 
     def _hoist(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> Mapping[str, Any]:
-        """Give the block of a law with its own options as keys of the block itself."""
+        """Return a law block with its own options moved to the block itself."""
         tag = discriminator(model)
         if tag is None or tag[0] != LAW_KEY or not isinstance(own := block.get(tag[1]), dict):
             return block
@@ -463,7 +473,7 @@ class Reading:
         return {key: value for key, value in block.items() if key not in less} | own
 
     def _location(self, keys: KeyPath) -> KeyPath:
-        """Give where a value stands in the document."""
+        """Return the path of a value in the document."""
         for i in range(len(keys), 0, -1):
             if keys[:i] in self.hoisted:
                 return (*self.hoisted[keys[:i]], *keys[i:])
@@ -472,7 +482,7 @@ class Reading:
     def _resolve_unknown(
         self, key: str, model: Model, block: Mapping[str, Any], at: KeyPath
     ) -> str | None:
-        """Note an unknown key; give the key that was meant, unless that stands there too."""
+        """Report an unknown key; return the key meant, if it is not in use."""
         fields = fields_by_key(model)
         nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
         home = [name for name in blocks_with_key(self.model, key) if (name,) != at[:1]]
@@ -489,7 +499,7 @@ class Reading:
         return nearest if nearest not in block else None
 
     def _note_missing(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
-        """Note the keys that a block needs."""
+        """Report missing keys of a block."""
         for name, entry in fields_by_key(model).items():
             if entry.is_required() and name not in words:
                 sentence = (
@@ -502,7 +512,7 @@ class Reading:
                 self.fault(f"{dotted_name(at)} needs {either}", (*at, group[0]), at_key=True)
 
     def _note_clashes(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
-        """Note the keys of a block that do not go together."""
+        """Report keys of a block that exclude each other."""
         for group in model.exclusive_groups():
             first, *rest = [name for name in words if name in group] or [""]
             for name in rest:
@@ -519,7 +529,7 @@ class Reading:
 
 
 def _with_default_tag(models: list[Model], block: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Give a block that names no member of a shelf with the name of the default one, if any."""
+    """Return a block with the tag of the default member if it has none."""
     default = next((one for one in models if getattr(one, "by_default", False)), None)
     tag = discriminator(default) if default else None
     if tag is None or any(key == tag[0] or closest_match(key, [tag[0]]) for key in block):
@@ -528,19 +538,19 @@ def _with_default_tag(models: list[Model], block: Mapping[str, Any]) -> Mapping[
 
 
 def dotted_name(keys: KeyPath) -> str:
-    """Give the name of a value in sentences."""
+    """Return a key path in dotted form."""
     return ".".join(shorten(str(key)) for key in keys)
 
 
 def _unknown_key_hint(key: str, value: object, fields: Mapping[str, FieldInfo]) -> str:
-    """Say what to do about a key that resembles nothing."""
+    """Return a hint for a key that resembles no other."""
     if key[:1].isdigit() and value is None:
         return "; write decimals with a point, not with a comma"
     return f"; known are {', '.join(fields)}"
 
 
 def _field_description(model: Model, field: FieldInfo) -> str:
-    """Give the first clause of the text under a field."""
+    """Return the first clause of a field's description."""
     name = next(name for name, known in model.model_fields.items() if known is field)
     clause = " ".join(
         re.split(r"[;.](?:\s|$)", field_descriptions(model).get(name, ""))[0].split()
@@ -548,10 +558,10 @@ def _field_description(model: Model, field: FieldInfo) -> str:
     return f": {clause[0].lower()}{clause[1:]}" if clause else ""
 
 
-# What the validation of a model complains about, in sentences.
+# Messages for validation errors
 
 ALREADY_REPORTED = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
-"""Complaints about keys, which the reading of the file has made already."""
+"""Error types about keys, which `Reading` has reported."""
 
 _PREDICATES = ("must ", "needs ", "has ", "is ", "asks ", "gives ", "stands ")
 
@@ -580,9 +590,15 @@ _MESSAGES = {
 def validation_faults(
     fault: ValidationError, words: Mapping[str, Any], at: KeyPath = ()
 ) -> Iterator[tuple[KeyPath, str]]:
-    """Give the keys to blame and the sentence for every complaint.
+    """Yield the key path and message of every validation error.
 
-    `at` are the keys of the block that was validated, if it was not the whole scenario.
+    Parameters
+    ----------
+    fault : ValidationError
+    words : mapping
+        Values that were validated.
+    at : tuple
+        Path of the validated block, if not the whole scenario.
     """
     for error in fault.errors(include_url=False):
         if error["type"] in ALREADY_REPORTED:
@@ -596,17 +612,17 @@ def validation_faults(
 
 
 def report_value(reading: Reading, sentence: str, keys: KeyPath, at_key: bool = False) -> None:
-    """Note a problem of a value, whose name begins the sentence."""
+    """Report a problem of a value; its key precedes the message."""
     reading.fault(with_subject(keys, sentence), keys, at_key)
 
 
 def with_subject(keys: KeyPath, text: str) -> str:
-    """Give the sentence about a value from its key and what is said of it."""
+    """Return a message with the key as its subject."""
     return f"{dotted_name(keys)}{' ' if text.startswith(_PREDICATES) else ': '}{text}"
 
 
 def _without_tags(loc: KeyPath, words: Any) -> KeyPath:
-    """Give a location without the tags of shelves that stand in it."""
+    """Return a pydantic location without the tags of unions in it."""
     keys: list[str | int] = [*loc[:1]]
     words = words.get(loc[0])
     for step in loc[1:]:
@@ -618,7 +634,7 @@ def _without_tags(loc: KeyPath, words: Any) -> KeyPath:
 
 
 def validation_message(error: ErrorDetails) -> str:
-    """Give the sentence for a complaint of the validation library, without its subject."""
+    """Return the message for a pydantic error, without subject."""
     value, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
         expected = str(context["expected"]).replace("'", "")
@@ -627,5 +643,5 @@ def validation_message(error: ErrorDetails) -> str:
         return f"must be {expected}, not {format_value(value)}{hint}"
     form = _MESSAGES.get(error["type"])
     if form and isinstance(value, list | dict):
-        form = form.removesuffix("; put it in quotes")  # which makes text of a number only
+        form = form.removesuffix("; put it in quotes")  # which helps for scalars only
     return form.format(value=format_value(value), **context) if form else error["msg"]

@@ -1,8 +1,21 @@
-"""Samples: points spread over a cube, and the distributions that make values of them.
+"""Sampling plans and distributions: random values for the keys of a sweep.
 
-Every point of a `Design` (Latin hypercube, Sobol, independent) is to be had by its number
-alone, so a sample of any size is never held: `SampledValues` makes the values of a key when they are
-asked for, as every `LazySequence` sequence does.
+Problem
+    A sample may have up to 1e12 points, which are computed in blocks, in any order and on
+    several machines. A point must therefore follow from its index alone.
+
+Method
+    - Independent points: a counter-based generator (Philox) with one stream per block of
+      points.
+    - Latin hypercube: the layer of a point in each dimension is a pseudo-random permutation of
+      its index, a Feistel network with cycle walking, so no permutation is stored.
+    - Sobol sequence: the bits of the Gray code of the index select the direction numbers, with
+      linear matrix scramble and digital shift, which are taken from scipy.
+
+Values follow from the points by the quantile functions of (truncated) distributions.
+
+Sources: McKay, Beckman and Conover, Technometrics 21 (1979) 239 (Latin hypercube); Black and
+Rogaway, CT-RSA 2002 (cycle walking); Matoušek, J. Complexity 14 (1998) 527 (scrambling).
 """
 
 from __future__ import annotations
@@ -24,25 +37,27 @@ Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 POINTS_PER_CHUNK = 4096
-"""Points whose random numbers are drawn together: what any of them needs is drawn with it."""
+"""Points per random stream; a single point costs as much as the chunk."""
 
 FEISTEL_ROUNDS = 6
-"""Rounds of the permutation; four would do for one that nobody attacks."""
+"""Rounds of the Feistel network; four suffice for a permutation without attackers."""
 
 SPLITMIX_FACTORS = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
-"""Odd factors of the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
+"""Odd factors of the SplitMix64 finaliser (Steele, Lea and Flood 2014)."""
 
 GOLDEN_RATIO = np.uint64(0x9E3779B97F4A7C15)
-"""Golden ratio, by which the seeds of the rounds are told apart."""
+"""2^64 over the golden ratio; separates the seeds of the rounds."""
 
 SOBOL_BITS = 30
-"""Digits of a Sobol point by default: as many points are told apart as they have values."""
+"""Default number of bits of a Sobol coordinate; it limits the number of distinct points."""
 
 
 MAX_PROBABILITY = 1.0 - 2.0**-53
-"""The double before 1: below no finite value lie all, but sums of shares round up to it."""
+"""Largest double below 1: the quantile of 1 would be infinite, and sums of probabilities can
+round up to 1."""
 TAIL_START = 4.0
-"""Standard deviations from the mean beyond which a range has its shares by logarithms."""
+"""Distance from the mean, in standard deviations, beyond which a truncated range is evaluated
+with logarithms of probabilities."""
 MIN_FLOAT = float(np.finfo(float).tiny)
 MAX_FLOAT = float(np.finfo(float).max)
 
@@ -50,18 +65,18 @@ Made = TypeVar("Made", covariant=True)
 
 
 class LazySequence(Sequence[Made]):
-    """A sequence of a known length that makes one value at a time, and holds none."""
+    """Sequence of known length that computes its items on demand."""
 
     @abstractmethod
     def one(self, number: int) -> Made:
-        """Give the value of a number from 0 to the length less 1."""
+        """Return an item by an index from 0 to length - 1."""
 
     @overload
     def __getitem__(self, number: int) -> Made: ...
     @overload
     def __getitem__(self, number: slice) -> Sequence[Made]: ...
     def __getitem__(self, number: int | slice) -> Made | Sequence[Made]:
-        """Give one value, or some."""
+        """Return an item, or a list of items for a slice."""
         if isinstance(number, slice):
             return [self.one(i) for i in range(*number.indices(len(self)))]
         at, count = index(number), len(self)
@@ -72,44 +87,44 @@ class LazySequence(Sequence[Made]):
 
 @dataclass(frozen=True)
 class SampledValues(LazySequence[float]):
-    """The values of one dimension of a design."""
+    """Values of one dimension of a design."""
 
     design: Design
     dimension: int
     law: Distribution
 
     def __len__(self) -> int:
-        """Give the number of points."""
+        """Return the number of points."""
         return self.design.count
 
     def one(self, number: int) -> float:
-        """Give one value."""
+        """Return a value by index."""
         return float(self.at(np.array([number])).item())
 
     def __iter__(self) -> Iterator[float]:
-        """Return the values in order, drawn block by block: one alone costs a whole block."""
+        """Iterate over the values chunk by chunk; a single value costs as much as a chunk."""
         for begin in range(0, len(self), POINTS_PER_CHUNK):
             numbers = np.arange(begin, min(begin + POINTS_PER_CHUNK, len(self)))
             yield from self.at(numbers).tolist()
 
     def at(self, numbers: Indices) -> Floats:
-        """Give some values by their numbers."""
+        """Return values by index."""
         return self.of(self.design.at(numbers))
 
     def of(self, shares: Floats) -> Floats:
-        """Give the values of points of the design, shape (n, dimensions)."""
+        """Return the values of points of the design, shape (n, dimensions)."""
         return self.law.quantile(shares[:, self.dimension])
 
 
 @dataclass(frozen=True)
 class Design:
-    """A number of points in a cube of some dimensions.
+    """Points in the unit cube.
 
     Attributes
     ----------
     kind : str
-        `uniform` (independent), `latin` (one point in every layer of every dimension) or
-        `sobol` (scrambled by Owen's method: even in every projection).
+        `uniform` (independent), `latin` (one point in each layer of each dimension) or `sobol`
+        (scrambled).
     count, dimensions, seed : int
     """
 
@@ -119,7 +134,7 @@ class Design:
     seed: int
 
     def at(self, numbers: Indices) -> Floats:
-        """Give some points by their numbers, shape (n, dimensions), each share within 0..1."""
+        """Return points by index, shape (n, dimensions), in [0, 1]."""
         if self.kind == "sobol":
             return self._sobol(numbers)
         within = self._uniform(numbers)
@@ -129,7 +144,7 @@ class Design:
         return (np.stack(layers, axis=1) + within) / self.count
 
     def _uniform(self, numbers: Indices) -> Floats:
-        """Give independent points; each block of them has a stream of its own."""
+        """Return independent points; each chunk has its own random stream."""
         found = np.empty((len(numbers), self.dimensions))
         blocks = numbers // POINTS_PER_CHUNK
         for block in np.unique(blocks).tolist():
@@ -140,7 +155,7 @@ class Design:
         return found
 
     def _permuted(self, numbers: Indices, dimension: int) -> Floats:
-        """Give where a permutation of all points puts some: a Feistel network, cycle-walked."""
+        """Return the images of indices under a permutation of all indices."""
         half = max(1, (int(self.count - 1).bit_length() + 1) // 2)
         values = numbers.astype(np.uint64)
         values = self._feistel(values, half, dimension)
@@ -150,7 +165,7 @@ class Design:
         return found
 
     def _feistel(self, values: Any, half: int, dimension: int) -> Any:
-        """Give a permutation of the numbers of twice so many binary digits."""
+        """Return a pseudo-random permutation of numbers of 2 half bits."""
         mask, shift = np.uint64((1 << half) - 1), np.uint64(half)
         left, right = values >> shift, values & mask
         for turn in range(FEISTEL_ROUNDS):
@@ -165,10 +180,10 @@ class Design:
         return (left << shift) | right
 
     def _sobol(self, numbers: Indices) -> Floats:
-        """Give points of the scrambled Sobol sequence: sums, bit by bit, of its directions."""
+        """Return points of the scrambled Sobol sequence."""
         directions, shift, scale = self._directions
         codes = numbers.astype(np.uint64)
-        codes ^= codes >> np.uint64(1)  # Gray's code: neighbours differ in one digit
+        codes ^= codes >> np.uint64(1)  # Gray code of the index
         digits = np.broadcast_to(shift, (len(codes), len(shift))).copy()
         for bit in range(int(codes.max(initial=0)).bit_length()):
             asked = (codes >> np.uint64(bit)) & np.uint64(1) == 1
@@ -178,9 +193,10 @@ class Design:
 
     @cached_property
     def _directions(self) -> tuple[Any, Any, float]:
-        """The scrambled directions of all dimensions, their shift and the unit of a digit.
+        """Scrambled direction numbers, shift, and the value of a unit in the last place.
 
-        Taken from within scipy, which itself has no way to a point but through all before it.
+        They are private attributes of scipy's engine, which can compute points in sequence
+        only.
         """
         from scipy.stats import qmc
 
@@ -192,7 +208,7 @@ class Design:
 
     @cached_property
     def _word(self) -> str:
-        """What scipy calls its source of random numbers; newer ones say rng."""
+        """Name of scipy's parameter for the random generator: `rng` in newer versions."""
         from inspect import signature
 
         from scipy.stats import qmc
@@ -201,31 +217,31 @@ class Design:
 
 
 class Distribution(Protocol):
-    """How the values of a key scatter."""
+    """Distribution of the values of a key."""
 
     def quantile(self, share: Floats) -> Floats:
-        """Give the values below which these shares of all lie."""
+        """Return the quantiles for probabilities."""
 
     def describe(self, unit: str) -> str:
-        """Give it in words."""
+        """Return a short text with parameters in a unit."""
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """Equal chances from `low` to `high`: by difference, or by ratio (log)."""
+    """Uniform distribution between `low` and `high` of the value or its logarithm."""
 
     low: float
     high: float
     log: bool = False
 
     def quantile(self, share: Floats) -> Floats:
-        """Give the values below which these shares of all lie."""
+        """Return the quantiles for probabilities."""
         if self.log:
             return self.low * np.exp(share * log(self.high / self.low))
         return self.low + share * (self.high - self.low)
 
     def describe(self, unit: str) -> str:
-        """Give it in words."""
+        """Return a short text with parameters in a unit."""
         return (
             f"{format_number(self.low)} to {format_number(self.high, unit)}{', log' * self.log}"
         )
@@ -233,7 +249,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """Gauss's distribution by mean and standard deviation, cut at `low` and `high`."""
+    """Normal distribution, truncated to `low` and `high`."""
 
     mean: float
     sd: float
@@ -241,7 +257,7 @@ class Normal:
     high: float = inf
 
     def quantile(self, share: Floats) -> Floats:
-        """Give the values below which these shares of all lie."""
+        """Return the quantiles for probabilities."""
         low, high = ((end - self.mean) / self.sd for end in (self.low, self.high))
         if low > TAIL_START:
             scaled = -_tail_quantile(-high, -low, 1.0 - share, share)
@@ -252,7 +268,7 @@ class Normal:
         return np.asarray(np.clip(self.mean + self.sd * scaled, self.low, self.high))
 
     def describe(self, unit: str) -> str:
-        """Give it in words."""
+        """Return a short text with parameters in a unit."""
         return (
             f"normal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
         )
@@ -260,7 +276,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class LogNormal:
-    """A value whose logarithm is normal, by its own mean and standard deviation."""
+    """Lognormal distribution by its own mean and standard deviation, truncated."""
 
     mean: float
     sd: float
@@ -268,7 +284,7 @@ class LogNormal:
     high: float = inf
 
     def quantile(self, share: Floats) -> Floats:
-        """Give the values below which these shares of all lie."""
+        """Return the quantiles for probabilities."""
         ratio = self.sd / self.mean
         square = max(log1p(min(ratio * ratio, MAX_FLOAT)), MIN_FLOAT)
         low = log(self.low) if self.low > 0.0 else -inf
@@ -277,33 +293,33 @@ class LogNormal:
         return np.asarray(np.clip(np.exp(inner.quantile(share)), self.low, self.high))
 
     def describe(self, unit: str) -> str:
-        """Give it in words."""
+        """Return a short text with parameters in a unit."""
         return f"lognormal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
 
 
 @dataclass(frozen=True)
 class Triangular:
-    """Chances that rise from `low` to `mode` and fall to `high`."""
+    """Triangular distribution between `low` and `high` with its peak at `mode`."""
 
     low: float
     mode: float
     high: float
 
     def quantile(self, share: Floats) -> Floats:
-        """Give the values below which these shares of all lie."""
+        """Return the quantiles for probabilities."""
         width, rise, fall = self.high - self.low, self.mode - self.low, self.high - self.mode
         lower = self.low + np.sqrt(share * width * rise)
         upper = self.high - np.sqrt((1.0 - share) * width * fall)
         return np.where(share * width <= rise, lower, upper)
 
     def describe(self, unit: str) -> str:
-        """Give it in words."""
+        """Return a short text with parameters in a unit."""
         ends = f"{format_number(self.low)} to {format_number(self.high, unit)}"
         return f"triangular, {ends}, mode {format_number(self.mode, unit)}"
 
 
 def _truncated_quantile(low: float, high: float, share: Floats) -> Floats:
-    """Give quantiles of the standard normal distribution, cut at ends of which none is far."""
+    """Return quantiles of the truncated standard normal distribution."""
     from scipy.special import ndtr, ndtri
 
     below, upto = ndtr(low), ndtr(high)
@@ -311,11 +327,11 @@ def _truncated_quantile(low: float, high: float, share: Floats) -> Floats:
 
 
 def _tail_quantile(low: float, high: float, share: Floats, rest: Floats) -> Floats:
-    """Give quantiles of the standard normal distribution, cut at ends far below its mean.
+    """Return quantiles of the standard normal distribution truncated far below its mean.
 
-    By logarithms: the shares below the ends themselves vanish in double precision from 38
-    standard deviations on. `rest` is what `share` leaves of 1. Where even a logarithm would
-    overflow, the quantiles lie above `high`, the end that nearly all values are next to.
+    Logarithms of probabilities are used, because the probabilities themselves underflow from 38
+    standard deviations on. `rest` is 1 - share. Where the logarithms overflow as well, the
+    result lies above `high`, the end close to nearly all of the probability.
     """
     from scipy.special import log_ndtr, ndtri_exp
 

@@ -1,10 +1,10 @@
-"""The sweep block of a file: its grids, zips and samples become axes, or are told as problems.
+"""Read the sweep block of a file: grids, zips and samples become axes.
 
-A sweep names keys of the scenario by their dotted names. `numeric_keys` of `reading` knows these
-with types and units, so values are read by the rules of their key. What a key varies over is a
-list or a range (`AxisReader`), alone or side by side with others (`zip`), or is drawn (`sample`, by
-a design of `sampling`). `sweep_fault` says why a key cannot be swept at all. Checks with an `at`
-are read here, too: they name keys of the same kind.
+A sweep names keys of the scenario in dotted form. `numeric_keys` knows their types and units,
+so values follow the rules of their keys. A key takes the values of a list or a range
+(`AxisReader`), alone or together with others (`zip`), or random values (`sample`, with a design
+of `sampling`). `sweep_fault` explains why a key cannot be swept. Checks with an `at` condition
+are read here as well, because they name keys too.
 """
 
 from __future__ import annotations
@@ -58,16 +58,16 @@ from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
 MAX_SAMPLE_POINTS = 10**12
-"""Points of a sample: beyond it somebody has typed too many zeros."""
+"""Maximum number of points of a sample; more are probably a typing error."""
 
 
 def read_axes_and_checks(reading: Reading) -> dict[str, Any]:
-    """Give what depends on the numeric keys of a scenario: its axes, its checks with an `at`.
+    """Return the axes of the sweep and the checks, as fields of the scenario.
 
     Parameters
     ----------
     reading : Reading
-        Of the whole scenario; the problems are noted in it.
+        Reader of the whole scenario; errors are added to it.
     """
     words, found = reading.words, {}
     checks = words.get("checks")
@@ -82,7 +82,7 @@ def read_axes_and_checks(reading: Reading) -> dict[str, Any]:
 
 
 def _read_axes(reading: Reading, known: KnownKeys) -> Any:
-    """Give the axes of a sweep block."""
+    """Return the axes of a sweep block."""
     block = reading.words[SWEEP_KEY]
     if not isinstance(block, Mapping):
         form = "keys with their values, such as `excitation.frequency: [1, 2]`"
@@ -105,9 +105,9 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
 
 
 def _key_groups(block: Any) -> list[Mapping[str, Any]]:
-    """Give the groups of keys in a sweep block: those that `zip` and `sample` hold."""
+    """Return the groups of keys in `zip` and `sample`."""
     if not isinstance(block, Mapping):
-        return []  # the key `sweep` itself is mistyped, which is a problem of its own
+        return []  # the key `sweep` is misspelled, which is reported elsewhere
     zips, sample = block.get(ZIP_KEY), block.get(SAMPLE_KEY)
     several = zips if isinstance(zips, list) else [zips]
     over = sample.get("over") if isinstance(sample, Mapping) else None
@@ -115,7 +115,7 @@ def _key_groups(block: Any) -> list[Mapping[str, Any]]:
 
 
 def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
-    """Give the axes of `zip`: keys that take their values side by side, in groups or in one."""
+    """Yield the axes of `zip`: one or several groups of keys varying together."""
     form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
     groups: list[tuple[KeyPath, Any]] = [((SWEEP_KEY, ZIP_KEY), value)]
     if isinstance(value, list):
@@ -143,7 +143,7 @@ def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
 
 
 def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
-    """Give the axes of `sample`: keys of whose values a design draws some for every case."""
+    """Yield the axes of `sample`: keys with random values."""
     at = (SWEEP_KEY, SAMPLE_KEY)
     if not isinstance(value, Mapping):
         form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
@@ -186,7 +186,7 @@ def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axi
 def _read_keys(
     reading: Reading, known: KnownKeys, at: KeyPath, group: Mapping[str, Any]
 ) -> dict[str, NumericKey]:
-    """Give the numeric keys of a group; what is wrong with the others is noted."""
+    """Return the valid numeric keys of a group; report the others."""
     found = {}
     for key in group:
         if key != UNREAD_KEYS and (numeral := _read_key(reading, known, (*at, key), key)):
@@ -195,7 +195,7 @@ def _read_keys(
 
 
 def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis | None:
-    """Give one axis; None when it has a problem."""
+    """Return an axis; None if it has an error."""
     at = (SWEEP_KEY, key)
     numeral = _read_key(reading, known, at, key)
     if numeral is None:
@@ -207,12 +207,12 @@ def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis
 
 
 def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:
-    """Give what is known of a swept key; None when it has a problem."""
+    """Return the numeric key to sweep; None if it has an error."""
     top = key.partition(".")[0]
     field = fields_by_key(reading.model).get(top)
     wanted = top in reading.document.value or (field is not None and field.is_required())
     if wanted and top not in reading.words:
-        return None  # the block that the key stands in has its problem already
+        return None  # an error of the block with this key was reported already
     if sentence := sweep_fault(reading.words, key, known):
         reading.fault(sentence, at, at_key=True)
         return None
@@ -223,13 +223,13 @@ def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> Nume
 
 
 def _is_swept_twice(block: Any, key: str) -> bool:
-    """Whether a sweep block has a key more than once, in its groups or beside them."""
+    """Return whether a sweep block contains a key more than once."""
     groups = _key_groups(block)
     return sum(key in group for group in (block, *groups)) > 1 if groups else False
 
 
 def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
-    """Give a check with an `at`, whose keys are known here; any other as it is written."""
+    """Return a parsed check if it has an `at` condition, otherwise the text."""
     if not has_condition(text):
         return text
     numerals = {key: numeral for key, numeral in known.items() if numeral}
@@ -237,7 +237,7 @@ def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
         check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
     except ValueError as fault:
         reading.fault(f"checks.{i}: {fault}", ("checks", i))
-        return "T_a < 1"  # any sound check: this one has its problem already
+        return "T_a < 1"  # any valid check: the error was reported
     swept = reading.words.get(SWEEP_KEY)
     keys = [condition.key for condition in check.conditions if condition.key != STATUS]
     for key in dict.fromkeys(keys):
@@ -247,15 +247,15 @@ def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
     return check.with_values({key: numerals[key].here(key) for key in keys})
 
 
-# The values of an axis, read by the rules of its key: a list, or a range.
+# The values of an axis: a list or a range
 
 
 class InvalidAxis(Exception):
-    """A problem was noted; nothing more can be said about the axis."""
+    """Raised after an error of an axis was reported."""
 
 
 class AxisReader:
-    """What is written for one axis, and the problems of reading it."""
+    """Reader of the values of one axis."""
 
     def __init__(self, reading: Reading, at: KeyPath, numeral: NumericKey) -> None:
         self.reading = reading
@@ -263,7 +263,7 @@ class AxisReader:
         self.numeral = numeral
 
     def axis(self, key: str, value: Any) -> Axis | None:
-        """Give the axis that the words mean; None when they have a problem."""
+        """Return the axis; None if it has an error."""
         known = len(self.reading.problems)
         try:
             values, words = self._read(value)
@@ -274,7 +274,7 @@ class AxisReader:
         return Axis(key, self.numeral.header, values, words)
 
     def _read(self, value: Any) -> tuple[Sequence[float], Any]:
-        """Give the values, and how a file says them in SI."""
+        """Return the values, and the block they were read from in SI."""
         if isinstance(value, list):
             values = self._read_list(value)
             return values, list(values)
@@ -284,13 +284,13 @@ class AxisReader:
         raise self._fault(f"must be {form}; not {format_value(value)}")
 
     def _fault(self, sentence: str, *inner: str | int) -> InvalidAxis:
-        """Note a problem of a value."""
+        """Report an error of a value."""
         keys = (*self.at, *inner)
         report_value(self.reading, sentence, keys)
         return InvalidAxis()
 
     def _one(self, value: Any, *inner: str | int) -> float:
-        """Give one value, which is no number when it has a problem."""
+        """Return a value; nan after an error."""
         try:
             return self.numeral.read(value)
         except ValueError as fault:
@@ -298,7 +298,7 @@ class AxisReader:
             return nan
 
     def _read_list(self, entries: list[Any]) -> tuple[float, ...]:
-        """Give the values of a list."""
+        """Return the values of a list."""
         if not entries:
             raise self._fault("has no values")
         values = tuple(self._one(value, i) for i, value in enumerate(entries))
@@ -310,9 +310,9 @@ class AxisReader:
         return values
 
     def _read_range(self, words: Mapping[str, Any]) -> tuple[Sequence[float], Any]:
-        """Give the values of a range, and the range in SI."""
+        """Return the values of a range, and the range in SI."""
         if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
-            raise InvalidAxis  # noted when the block was read
+            raise InvalidAxis  # reported when the block was read
         low, high = self._one(words["from"], "from"), self._one(words["to"], "to")
         if low != low or high != high:
             raise InvalidAxis
@@ -328,7 +328,7 @@ class AxisReader:
         return whole, {**ends, "count": words["count"], "scale": scale}
 
     def _read_step(self, low: float, high: float, value: Any) -> tuple[float, Sequence[float]]:
-        """Give the step and the values."""
+        """Return the step and the values of a range with a step."""
         unit = self.numeral.unit
         try:
             step = Quantity(unit, above=0).read(value)
@@ -343,7 +343,7 @@ class AxisReader:
         return step, decimal_arange(low, high, step, n)
 
     def _read_count(self, low: float, high: float, count: Any, scale: Any) -> Sequence[float]:
-        """Give a number of values."""
+        """Return the values of a range with a count."""
         count = as_integer(count)
         if isinstance(count, bool) or not isinstance(count, int):
             raise self._fault(f"must be a whole number, not {format_value(count)}", "count")
@@ -362,13 +362,13 @@ class AxisReader:
         )
 
     def _limit_count(self, count: float, key: str) -> None:
-        """Note a problem when an axis is beyond all reason."""
+        """Report an axis with too many values."""
         if count > MAX_AXIS_VALUES:
             sentence = f"asks for {count:.4g} values; an axis has {MAX_AXIS_VALUES} at most"
             raise self._fault(sentence, key)
 
     def _whole(self, values: Sequence[float], key: str) -> Sequence[float]:
-        """Give the values of a key that takes whole numbers only as such."""
+        """Return the values, converted to integers for an integer key."""
         if self.numeral.quantity is not None:
             return values
         if fractional := next(
@@ -380,16 +380,16 @@ class AxisReader:
         return tuple(int(value) for value in values)
 
 
-# How the values of a key scatter in a sample.
+# Distributions of the keys of a sample
 
 
 def _read_whole_number(
     reading: Reading, at: KeyPath, words: Mapping[str, Any], name: str, least: int, most: int
 ) -> int | None:
-    """Give a whole number within bounds; None when it has a problem."""
+    """Return an integer within bounds; None if it has an error."""
     value, location = as_integer(words.get(name)), (*at, name)
     if value is None:
-        return None  # noted when the block was read
+        return None  # reported when the block was read
     if isinstance(value, bool) or not isinstance(value, int):
         report_value(reading, f"must be a whole number, not {format_value(value)}", location)
         return None
@@ -403,7 +403,7 @@ def _read_whole_number(
 def _read_distribution(
     reading: Reading, at: KeyPath, value: Any, numeral: NumericKey
 ) -> tuple[Distribution, dict[str, Any]] | None:
-    """Give how a key scatters, and how a file says it in SI; None when it has a problem."""
+    """Return a distribution and its block in SI; None if it has an error."""
     noted = len(reading.problems)
     if not isinstance(value, Mapping):
         form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
@@ -444,7 +444,7 @@ def _read_distribution(
 def _read_parameter(
     reading: Reading, at: KeyPath, value: Any, numeral: NumericKey, name: str
 ) -> float:
-    """Give one number of a distribution in the unit of its key."""
+    """Return a parameter of a distribution in the unit of its key."""
     try:
         if name == "sd":
             return Quantity(numeral.unit, above=0).read(value)
@@ -457,7 +457,7 @@ def _read_parameter(
 def _distribution_fault(
     kind: str, values: Mapping[str, float], scale: Any
 ) -> tuple[str, str] | None:
-    """Give what is wrong with values that do not fit each other, and the one to blame."""
+    """Return the message and key of inconsistent parameters; None if consistent."""
     low, high = values.get("from", float("nan")), values.get("to", float("nan"))
     if low >= high:
         return f"must be above `from`, {low:.12g}", "to"
@@ -475,7 +475,7 @@ def _distribution_fault(
 def _make_distribution(
     kind: str, values: Mapping[str, float], scale: str, quantity: Quantity
 ) -> Distribution:
-    """Give a distribution, cut at the bounds of its key where it has no ends of its own."""
+    """Return a distribution; by default it is truncated to the bounds of the key."""
     if kind == "uniform":
         return Uniform(values["from"], values["to"], scale == "log")
     if kind == "triangular":
@@ -488,19 +488,26 @@ def _make_distribution(
     return shape(values["mean"], values["sd"], **ends)
 
 
-# Why a key cannot be swept, in sentences.
+# Why a key cannot be swept
 
 
 STEADY_KINDS = {
     kind for kind, member in EXCITATIONS_BY_KIND.items() if member.steady_by_default
 }
-"""Kinds of excitation that are measured over the periodic orbit when nothing else is said."""
+"""Excitations whose metrics cover the steady state by default."""
 
 
 def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | None:
-    """Say why a key of the sweep cannot be swept; None when it can.
+    """Return why a key cannot be swept; None if it can.
 
-    `words` are those of the scenario, its `sweep` by dotted keys.
+    Parameters
+    ----------
+    words : mapping
+        The scenario as plain values; its `sweep` has dotted keys.
+    key : str
+        Dotted key.
+    known : mapping
+        Keys of the scenario, from `numeric_keys`.
     """
     numeral = known.get(key)
     if numeral is None:
@@ -516,14 +523,14 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
     if block == "measure" and not _has_window(words):
         return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"
     known_faults = {sentence for _, sentence in key_faults(words)}
-    if "." not in block:  # rules are about blocks that are not within another: try some number
+    if "." not in block:  # rules concern top-level blocks: try a number
         words = {**words, block: {**get_block(words, block), name: 1.0}}
     faults = (sentence for _, sentence in key_faults(words))
     return next((sentence for sentence in faults if sentence not in known_faults), None)
 
 
 def _not_numeric_fault(key: str, known: KnownKeys) -> str:
-    """Say what is wrong with a key that is no numeric key of the scenario."""
+    """Return the message for a key that is not numeric or unknown."""
     inner = next((k for k, numeral in known.items() if numeral and k.startswith(f"{key}.")), "")
     if inner:
         return f"{key} is a block; write a dotted key, such as `{inner}`"
@@ -540,7 +547,7 @@ def _not_numeric_fault(key: str, known: KnownKeys) -> str:
 
 
 def _known_keys_hint(top: str, known: KnownKeys) -> str:
-    """Give the keys that a block has, and the member of a shelf that it is."""
+    """Return a hint with the numeric keys of a block."""
     inside = {
         key: numeral
         for key, numeral in known.items()
@@ -555,10 +562,10 @@ def _known_keys_hint(top: str, known: KnownKeys) -> str:
 
 
 def _closest_key(key: str, known: KnownKeys) -> str | None:
-    """Give the numeric key that was probably meant by one that is not there."""
+    """Return the numeric key closest to an unknown one; None if none is close."""
     steps, best, found = key.split("."), (0, False, 0), None
     if len(steps) == 3 and steps[1] in LAWS and known.get(without := f"{steps[0]}.{steps[2]}"):
-        return without  # an option of the file's own law, which is a key of the block
+        return without  # options of the file's own law are keys of the block
     for candidate, numeral in known.items():
         parts = candidate.split(".")
         ours = parts[-1:] if len(steps) == 1 else parts
@@ -575,7 +582,7 @@ def _closest_key(key: str, known: KnownKeys) -> str | None:
 def _exclusion_fault(
     block: str, name: str, numeral: NumericKey, beside: set[str]
 ) -> str | None:
-    """Say which key of its block keeps a key from being set."""
+    """Return why other keys of its block exclude a key; None if none does."""
     model, values = numeral.model, numeral.block
     if model is None:
         return None
@@ -599,6 +606,6 @@ def _exclusion_fault(
 
 
 def _has_window(words: Mapping[str, Any]) -> bool:
-    """Whether the metrics are taken over a window, not over the periodic orbit."""
+    """Return whether the metrics cover a time window, not the steady state."""
     measure, kind = get_block(words, "measure"), get_block(words, "excitation").get("kind")
     return kind not in STEADY_KINDS or bool({"settle", "duration"} & measure.keys())

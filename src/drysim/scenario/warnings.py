@@ -1,9 +1,9 @@
-"""What looks odd in a scenario that is valid: what its reader should know before it is run.
+"""Warnings for valid scenarios that are probably not what the user meant.
 
-`scenario_warnings` gives the warnings: values that look like values in other units, a grid or record too
-coarse, a mass that will not move, an approach where it is known to err, keys of a sweep that
-change nothing, checks that are vain, and options that nothing uses. No base motion is read or
-made for them; of a sweep the cases at the ends of every swept key stand for all.
+`scenario_warnings` checks for values in wrong units, a grid or record that is too coarse, a
+mass that will not move, an approach outside its range of validity, swept keys without effect,
+checks that always or never hold, and unused options. No record is read and no signal is
+generated for this. For a sweep, the cases at the ends of each swept key represent all.
 """
 
 from __future__ import annotations
@@ -33,37 +33,40 @@ from drysim.units import Block
 from drysim.wording import format_number
 
 MIN_STEPS_PER_PERIOD = 20
-"""Fewer points than this draw a sine as a polygon."""
+"""Fewer output points per period do not resolve a sine in a plot."""
 
 MAX_WEIGHTED_FREQUENCY = 80.0
-"""Last third octave of the weightings of a seat [Hz]."""
+"""Highest third octave of the ISO 2631-1 weightings [Hz]."""
 
 STEP_ROUNDING = 1e-9
-"""Rounding that a step may have."""
+"""Relative tolerance for rounding of a step."""
 
 LIMIT_ROUNDING = 1e-12
-"""Difference of two limits, relative to them, that only their units make [-]."""
+"""Relative difference of two limits that unit conversion alone can cause [-]."""
 
 LOAD_PREFIXES = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
-"""Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
+"""Prefixes of keys that decide whether the mass moves; if swept, this depends on the case."""
 
 COMMON_STATIC_RATIO = 1.3
-"""Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
+"""Upper end of common ratios F_fs/F_fk of dry contacts [-]."""
 
 
 def scenario_warnings(
     scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
 ) -> tuple[WarningMessage, ...]:
-    """Give the warnings that the words of a scenario deserve, swept values among them.
+    """Return the warnings for a scenario, including its swept values.
 
     Parameters
     ----------
     scenario : Scenario
     motion : Sines or Samples, optional
-        Base motion, if it is at hand; no record is read and no signal is made for this.
+        Base motion, if available. Checks that need it are skipped otherwise, except for sines.
     compared : bool, optional
-        Whether other approaches or laws than those of the scenario solve it, too: then nothing
-        is said about options of theirs.
+        Whether other approaches or laws are used as well; their options are then in use.
+
+    Returns
+    -------
+    tuple of WarningMessage
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
@@ -86,17 +89,17 @@ def scenario_warnings(
     return tuple(found)
 
 
-# Base motion, grid and friction; and approaches where they err.
+# Base motion, grid, friction, and approaches outside their range of validity
 
 MAX_STIFFNESS = 2.5
-"""F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
+"""F_fk c Δt/m [-] close to the stability limit of rk4 on a smooth sign, 2.8."""
 
 MAX_CHATTER = 0.5
-"""F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
+"""F_fk/(m a_u) [-] above which chatter dominates the acceleration under signum."""
 
 
 def _step_warnings(scenario: Scenario, motion: Sines) -> Iterator[WarningMessage]:
-    """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
+    """Warn of an output grid too coarse to plot the motion; for a sweep the worst case."""
     cases = extreme_cases(scenario) if scenario.sweep else ()
     swept = [
         one for case in cases for one in _coarse_step_warnings(case, case.excitation.motion())
@@ -108,7 +111,7 @@ def _step_warnings(scenario: Scenario, motion: Sines) -> Iterator[WarningMessage
 def _coarse_step_warnings(
     scenario: Scenario, motion: Sines | Samples
 ) -> Iterator[WarningMessage]:
-    """Say when the output grid is too coarse to draw the motion of a single case."""
+    """Warn of an output grid too coarse to plot the motion of a case."""
     if not isinstance(motion, Sines):
         return
     m, k_x, _ = scenario.oscillator.plant()
@@ -124,7 +127,7 @@ def _coarse_step_warnings(
 
 
 def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMessage]:
-    """Say when the samples of a record are too far apart to shake the oscillator."""
+    """Warn of a record whose samples are too far apart for the oscillator."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
     if f_0 * motion.dt * MIN_STEPS_PER_PERIOD <= 1 + STEP_ROUNDING:
@@ -144,7 +147,7 @@ def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMes
 def _weighting_warnings(
     scenario: Scenario, motion: Sines | Samples
 ) -> Iterator[WarningMessage]:
-    """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
+    """Warn of an unverified weighting factor, and of a grid too coarse for weighting."""
     direction = scenario.measure.direction
     if direction in UNVERIFIED_DIRECTIONS:
         weighting, k = DIRECTIONS[direction]
@@ -169,19 +172,19 @@ def _weighting_warnings(
 
 
 def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
-    """Say when the mass will not move, or moves only for want of a static limit.
+    """Warn if the mass will not move, or moves only because no static limit is given.
 
-    At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
-    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold where
-    the surfaces are pressed together the least.
+    A mass at rest on its base sticks while |F_L| = |m ü + k_x x_r| is within F_fs. If the peak
+    is above F_fs, and F_fs is not given, a common ratio F_fs/F_fk might still hold the mass;
+    the smallest normal force is decisive.
     """
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
-    # A bound of |ü| that a single sine and samples reach.
+    # Upper bound of |ü|, attained by a single sine and by samples.
     peak = max_abs(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
     load, least = m * peak + k_x * abs(start.x_r), _least_normal_force(law)
     hold, drag = law.F_fs * least, law.F_fk * least
-    if isinstance(law, EndStopLaw):  # a start beyond the limit squeezes a bumper
+    if isinstance(law, EndStopLaw):  # a start beyond the limit compresses a bumper
         load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
     if start.v_r == 0 and load <= hold and law.can_stick:
         yield WarningMessage(
@@ -200,13 +203,13 @@ def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
 
 
 def _least_normal_force(law: AnyLaw) -> float:
-    """Give the least normal force relative to its mean [-]."""
+    """Return the smallest normal force relative to its mean [-]."""
     force_record = law.force_record if isinstance(law, NormalForceLaw) else None
     return 1.0 - law.variation if force_record is None else float(force_record.relative.min())
 
 
 def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
-    """Say when the approach of a scenario is known to err in its scene."""
+    """Warn if the approach is known to be inaccurate for the scenario."""
     F_fk, m = scenario.law().F_fk, scenario.oscillator.mass
     member = scenario.solver.member()
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
@@ -235,53 +238,53 @@ def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
 
 
 def _base_rms(motion: Sines | Samples) -> float:
-    """Give the RMS of ü [m/s²], of sines without regard to their phases."""
+    """Return the RMS of ü [m/s²]; phases of sines are ignored."""
     if isinstance(motion, Samples):
         return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
     return sqrt(sum(A * A for A in motion.A) / 2)
 
 
-# Values of a scenario, swept ones among them, that look like values in other units.
+# Values that look like values in other units, swept values included
 
 LONG_TRAVEL = 1.0
-"""An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
+"""Length too large for an isolator [m], such as 25 instead of 25 mm."""
 
 MEGAMETRE_TYPO = 1e5
-"""Nobody writes so many millimetres [m]: `Mm` stood for `mm`."""
+"""Length so large that `Mm` was probably written for `mm` [m]."""
 
 HIGH_ACCELERATION = 100.0
-"""Ten times gravity [m/s²] over a metre is in millimetres."""
+"""Ten times gravity [m/s²]: with a travel above 1 m the unit is probably mm/s²."""
 
 LOW_FREQUENCY = 0.1
-"""Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
+"""Natural frequency [Hz] below which the mass is probably in g or the stiffness in N/mm."""
 
 HIGH_DAMPING_RATIO = 5.0
-"""Above this damping ratio [-] somebody meant percent."""
+"""Damping ratio [-] from which a percentage was probably meant."""
 
 PERCENT_METRICS = ("SEAT", "SEAT_VDV", "stroke_used")
-"""Metrics [-] that people give in percent."""
+"""Dimensionless metrics often given in percent."""
 
 HIGH_RATIO = 10.0
-"""From this limit on of such a metric [-] somebody meant percent."""
+"""Limit of such a metric [-] from which a percentage was probably meant."""
 
 WIDE_INTERVAL = 1.0
-"""An interval as wide as its mean [-] tells nothing of it; somebody meant percent."""
+"""Relative half-width [-] from which a percentage was probably meant."""
 
 MAX_TRAVEL_RATIO = 1000.0
-"""No mass travels a thousand times as far as its base moves and its spring would give [-]."""
+"""Limit over expected travel [-] from which the unit is probably wrong."""
 
 
 def _unit_warnings(
     scenario: Scenario, motion: Sines | Samples | None
 ) -> Iterator[WarningMessage]:
-    """Say which values look like values in other units, each key once.
+    """Warn of values that look like values in other units, once per key.
 
-    Of a sweep the cases at both ends of every swept key are looked at.
+    For a sweep, the cases at both ends of each swept key are checked.
     """
     found: dict[tuple[str, ...], WarningMessage] = {}
     for case in extreme_cases(scenario) if scenario.sweep else (scenario,):
         own = motion if case.excitation is scenario.excitation else None
-        if case is not scenario and case.excitation.periodic:  # each case moves as it says
+        if case is not scenario and case.excitation.periodic:  # its own motion
             own = case.excitation.motion()
         waves = _sine_warnings(own) if isinstance(own, Sines) else ()
         lengths = (*_length_warnings(case), *_remote_limit_warnings(case, own))
@@ -296,7 +299,7 @@ def _unit_warnings(
 
 
 def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say which lengths look like millimetres."""
+    """Warn of lengths that look like millimetres."""
     m, k_x, _ = scenario.oscillator.plant()
     start = abs(scenario.start.x_r)
     limit = scenario.stroke.limit if scenario.stroke else 0.0
@@ -317,7 +320,7 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 def _remote_limit_warnings(
     scenario: Scenario, motion: Sines | Samples | None
 ) -> Iterator[WarningMessage]:
-    """Warn of checks whose limit has a unit, and is a length far beyond all that moves."""
+    """Warn of checks with a limit far beyond the expected travel."""
     m, k_x, _ = scenario.oscillator.plant()
     if motion is None or k_x == 0.0:
         return
@@ -340,7 +343,7 @@ def _remote_limit_warnings(
 
 
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Warn of ratios that look like percent."""
+    """Warn of ratios that look like percentages."""
     unitless = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
@@ -356,7 +359,7 @@ def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say when the oscillator looks like one in other units."""
+    """Warn of an oscillator that looks like one in other units."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
     if 0 < f_0 < LOW_FREQUENCY:
@@ -377,7 +380,7 @@ def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
-    """Say which sines look like sines in other units."""
+    """Warn of sines that look like sines in other units."""
     for A, f, phase in zip(*motion, strict=True):
         u = A / (2 * pi * f) ** 2
         if u >= LONG_TRAVEL and A >= HIGH_ACCELERATION:
@@ -394,14 +397,14 @@ def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
             yield WarningMessage("looks-like-degrees", sentence, {"phase": phase})
 
 
-# Sweeps: the cases at their ends, and keys that change nothing.
+# Sweeps: cases at the ends of axes, and keys without effect
 
 MAX_SCANNED_VALUES = 10_000
-"""Values of a swept key beyond which the first and the last stand for all."""
+"""Axes with more values are represented by their first and last value."""
 
 
 def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
-    """Give the cases at the least and the greatest value of every swept key."""
+    """Yield the cases at the smallest and the largest value of each swept key."""
     first = _point_range(scenario.sweep, 0, 1)[0]
     for group in axis_groups(scenario.sweep):
         for point in _extreme_points(group):
@@ -409,11 +412,11 @@ def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
 
 
 def _extreme_points(group: Sequence[Axis]) -> list[dict[str, float]]:
-    """Return the points at which a key of a group has its least or its greatest value."""
+    """Return the points at which a key of a group has its smallest or largest value."""
     count = len(group[0].values)
     if count > MAX_SCANNED_VALUES:
         return [*_point_range(group, 0, 1), *_point_range(group, count - 1, count)]
-    # All keys of a sample are drawn together, once: a single value costs as much as many.
+    # The values of a sample are computed together: one costs as much as a chunk.
     every = _point_range(group, 0, count)
     values = {axis.key: [point[axis.key] for point in every] for axis in group}
     places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
@@ -421,7 +424,7 @@ def _extreme_points(group: Sequence[Axis]) -> list[dict[str, float]]:
 
 
 def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
-    """Return the points with numbers from `begin` to the one before `end`."""
+    """Return the points `begin` to `end` - 1."""
     columns = {key: column.tolist() for key, column in point_columns(axes, begin, end).items()}
     return [
         dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
@@ -429,7 +432,7 @@ def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, f
 
 
 def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say which swept keys change nothing, and what the reference leaves out."""
+    """Warn of swept keys without effect, and of what the reference leaves out."""
     for axis in scenario.sweep:
         if why := _why_without_effect(scenario, axis):
             sentence = f"sweep of {axis.key} {why}"
@@ -440,14 +443,14 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     if reference is None:
         return
     other = scenario.with_approach(reference)
-    # Friction of its own to leave out, or no end stops.
+    # The reference has friction or loses the end stops; otherwise there is nothing to report.
     if other.friction is not None or other.stops != scenario.stops:
         for sentence in scenario.omissions(reference):
             yield WarningMessage("left-out", f"reference: {sentence}")
 
 
 def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
-    """Say why a swept key changes nothing; None when it changes something."""
+    """Return why a swept key has no effect; None if it has one."""
     if len(axis.values) == 1:
         return "has one value only; set it in the scenario instead"
     if axis.key == "stroke.limit" and scenario.stops is None:
@@ -479,7 +482,7 @@ def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
 
 
 def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
-    """Give all that the metrics of a case depend on."""
+    """Return everything that the metrics of a case depend on."""
     case = scenario.at(point)
     solver = case.solver.step, case.solver.member()
     return (
@@ -487,11 +490,11 @@ def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object,
     )  # fmt: skip
 
 
-# Checks and keys that are vain.
+# Checks and keys without effect
 
 
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Warn of checks that cannot fail, cannot hold, stand twice or contradict each other."""
+    """Warn of checks that always or never hold, are duplicates or contradict each other."""
     cases = _CaseValues(scenario)
     sound: dict[str, list[Check]] = {}
     for at, check in enumerate(scenario.checks):
@@ -526,13 +529,13 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _is_same_check(one: Check, other: Check) -> bool:
-    """Whether two checks of one metric promise the same of the same cases."""
+    """Return whether two checks of one metric are equivalent."""
     alike = isclose(one.limit, other.limit, rel_tol=LIMIT_ROUNDING)
     return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
 
 
 class _CaseValues:
-    """The values that keys have in the cases of a scenario, for conditions of checks."""
+    """Values of the swept keys, to evaluate the conditions of checks."""
 
     def __init__(self, scenario: Scenario) -> None:
         few = (axis for axis in scenario.sweep if len(axis.values) <= MAX_SCANNED_VALUES)
@@ -540,11 +543,11 @@ class _CaseValues:
         self.swept = {axis.key for axis in scenario.sweep}
 
     def applies(self, check: Check) -> bool:
-        """Whether a check applies to a case of the sweep, as far as each key tells."""
+        """Return whether a check can apply to a case, judged key by key."""
         return not self.swept or self.share(check)
 
     def share(self, *checks: Check) -> bool:
-        """Whether all of some checks apply to one case, as far as each key tells."""
+        """Return whether several checks can apply to one case, judged key by key."""
         conditions = [one for check in checks for one in check.conditions]
         for key in {one.key for one in conditions}:
             asked = [one for one in conditions if one.key == key]
@@ -577,7 +580,7 @@ def _zero_force_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Warn of options that nothing uses where only the scenario's own approach and law act."""
+    """Warn of options not used by the approach and law of the scenario."""
     approach = scenario.solver.approach
     for name, options in scenario.solver:
         idle = isinstance(options, Block) and name not in (approach, scenario.reference)
@@ -600,16 +603,16 @@ def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _is_chosen_by_override(scenario: Scenario, choice: str, options: str) -> bool:
-    """Whether a choice, and none of the options beside it, was made by an override.
+    """Return whether an override made a choice but did not set its options.
 
-    Such as by `--approach`: then the options in the file are those of the file's own choice.
+    With `--approach`, for example, the options in the file belong to the choice in the file.
     """
     chosen = scenario.origin["overrides"]
     return choice in chosen and not any(f"{key}.".startswith(f"{options}.") for key in chosen)
 
 
 def _unreadable_record_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Warn of a recorded normal force in options of another law that cannot be read."""
+    """Warn of an unreadable normal-force record in the options of another law."""
     for law in LAWS:
         record = getattr(getattr(scenario.friction, law, None), "normal_record", None)
         if record is not None:
