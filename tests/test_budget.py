@@ -325,7 +325,7 @@ def test_fault_shows_every_problem_with_its_place(noisy_seat):
     with pytest.raises(drysim.ScenarioError) as caught:
         drysim.load(noisy_seat)
     assert str(caught.value).splitlines() == [
-        f"{noisy_seat} is not a scenario yet: 2 problems",
+        f"{noisy_seat}: 2 errors",
         f"{noisy_seat}:3:14: unknown key `mas` in oscillator; did you mean `mass`?",
         f"{noisy_seat}:4:35: friction.kinetic must be at least 0 N, not -1",
     ]

@@ -241,8 +241,8 @@ def test_what_an_approach_leaves_out_is_a_caution_that_names_it(scene: Path) -> 
     ("names", "why"),
     [
         (("stick-slip", "signum"), "signum marches by fixed steps"),
-        (("stick-slip", "moreau"), "moreau knows no varying normal force"),
-        (("signum", "viscous"), "viscous leaves the dry friction out"),
+        (("stick-slip", "moreau"), "moreau uses a constant normal force"),
+        (("signum", "viscous"), "viscous ignores dry friction"),
     ],
 )
 def test_none_is_off_a_yardstick_that_may_be_off_itself(scene: Path, names, why) -> None:
@@ -379,7 +379,7 @@ class TestOptions:
         )
 
     def test_scene_without_friction_has_no_law_to_exchange(self, laws_scene):
-        with pytest.raises(ScenarioError, match="not a scenario for law lugre") as fault:
+        with pytest.raises(ScenarioError, match="under law lugre: ") as fault:
             load(laws_scene, {"friction": None}).with_law("lugre")
         assert "needs a friction block" in fault.value.problems[0].sentence
 
@@ -422,8 +422,8 @@ class TestComparison:
         found = compare(load(laws_scene, varied), ("jenkins", "lugre", "stick-slip"))
         sentences = {warning.sentence for warning in found.table.warnings}
         assert sentences >= {
-            "lugre has no use for friction.normal_variation and leaves it out",
-            "jenkins knows no static limit above kinetic friction and takes F_fs = F_fk",
+            "lugre ignores friction.normal_variation",
+            "jenkins has no static limit above kinetic friction and uses F_fs = F_fk",
         }
 
     def test_sweep_goes_over_the_words_that_have_use_for_it(self, laws_scene):
@@ -539,14 +539,14 @@ def test_fixed_steps_refuse_every_law_but_coulombs(laws_scene, law, approach):
     changes = {"friction.law": law, "friction.static_ratio": None, "solver.approach": approach}
     with pytest.raises(ScenarioError) as fault:
         load(laws_scene, changes)
-    assert "knows Coulomb's friction only" in fault.value.problems[0].sentence
+    assert "supports Coulomb friction only" in fault.value.problems[0].sentence
 
 
 def test_law_in_place_of_an_approach_is_told_where_it_belongs(laws_scene):
     with pytest.raises(ScenarioError) as fault:
         load(laws_scene, {"solver.approach": "lugre"})
     (problem,) = fault.value.problems
-    assert problem.sentence.endswith("`lugre`; it is a friction law: friction.law takes it")
+    assert problem.sentence.endswith("`lugre`; it is a friction law: set friction.law")
 
 
 def test_laws_that_move_the_mass_alike_are_said_to_coincide(laws_scene):

@@ -257,7 +257,7 @@ def changed(**words):
         (changed(over={"oscillator.mass": GAUSS | {"sd": 0, "from": 1}}),
          "sd must be above 0 kg"),
         (changed(over={"oscillator.mass": {"from": 1, "to": 2, "mean": 1}}),
-         "has no use for a uniform distribution"),
+         "is not used for a uniform distribution"),
         (changed(over={"oscillator.mass": {"from": 1, "to": 2, "distribution": "gauss"}}),
          "must be uniform, normal, lognormal, triangular"),
         (changed(over={}), "must be keys"),

@@ -214,7 +214,7 @@ WORDS = {
     "seeds: 1e12": "excitation.seeds must be at most 1000000000",
     "seeds: 1, until: {metric: T_a, half_width: 1 %}": "excitation.seeds must be at least 2",
     "until: {metric: T_b, half_width: 1 %}": "excitation.until.metric: unknown metric `T_b`; ",
-    "until: {metric: SEAT, half_width: 1 %}": "excitation.until.metric: `SEAT` is not known",
+    "until: {metric: SEAT, half_width: 1 %}": "excitation.until.metric: `SEAT` is not available",
     "until: {metric: closure, half_width: 1 %}": "excitation.until.metric: `closure` is",
     "until: {metric: T_a, half_width: 0}": "excitation.until.half_width must be above 0",
     "until: {metric: T_a, half_width: -1 %}": "excitation.until.half_width must be above 0",
@@ -239,7 +239,7 @@ def test_stroke_metrics_ask_for_a_stroke_limit(noisy):
     changes = {UNTIL: {"metric": "stroke_used", "half_width": 0.01}, "stroke": None}
     (sentence,) = problems(noisy, changes)
     assert sentence.endswith(
-        "`stroke_used` is not known without a stroke limit; give stroke.limit"
+        "`stroke_used` is not available without a stroke limit; give stroke.limit"
     )
 
 
@@ -251,7 +251,7 @@ def test_a_sine_has_no_seeds(noisy):
 
 def test_the_seed_is_not_swept_beside_seeds(noisy):
     (sentence,) = problems(noisy, {SEEDS: 3, "sweep": {"excitation.seed": [1, 2]}})
-    assert sentence.startswith("excitation.seed cannot be swept beside seeds")
+    assert sentence.startswith("excitation.seed cannot be swept with excitation.seeds")
 
 
 def test_more_seeds_than_the_memory_holds_are_refused(noisy):

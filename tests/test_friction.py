@@ -267,7 +267,7 @@ class TestFaults:
             if getattr(given, key) is None or getattr(given, other) is None:
                 continue
             (sentence,) = problems(name, **{other: None})
-            assert sentence == f"friction.{key} has a meaning only beside {other}"
+            assert sentence == f"friction.{key} requires {other}"
 
     def test_key_of_another_law_names_the_laws_that_have_it(self, name):
         others = {key for law in FRICTION_LAWS for key in law.model_fields}

@@ -145,7 +145,7 @@ def test_other_approaches_take_the_mean_in_a_comparison(scene):
     assert not isinstance(law, NormalForceLaw)
     assert law.F_fk == pytest.approx(0.3 * mean, rel=1e-12)
     omissions = scenario.omissions("signum")
-    assert "signum knows no varying normal force and takes it as constant" in omissions
+    assert "signum uses a constant normal force" in omissions
 
 
 def test_other_laws_take_the_mean_in_a_comparison(scene):
@@ -159,7 +159,7 @@ def test_other_laws_take_the_mean_in_a_comparison(scene):
     [
         (RECORD, "measure: {duration: 6 s}\n", "friction.normal_record ends at 5 s, before"),
         (RECORD, "", "measure.duration is required for harmonic"),
-        (RECORD, "measure: {steady: true}\n", "needs a normal force that repeats"),
+        (RECORD, "measure: {steady: true}\n", "needs a periodic normal force"),
         (RECORD + ", normal: 3", WINDOW, "give normal or normal_record, not both"),
         (RECORD.replace("rate", "unit: m, rate"), WINDOW, "is a unit of length, not force"),
         (RECORD.replace("file: force.csv, ", ""), WINDOW, "normal_record.file is required"),
@@ -210,7 +210,7 @@ def test_unit_is_mandatory(scene):
 def test_approaches_without_a_use_for_it_refuse_it(scene, name, force):
     with pytest.raises(ScenarioError) as found:
         load(scene(force), {"solver.approach": name, "friction.mu_static": 0.3})
-    assert "has no use for a varying normal force" in found.value.problems[0].sentence
+    assert "does not support a varying normal force" in found.value.problems[0].sentence
 
 
 @pytest.mark.parametrize(
@@ -220,7 +220,7 @@ def test_end_stops_refuse_surfaces_that_part(scene, force):
     stops = {"stroke.stops.restitution": 0.3}
     with pytest.raises(ScenarioError) as found:
         load(scene(force), stops)
-    assert "end stops go with a normal force" in found.value.problems[0].sentence
+    assert "end stops need a normal force" in found.value.problems[0].sentence
 
 
 def test_faintest_force_that_varies_holds_what_nothing_pulls():

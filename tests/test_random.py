@@ -205,13 +205,13 @@ def test_few_lines_are_said_to_be_no_noise():
 def test_a_coarse_step_is_said_with_one_that_is_not():
     (caution,) = psd().motion(0.02).warnings
     assert caution.slug == "coarse-step"
-    assert "; 0.0086 s would be fine" in caution.sentence
+    assert "; use 0.0086 s or less" in caution.sentence
     assert psd(duration=60.2).motion(0.0086).warnings == ()
 
 
 POINTS = {
-    "points: [[1, 1]]": "excitation.points must have two points",
-    "points: [[1, 1], [1, 2]]": "excitation.points.1.0 must be above the frequency before it",
+    "points: [[1, 1]]": "excitation.points must have at least two points",
+    "points: [[1, 1], [1, 2]]": "excitation.points.1.0 must be above the previous frequency",
     "points: [[1, 1], [5, 2, 3]]": "excitation.points.1 must be a pair [frequency, PSD]",
     "points: [[1, 1], 5]": "excitation.points.1 must be a pair [frequency, PSD], not 5",
     "points: [[0, 1], [5, 1]]": "excitation.points.0.0 must be above 0 Hz",
@@ -239,7 +239,7 @@ WORDS = {
     "duration: 60, seed: true": "excitation.seed must be a whole number",
     "duration: 60, seed: -1": "excitation.seed must be at least 0",
     "duration: 60, seed: 1, rms: 0": "excitation.rms must be above 0 m/s²",
-    "duration: 60.001, seed: 1": "solver.step must divide excitation.duration, 60.001 s",
+    "duration: 60.001, seed: 1": "solver.step must divide excitation.duration = 60.001 s",
 }
 
 
@@ -514,7 +514,7 @@ ROAD_WORDS = {
     "class: A, speed: 0": "excitation.speed must be above 0 m/s",
     "class: K, speed: 20": "excitation.class must be A, B, C, D, E, F, G or H",
     "class: A, roughness: 1, speed: 20": "excitation has class already",
-    "class: A, reference: n0, speed: 20": "excitation.reference has a meaning only beside",
+    "class: A, reference: n0, speed: 20": "excitation.reference requires roughness",
     "roughness: 16e-6, speed: 20": "excitation.roughness needs its reference: `reference: n0`",
     "roughness: 0, reference: n0, speed: 20": "excitation.roughness must be above 0 m³",
     "class: A, speed: 20, wave_numbers: {from: 3}": "excitation.wave_numbers.to must be above",

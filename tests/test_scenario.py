@@ -204,7 +204,7 @@ def test_friction_that_the_approach_cannot_use_is_refused(scenario, words, key):
         scenario(text, ["solver.approach=signum"])
     (problem,) = fault.value.problems
     assert (problem.key, problem.line) == (key, 4)
-    assert "approach signum has no use for" in problem.sentence
+    assert "approach signum does not support" in problem.sentence
 
 
 def test_approach_with_options_brings_its_own_block():

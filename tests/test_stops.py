@@ -462,8 +462,8 @@ def test_stops_go_with_surfaces_that_never_lift_off(tmp_path, stops):
     with pytest.raises(errors.ScenarioError) as found:
         loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 1.3))
     assert [problem.sentence for problem in found.value.problems] == [
-        "end stops go with a normal force that stays above zero and is no record; mend "
-        "friction.normal_variation, or take them away"
+        "end stops need a normal force that is always positive and not a record; change "
+        "friction.normal_variation or remove them"
     ]
 
 
@@ -579,8 +579,8 @@ def test_sweep_of_a_start_beyond_rigid_stops_is_a_fault_at_its_value(tmp_path):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("signum", "stick-slip"), "signum knows no end stops"),
-        (("lugre", "coulomb"), "lugre knows no end stops"),
+        (("signum", "stick-slip"), "signum ignores end stops"),
+        (("lugre", "coulomb"), "lugre ignores end stops"),
     ],
 )
 def test_compare_says_who_knows_no_stops(tmp_path, words, sentence):

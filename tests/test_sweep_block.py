@@ -249,13 +249,13 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
         (
             RECORD,
             {"solver.step": ["1 ms", "2 ms"]},
-            "solver.step has no use here: a record owns its step; remove it",
+            "solver.step is not used: a record has its own step; remove it",
         ),
         (
             RECORD,
             {"excitation.rate": [100, 200]},
-            "excitation.rate has no use here: excitation has time; sweep excitation.time, or "
-            "give rate in its place",
+            "excitation.rate is not used: excitation has time; sweep excitation.time, or "
+            "give rate instead",
         ),
         (
             RECORD,
@@ -272,7 +272,7 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
         (
             NOISE,
             {"excitation.seed": {"from": 1, "to": 2, "count": 3}},
-            "sweep.excitation.seed.count gives 1.5, and excitation.seed takes whole numbers",
+            "sweep.excitation.seed.count gives 1.5, but excitation.seed takes whole numbers",
         ),
         (
             NOISE,
@@ -288,8 +288,8 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
         (
             SEAT,
             {"measure.duration": [1, 2]},
-            "measure.duration has no use here: metrics cover the periodic orbit; give it in "
-            "measure",
+            "measure.duration is not used: metrics cover the steady state; set it in measure "
+            "as well",
         ),
     ],
 )
@@ -310,12 +310,9 @@ def test_missing_block_is_not_missed_again_for_the_keys_swept_in_it(fault):
 def test_reference_is_another_approach_beside_a_sweep(fault, scenario):
     sweep = {"excitation.rms": [1, 2]}
     assert scenario(SEAT, sweep, ["reference=viscous"]).reference == "viscous"
-    assert fault(None, overrides=["reference=viscous"]) == [
-        "reference has a meaning only beside sweep"
-    ]
+    assert fault(None, overrides=["reference=viscous"]) == ["reference requires a sweep"]
     assert fault(sweep, overrides=["reference=stick-slip"]) == [
-        "reference must be another approach than solver.approach, stick-slip "
-        "(--set reference=null)"
+        "reference must differ from solver.approach, stick-slip (--set reference=null)"
     ]
     assert fault(sweep, overrides=["reference=viscos"]) == [
         "reference: unknown approach `viscos`; did you mean `viscous`?"
@@ -328,10 +325,10 @@ def test_reference_is_another_approach_beside_a_sweep(fault, scenario):
 @pytest.mark.parametrize(
     ("sweep", "part"),
     [
-        ({"excitation.rms": [1]}, "has one value only"),
-        ({"stroke.limit": ["1 cm", "2 cm"]}, "changes no motion"),
+        ({"excitation.rms": [1]}, "has a single value"),
+        ({"stroke.limit": ["1 cm", "2 cm"]}, "does not affect the motion"),
         ({"solver.smooth.sharpness": [1e2, 1e3]}, "the approach is stick-slip"),
-        ({"solver.step": [1e-3, 2e-3]}, "makes no error that depends on it"),
+        ({"solver.step": [1e-3, 2e-3]}, "is exact under sines at any step"),
         ({"friction.kinetic": [5, 0], "friction.static_ratio": [1, 2]}, "is 0 or not used"),
     ],
 )
@@ -349,14 +346,14 @@ def test_useful_sweep_deserves_no_warning(scenario):
 def test_reference_that_leaves_more_out_than_friction_is_said(scenario):
     overrides = ["reference=signum", "friction.static=18"]
     (caution,) = scenario_warnings(scenario(SEAT, {"excitation.frequency": [1, 2]}, overrides))
-    assert caution.sentence.startswith("reference: signum knows no static limit above kinetic")
+    assert caution.sentence.startswith("reference: signum has no static limit above kinetic")
 
 
 def test_approach_where_it_errs_is_said(scenario):
     signum = scenario(SEAT, None, ["solver.approach=signum", "friction.kinetic=45"])
     (caution,) = scenario_warnings(signum)
     assert caution.slug == "signum-chatters"
-    assert "where it should stick all the time T_a tends to this number" in caution.sentence
+    assert "if the mass should always stick T_a tends to this number" in caution.sentence
     smooth = ["solver.approach=smooth", "solver.smooth={sharpness: 1e4, method: rk4}"]
     (caution,) = scenario_warnings(scenario(SEAT, None, smooth))
     assert caution.numbers == {"stiffness": pytest.approx(15 * 1e4 * 2.5e-3 / 75)}
@@ -481,7 +478,7 @@ def test_key_that_is_not_swept_may_be_set_as_well(points_scenario):
 
 @pytest.mark.parametrize("key", ["friction", "friction.kinetik", "oscillator.mass.x", "no.key"])
 def test_key_that_is_no_number_is_refused(points_scenario, key):
-    with pytest.raises(ScenarioError, match="1 problem"):
+    with pytest.raises(ScenarioError, match="1 error"):
         points_scenario().at({key: 30.0})
 
 
@@ -514,7 +511,7 @@ def test_approach_without_static_friction_is_refused_at_the_point_that_needs_it(
     with pytest.raises(ScenarioError) as fault:
         points_scenario(**overrides, sweep={"friction.static_ratio": [1, 1.2]})
     (problem,) = fault.value.problems
-    assert "signum has no use for a static limit above kinetic" in problem.sentence
+    assert "signum does not support a static limit above kinetic" in problem.sentence
     assert problem.sentence.endswith("(at friction.static_ratio = 1.2)")
 
 
@@ -594,17 +591,17 @@ def test_losses_name_the_approach_and_what_it_leaves_out(points_scenario):
     friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
     whole = points_scenario(friction=friction)
     assert whole.omissions("stick-slip") == ()
-    assert whole.omissions("viscous") == ("viscous leaves the dry friction out",)
+    assert whole.omissions("viscous") == ("viscous ignores dry friction",)
     assert whole.omissions("moreau") == (
-        "moreau knows no static limit above kinetic friction and takes F_fs = F_fk",
-        "moreau knows no varying normal force and takes it as constant",
+        "moreau has no static limit above kinetic friction and uses F_fs = F_fk",
+        "moreau uses a constant normal force",
     )
 
 
 def test_swept_friction_is_a_loss_even_when_the_base_has_none(points_scenario):
     sweep = {"friction.kinetic": [0, 20], "friction.static_ratio": [1, 1.2]}
     whole = points_scenario(friction__kinetic=0, sweep=sweep)
-    assert whole.omissions("viscous") == ("viscous leaves the dry friction out",)
+    assert whole.omissions("viscous") == ("viscous ignores dry friction",)
     assert len(whole.omissions("signum")) == 1
 
 

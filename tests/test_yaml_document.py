@@ -272,7 +272,7 @@ def test_last_value_of_a_key_counts(scenario):
 
 def test_approach_without_friction_is_taken_once_the_friction_is(scenario):
     text = SEAT + "friction: {law: coulomb, kinetic: 15}\n"
-    with pytest.raises(ScenarioError, match="1 problem") as fault:
+    with pytest.raises(ScenarioError, match="1 error") as fault:
         scenario(text, ["solver.approach=viscous"])
     assert "--set friction=null" in fault.value.problems[0].sentence
     assert scenario(text, ["solver.approach=viscous", "friction=null"]).friction is None
@@ -338,7 +338,7 @@ def test_overrides_are_a_mapping_or_words(scenario, overrides):
 
 @pytest.mark.parametrize("path", [None, {}, 0, b"seat.yaml"])
 def test_scenario_is_loaded_from_a_path(path):
-    with pytest.raises(UsageError, match="loaded from the path of a file, not from"):
+    with pytest.raises(UsageError, match="must be given as the path of a file, not as"):
         load(path)
 
 

@@ -103,14 +103,15 @@ class GeneratedMotion(ExcitationBase):
             steps = round(span / step)
             if abs(span / step - steps) > STEP_TOLERANCE * steps:
                 raise InvalidValue(
-                    f"must divide excitation.{key}, {span:.12g} s, into whole steps; "
-                    f"{step:.12g} s does so with {max(steps, 1) * step:.12g} s",
+                    f"must divide excitation.{key} = {span:.12g} s into whole steps; "
+                    f"{step:.12g} s divides {max(steps, 1) * step:.12g} s",
                     "step",
                 )
         if 2 * self.highest_frequency * step >= 1:
             raise InvalidValue(
-                f"must be below {1 / (2 * self.highest_frequency):.4g} s, half a period of the highest "
-                f"frequency of the excitation, {self.highest_frequency:.6g} Hz; not {step:.12g} s",
+                f"must be below {1 / (2 * self.highest_frequency):.4g} s, half a period of the "
+                f"highest frequency of the excitation, {self.highest_frequency:.6g} Hz; "
+                f"not {step:.12g} s",
                 "step",
             )
 
@@ -119,7 +120,7 @@ class FiniteMotion(GeneratedMotion):
     """Generated base motion of finite duration."""
 
     duration: Duration
-    """Length of the base motion [s], a whole number of steps."""
+    """Duration of the base motion [s], a whole number of steps."""
 
     has_own_end: ClassVar[bool] = True
 
@@ -153,12 +154,12 @@ class FiniteMotion(GeneratedMotion):
 
 
 class Until(Block):
-    """How narrow the confidence interval of a mean over seeds is to become."""
+    """Stopping rule: precision required of the mean over seeds."""
 
     metric: str
-    """Name of a metric, from `a_u` to `energy_residual` in their table."""
+    """Name of a metric, from `a_u` to `energy_residual` in the table of metrics."""
     half_width: Annotated[float, Quantity("", above=0)]
-    """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
+    """Half-width of the 95 % confidence interval relative to the mean [-], such as `1 %`."""
 
 
 # Periodic signals from their spectra

@@ -29,13 +29,13 @@ from drysim.wording import format_number
 
 
 class Rest(ExcitationBase):
-    """A base that stands still: the free motion from `start`.
+    """A base at rest: free vibration from `start`.
 
-    Not to be confused with a mass at rest: it may be let go from anywhere, at any speed.
+    Not to be confused with a mass at rest: `start` sets its displacement and velocity.
     """
 
     kind: Literal["rest"]
-    """The base stands still."""
+    """The base is at rest."""
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Return the base acceleration: an empty sum of sines."""
@@ -56,7 +56,7 @@ class Component(Block):
     rms: RmsOrAmplitude | None = None
     """RMS value a_u of the base acceleration [m/s²]."""
     amplitude: RmsOrAmplitude | None = None
-    """Amplitude A of the base acceleration [m/s²], in place of `rms` and √2 times it."""
+    """Amplitude A of the base acceleration [m/s²], √2 times `rms`; an alternative to it."""
     phase: Angle = 0.0
     """Phase at t = 0 [rad]."""
 
@@ -72,13 +72,13 @@ class Component(Block):
 
 
 class Harmonic(Component, ExcitationBase):
-    """A shaker table that moves as one sine, given by its acceleration.
+    """Base motion that is a single sine, as on a shaker, given by its acceleration.
 
-    Not to be confused with a sine of given displacement: a_u stays when the frequency changes.
+    Not to be confused with a sine of given displacement: a_u does not depend on the frequency.
     """
 
     kind: Literal["harmonic"]
-    """One sine."""
+    """A single sine."""
 
     also_called: ClassVar[tuple[str, ...]] = ("sin", "sine", "sinus", "sinusoid", "sinusoidal")
     """Includes words that `closest_match` would take for `sines`."""
@@ -96,7 +96,7 @@ class Harmonic(Component, ExcitationBase):
 
 
 class SineSum(ExcitationBase):
-    """A base that moves as a sum of sines, each given by its acceleration.
+    """Base motion that is a sum of sines, each given by its acceleration.
 
     Not to be confused with a sine sweep, whose frequency changes with time.
     """
@@ -157,26 +157,25 @@ def sum_sines(*sines: Component) -> tuple[Any, Any]:
 
 
 class Chirp(FiniteMotion):
-    """A shaker table on a sine sweep: a sine of constant acceleration and moving frequency.
+    """Sine sweep on a shaker: constant acceleration amplitude, varying frequency.
 
-    Not to be confused with the `sweep` block, which runs a scenario once for every value: this
-    is one run through all frequencies, and what it shows at each still swings from before.
+    Not to be confused with the `sweep` block, which runs a scenario once per value: this is a
+    single run through all frequencies, and the response at each is not stationary.
     """
 
     kind: Literal["sweep"]
     """A sine sweep."""
     also_called: ClassVar[tuple[str, ...]] = ("chirp", "sine sweep", "swept sine")
     first: Annotated[Frequency, Field(alias="from")]
-    """Frequency at the beginning [Hz]."""
+    """Start frequency [Hz]."""
     last: Annotated[Frequency, Field(alias="to")]
-    """Frequency at the end [Hz], above or below `from`."""
+    """End frequency [Hz], above or below `from`."""
     scale: Literal["linear", "log"] = "linear"
-    """How the frequency changes: `linear`, by equal steps, or `log`, by equal ratios, in equal
-    times."""
+    """Whether the frequency changes linearly (`linear`) or exponentially (`log`) in time."""
     rms: RmsOrAmplitude | None = None
     """RMS value of the sine [m/s²]."""
     amplitude: RmsOrAmplitude | None = None
-    """Amplitude of the sine [m/s²], in place of `rms` and √2 times it."""
+    """Amplitude of the sine [m/s²], √2 times `rms`; an alternative to it."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rms", "amplitude"),)
 
@@ -229,9 +228,7 @@ class Chirp(FiniteMotion):
         # Linear interpolation reduces the amplitude of a sine by the factor sinc²(f step).
         kept = float(np.sinc(self.highest_frequency * step) ** 2)
         warnings = tuple(
-            coarse_step_warnings(
-                kept, step, f"amplitude at {self.highest_frequency:g} Hz than asked for"
-            )
+            coarse_step_warnings(kept, step, f"the amplitude at {self.highest_frequency:g} Hz")
         )
         return Samples(u_dd, step, None, (), warnings, realised)
 
@@ -262,31 +259,32 @@ Pulse = Annotated[
 
 
 class Shock(GeneratedMotion):
-    """A base that is hit once, as by a drop table, and keeps the velocity that this leaves.
+    """Base acceleration that is a single pulse, as on a drop table; a velocity change remains.
 
-    Not to be confused with a force on the mass: the pulse is the acceleration of the base. The
-    pulse is linear between the grid's points, on which its corners lie.
+    Not to be confused with a force on the mass. The pulse is linear between grid points; its
+    corners lie on grid points.
     """
 
     kind: Literal["shock"]
-    """One pulse of acceleration."""
+    """A single pulse of acceleration."""
     pulse: Pulse
-    """Shape: half-sine, haversine, sawtooth (terminal-peak; falls within the step after its
+    """Shape: half-sine, haversine, sawtooth (terminal-peak; falls within one step after its
     end) or trapezoid."""
     amplitude: Acceleration
     """Peak acceleration [m/s²]."""
     duration: Duration
-    """Length of the pulse [s], a whole number of steps; that of the run is measure.duration."""
+    """Duration of the pulse [s], a whole number of steps; measure.duration is that of the run.
+    """
     start: Annotated[float, Quantity("s", at_least=0)] = 0.0
-    """Time at which the pulse begins [s], a whole number of steps."""
+    """Start of the pulse [s], a whole number of steps."""
     rise: Duration | None = None
-    """Of a trapezoid: time of its rise, and of its fall [s]; default: a tenth of `duration`."""
+    """Rise time and fall time of a trapezoid [s]; default: a tenth of `duration`."""
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if self.rise is not None and self.pulse != "trapezoid":
             raise InvalidValue(
-                f"has no use for a {self.pulse}; only a trapezoid has a rise", "rise"
+                f"is not used for a {self.pulse}; only a trapezoid has a rise", "rise"
             )
         if 2 * (self.rise or 0.0) > self.duration * (1 + STEP_TOLERANCE):
             raise InvalidValue(
@@ -379,11 +377,12 @@ class Shock(GeneratedMotion):
             off, power, what = share, 1.0, "its fall adds {} to the velocity change"
         else:
             off, power = CHORD_ERROR.get(self.pulse, 0.0) * share**2, 0.5
-            what = "straight lines between its points leave it by {} of its amplitude"
+            what = "linear interpolation deviates by {} of the amplitude"
         if off > MAX_GRID_ERROR:
             sentence = (
-                f"solver.step is coarse for the {self.pulse}: {what.format(f'{off:.2%}')}; "
-                f"{step * (MAX_GRID_ERROR / off) ** power:.2g} s would keep that to {MAX_GRID_ERROR:.0%}"
+                f"solver.step is too coarse for the {self.pulse}: "
+                f"{what.format(f'{off:.2%}')}; for {MAX_GRID_ERROR:.0%} use "
+                f"{step * (MAX_GRID_ERROR / off) ** power:.2g} s or less"
             )
             yield WarningMessage("coarse-step", sentence, {"solver.step": step, "off": off})
 
@@ -391,5 +390,5 @@ class Shock(GeneratedMotion):
         """Warn if the run ends before the pulse."""
         over = self.start + self.duration
         if end < over * (1 - STEP_TOLERANCE):
-            sentence = f"the run ends at {end:g} s, before the pulse is over at {over:g} s"
+            sentence = f"the run ends at {end:g} s, before the end of the pulse at {over:g} s"
             yield WarningMessage("pulse-cut", sentence, {"end": end, "over": over})

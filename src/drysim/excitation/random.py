@@ -168,7 +168,7 @@ def random_signal(
     }
     warnings = (
         *_few_lines_warnings(squares),
-        *coarse_step_warnings(sqrt(kept / asked), step, "RMS than its spectrum"),
+        *coarse_step_warnings(sqrt(kept / asked), step, "the base RMS"),
     )
     return Samples(u_dd, step, u, (), warnings, realised)
 
@@ -196,8 +196,8 @@ def _few_lines_warnings(squares: Floats) -> Iterator[WarningMessage]:
     effective = float(squares.sum() ** 2 / (squares @ squares))
     if effective < MIN_LINES:
         sentence = (
-            f"the random signal is a sum of {effective:.3g} lines in effect, too few for "
-            f"Gaussian noise; {MIN_LINES / effective:.2g} times its duration would give {MIN_LINES}"
+            f"the random signal has {effective:.3g} effective spectral lines, too few for "
+            f"Gaussian noise; {MIN_LINES / effective:.2g} times the duration gives {MIN_LINES}"
         )
         yield WarningMessage("few-lines", sentence, {"lines": effective})
 
@@ -217,28 +217,28 @@ def coarse_step_warnings(kept: float, step: float, what: str) -> Iterator[Warnin
     if kept < 1 - MAX_RMS_LOSS:
         fine = 0.9 * step * sqrt(MAX_RMS_LOSS / (1 - kept))
         sentence = (
-            f"solver.step is coarse: joined by straight lines, the samples of the base have "
-            f"{(1 - kept) * 100:.2g} % less {what}; {fine:.2g} s would be fine"
+            "solver.step is too coarse: linear interpolation loses "
+            f"{(1 - kept) * 100:.2g} % of {what}; use {fine:.2g} s or less"
         )
         yield WarningMessage("coarse-step", sentence, {"solver.step": step, "kept": kept})
 
 
 class RandomMotion(FiniteMotion):
-    """Random base motion: the same seed gives the same motion, whose last sample is the first.
+    """Random base motion, periodic in `duration`: the same seed gives the same signal.
 
-    With `seeds` or `until` it stands for many motions, one for each seed from `seed` on.
+    With `seeds` or `until` it is an ensemble, one signal for each seed from `seed` on.
     """
 
     seed: Annotated[WholeNumber, Field(ge=0)] = 1
-    """Seed of the random numbers [-], a whole number; another seed, another signal. The first
-    one where there are many."""
+    """Seed of the random numbers, an integer; each seed gives another signal. For an ensemble:
+    the first seed."""
     seeds: Annotated[WholeNumber, Field(le=1_000_000_000)] | None = None
-    """How many seeds [-], 2 or more: `seed`, `seed` + 1 and so on, each a run of its own. The
-    metrics are means over them, with confidence intervals. Beside `until` the most there may
-    be; 400 when it is not given."""
+    """Number of seeds of an ensemble [-], at least 2: `seed`, `seed` + 1, ..., one run each.
+    Metrics are means over the seeds, with confidence intervals. With `until`: the maximum
+    number, 400 by default."""
     until: Until | None = None
-    """Draws seeds until the confidence interval of a metric is as narrow as asked; looked at
-    after every tenth seed."""
+    """Adds seeds until the confidence interval of a metric is narrow enough; checked after
+    every tenth seed."""
 
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("seed", "seeds", "until"),)
 
@@ -275,8 +275,8 @@ class RandomMotion(FiniteMotion):
         first, last = line_range(low, high, self.duration)
         if first > last:
             raise InvalidValue(
-                f"must be at least {1 / (high - low):.4g} s: the lines of the spectrum are "
-                f"1/duration apart, and none would be from {low:g} to {high:g} Hz",
+                f"must be at least {1 / (high - low):.4g} s: the spectral lines are "
+                f"1/duration apart, and none would be between {low:g} and {high:g} Hz",
                 "duration",
             )
         return self
@@ -299,30 +299,30 @@ Point = Annotated[
 
 
 class Psd(RandomMotion):
-    """A shaker table that follows a random profile, given by the PSD of its acceleration.
+    """Random base motion with a given PSD of the acceleration.
 
-    Not to be confused with a record: the signal is drawn, by its seed, as a sum of lines at
-    whole multiples of 1/duration. Only their phases are random; it repeats after `duration`.
+    Not to be confused with a record: the signal is generated as a sum of sines at multiples of
+    1/duration with random phases, and repeats after `duration`.
     """
 
     kind: Literal["psd"]
-    """Random base motion of a given PSD."""
+    """Random base motion with a given PSD."""
     also_called: ClassVar[tuple[str, ...]] = ("random", "noise", "spectrum")
     points: Annotated[tuple[Point, ...], Field(json_schema_extra={"minItems": 2})]
-    """Corners [frequency, PSD] of the one-sided PSD of ü, in Hz and (m/s²)²/Hz (or `g²/Hz`),
-    frequencies ascending. Straight lines in log-log axes join them; zero outside."""
+    """Corners [frequency, PSD] of the one-sided PSD of ü, in Hz and (m/s²)²/Hz (or `g²/Hz`), in
+    ascending order. The PSD is linear in log-log axes between them and zero outside."""
     rms: Annotated[float, Quantity("m/s²", above=0)] | None = None
-    """RMS value a_u of the base acceleration [m/s²]. When it is given the PSD is a shape only,
-    and the signal is scaled to exactly this RMS over its whole duration."""
+    """RMS value a_u of the base acceleration [m/s²]. If given, only the shape of the PSD is
+    used, and the signal is scaled to exactly this RMS over its duration."""
 
     @field_validator("points")
     @classmethod
     def _ascending(cls, points: tuple[Point, ...]) -> tuple[Point, ...]:
         if len(points) < 2:
-            raise ValueError("must have two points at least, [frequency, PSD] each")
+            raise ValueError("must have at least two points [frequency, PSD]")
         for i, ((low, _), (high, _)) in enumerate(pairwise(points)):
             if not low < high:
-                sentence = f"must be above the frequency before it, {low:g} Hz; not {high:g}"
+                sentence = f"must be above the previous frequency, {low:g} Hz; not {high:g}"
                 raise InvalidValue(sentence, i + 1, 0)
         return points
 
@@ -444,22 +444,22 @@ tractors, ISO 5007."""
 
 
 class Standard(RandomMotion):
-    """The vertical base motion of a seat test, by the class of its machine.
+    """Vertical base motion of a seat test, by machine class.
 
-    Not to be confused with a record of the machine: the spectrum is the standard's, and the
-    signal is drawn from it, between the limits of the class's band and nowhere else.
+    Not to be confused with a record of the machine: the signal is generated from the spectrum
+    of the standard, within the band of the class.
     """
 
     kind: Literal["standard"]
-    """The base motion of a seat test."""
+    """Base motion of a seat test."""
     machine: Annotated[
         str, Field(alias="class", json_schema_extra={"enum": list(MACHINE_CLASSES)})
     ]
     """Class: EM1 to EM9 (earth-moving machines), IT1 to IT4 (industrial trucks), AG1 to AG3
     (agricultural tractors)."""
     scale: Literal["to definition", "nothing"] = "to definition"
-    """Whether the signal is scaled to exactly the RMS value that the standard states, or left
-    with that of its spectrum, which differs by up to 1 %."""
+    """Whether the signal is scaled to exactly the RMS value stated in the standard, or keeps
+    the RMS of the spectrum, which differs by up to 1 %."""
 
     @field_validator("machine")
     @classmethod
@@ -497,8 +497,8 @@ class Standard(RandomMotion):
         if not spectrum.recalled:
             return motion._replace(realised={**motion.realised, **realised})
         sentence = (
-            f"the RMS that the standard states for {self.machine}, {spectrum.rms:g} m/s², is "
-            "recalled and was not checked against its text; `scale: nothing` does without it"
+            f"the stated RMS of {self.machine}, {spectrum.rms:g} m/s², is recalled and was not "
+            "checked against the text of the standard; `scale: nothing` does not use it"
         )
         warning = WarningMessage("recalled", sentence, {"rms": spectrum.rms})
         return motion._replace(
@@ -543,12 +543,12 @@ WaveNumber = Annotated[float, Quantity("1/m", above=0)]
 
 
 class Band(Block):
-    """The wave numbers that a road has."""
+    """Range of wave numbers of a road."""
 
     low: Annotated[WaveNumber, Field(alias="from")] = 0.011
-    """Lowest wave number [1/m], cycles a metre."""
+    """Lowest wave number [1/m], in cycles per metre."""
     high: Annotated[WaveNumber, Field(alias="to")] = 2.83
-    """Highest wave number [1/m], cycles a metre."""
+    """Highest wave number [1/m], in cycles per metre."""
 
     @model_validator(mode="after")
     def _upwards(self) -> Self:
@@ -560,28 +560,29 @@ class Band(Block):
 
 
 class Road(RandomMotion):
-    """A wheel that follows a rough road at constant speed, without losing contact.
+    """Rough road under a wheel at constant speed that follows the road without loss of contact.
 
-    Not to be confused with the floor of a vehicle: nothing of tyre and suspension is in it. Of
-    two public readings of a roughness one is 16 times the other: the reference is named.
+    Not to be confused with the floor of a vehicle: tyre and suspension are not included.
+    Roughness values for n0 and Omega0 differ by a factor of 16, so the reference must be named.
     """
 
     kind: Literal["road"]
-    """The profile of a road, driven over."""
+    """Road profile at constant speed."""
     grade: Annotated[
         Literal["A", "B", "C", "D", "E", "F", "G", "H"] | None, Field(alias="class")
     ] = None
-    """Class of ISO 8608, A (smooth) to H; its geometric mean, G_d(n0) = 16e-6 m³ for A and four
-    times as much a class."""
+    """Class of ISO 8608, A (smooth) to H; the geometric mean G_d(n0) is 16e-6 m³ for A and
+    increases by a factor of four per class."""
     reference: Literal["n0", "Omega0"] | None = None
-    """What `roughness` refers to: n0, per cycle/m at 0.1 cycle/m; Omega0, per rad/m at 1 rad/m.
+    """Reference of `roughness`: n0, per cycle/m at 0.1 cycle/m; Omega0, per rad/m at 1 rad/m.
     """
     roughness: Annotated[float, Quantity("m³", above=0)] | None = None
-    """PSD of the profile's height at the reference [m³], in place of `class`."""
+    """PSD of the profile height at the reference [m³], instead of `class`."""
     speed: Annotated[float, Quantity("m/s", above=0)]
     """Speed V [m/s]."""
     wave_numbers: Band = Field({}, validate_default=True)
-    """The road's wave numbers [1/m]; none outside. Default: where the standard is valid."""
+    """Range of wave numbers [1/m]; the PSD is zero outside. Default: range of validity of the
+    standard."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("class", "roughness"),)
     needs: ClassVar[dict[str, str]] = {"reference": "roughness"}
@@ -593,7 +594,7 @@ class Road(RandomMotion):
         if roughness is not None and not known and "reference" in info.data:
             raise ValueError(
                 "needs its reference: `reference: n0` for a PSD per cycle/m at 0.1 cycle/m, "
-                "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road"
+                "`reference: Omega0` for one per rad/m at 1 rad/m (16 times as rough)"
             )
         return roughness
 
@@ -637,7 +638,7 @@ class Road(RandomMotion):
             return motion
         sentence = (
             f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is recalled "
-            "and was not checked against the text of ISO 8608; `roughness` takes another value"
+            "and was not checked against the text of ISO 8608; `roughness` sets another value"
         )
         warning = WarningMessage("recalled", sentence, {"roughness": self.G_d})
         return motion._replace(warnings=(*motion.warnings, warning))

@@ -19,10 +19,10 @@ class RecordKind(ExcitationBase):
 
 
 class Record(RecordedMotion, RecordKind):
-    """Base motion as it was measured: evenly spaced samples in a column or channel of a file.
+    """Measured base motion: equidistant samples in a column or channel of a file.
 
-    Not to be confused with a random excitation made from a spectrum: nothing is drawn here, and
-    the motion ends at the record's last sample.
+    Not to be confused with random excitation generated from a spectrum. The motion ends at the
+    last sample of the record.
     """
 
     has_own_step: ClassVar[bool] = True

@@ -275,18 +275,18 @@ KEY_PATTERN = r"^\w+(\.[\w-]+)+$"
 
 
 class Range(Block):
-    """Evenly spread values, both ends included."""
+    """Evenly spaced values, both ends included."""
 
     low: NumberOrText = Field(alias="from")
-    """First value, a number in SI or a text with a unit."""
+    """First value, a number in SI or text with a unit."""
     high: NumberOrText = Field(alias="to")
     """Last value, above the first."""
     step: NumberOrText = None
-    """Distance of the values, which meets `to`."""
+    """Difference between values; a whole number of steps reaches `to`."""
     count: int | None = None
-    """Number of values, at least 2, in place of `step`."""
+    """Number of values, at least 2, instead of `step`."""
     scale: Literal["linear", "log"] | None = None
-    """Whether a `count` of values is spread by difference (linear, the default) or by ratio
+    """Whether `count` values have equal differences (linear, the default) or equal ratios
     (log)."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("step", "count"),)
@@ -302,24 +302,24 @@ SAMPLE_KEYS_SCHEMA = {
 
 
 class Draw(Block):
-    """How the values of one key scatter: between two ends, or by a distribution."""
+    """Distribution of the values of a key: a range, or a named distribution."""
 
     low: NumberOrText = Field(None, alias="from")
-    """Least value. A normal or lognormal distribution is cut there; without ends it is cut at
-    the bounds of the key itself, as a mass is above 0."""
+    """Lower end. A normal or lognormal distribution is truncated there; by default at the
+    bounds of the key itself, such as 0 for a mass."""
     high: NumberOrText = Field(None, alias="to")
-    """Greatest value; as for `from`."""
+    """Upper end; as for `from`."""
     scale: Literal["linear", "log"] | None = None
-    """Whether equal differences (linear, the default) or equal ratios (log) have equal chances;
-    for the uniform distribution."""
+    """Whether the value (linear, the default) or its logarithm (log) is uniformly distributed.
+    """
     distribution: Literal["uniform", "normal", "lognormal", "triangular"] | None = None
-    """Default: uniform."""
+    """Type of distribution; default: uniform."""
     mean: NumberOrText = None
     """Mean of a normal or lognormal distribution."""
     sd: NumberOrText = None
     """Standard deviation of a normal or lognormal distribution, in the unit of the key."""
     mode: NumberOrText = None
-    """Most likely value of a triangular distribution."""
+    """Mode of a triangular distribution."""
 
     parameters: ClassVar[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "uniform": (("from", "to"), ("scale",)),
@@ -331,17 +331,17 @@ class Draw(Block):
 
 
 class Sample(Block):
-    """Cases that are drawn, in place of a grid: every case has its own value of every key."""
+    """Random cases instead of a grid: every case has its own value of every key."""
 
     kind: Literal["latin", "sobol", "uniform"]
-    """Latin hypercube (every layer of every key has one case), Sobol sequence (scrambled; best
-    with a power of two), or independent draws."""
+    """Latin hypercube (each layer of each key has one case), Sobol sequence (scrambled; best
+    with a power of two), or independent random values."""
     count: int
     """Number of cases, at least 1."""
     seed: int
-    """Seed of the random numbers, a whole number; the same seed, the same cases."""
+    """Seed of the random numbers, an integer; the same seed gives the same cases."""
     over: Annotated[dict[str, Any], WithJsonSchema(SAMPLE_KEYS_SCHEMA)]
-    """Dotted keys of this file, each with the range or distribution that it is drawn from."""
+    """Dotted keys of this file, each with its range or distribution."""
 
 
 ZIP_DESCRIPTION = (

@@ -59,7 +59,7 @@ class Oscillator(Block):
     damping: Damping | None = None
     """Viscous damping b [N·s/m]; 0 for none."""
     damping_ratio: Annotated[float, Quantity("", at_least=0)] | None = None
-    """Damping ratio b/(2√(k_x m)) [-], in place of `damping`; needs a stiffness above 0."""
+    """Damping ratio b/(2√(k_x m)) [-], instead of `damping`; needs a stiffness above 0."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("damping", "damping_ratio"),)
 
@@ -81,24 +81,23 @@ class Oscillator(Block):
 
 
 class Stops(Block):
-    """End stops at both ends of the stroke: bumpers that give way, or rigid ones.
+    """End stops at both ends of the stroke: elastic bumpers or rigid stops.
 
     Notes
     -----
-    A bumper is a spring and a damper that push and never pull: with xi how far x_r is beyond
-    the limit, F_stop = stiffness xi + damping v_r while both xi and that force point outwards,
-    else 0. Contact is lost where the force falls to zero, which with damping is before x_r is
-    back at the limit. A rigid stop turns v_r into -restitution v_r; rebounds too low to be seen
-    in x_r end in rest against it.
+    A bumper is a spring and a damper that push and never pull. With xi the signed displacement
+    beyond the limit, F_stop = stiffness xi + damping v_r as long as it has the sign of xi, else
+    0; with damping, contact is lost before x_r is back at the limit. A rigid stop changes v_r
+    to -restitution v_r; a sequence of ever smaller rebounds ends at rest against the stop.
     """
 
     stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
     """Stiffness of a bumper [N/m], above 0."""
     damping: Damping | None = None
-    """Damping of a bumper [N·s/m]; default 0."""
+    """Damping of a bumper [N·s/m]; default: 0."""
     restitution: Annotated[float, Quantity("", at_least=0, at_most=1)] | None = None
-    """Speed after an impact on a rigid stop over that before [-], 0 to 1, in place of
-    `stiffness`."""
+    """Coefficient of restitution of a rigid stop [-], 0 to 1: speed after over speed before an
+    impact. Instead of `stiffness`."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "restitution"),)
     needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
@@ -111,18 +110,17 @@ class Stops(Block):
 
 
 class Stroke(Block):
-    """How far the mass may move on its base."""
+    """Permitted motion of the mass on its base."""
 
     limit: Annotated[float, Quantity("m", above=0)]
-    """Stroke limit x_rM [m]: |x_r| must stay below it. Checked, and modelled beside `stops`."""
+    """Stroke limit x_rM [m]: |x_r| must stay below it. Without `stops` it is only checked."""
     stops: Stops | None = None
-    """What the mass meets at the limit; without this block it moves on beyond it. Goes with law
-    `coulomb` under a normal force that stays above zero and is no record, and without
-    friction."""
+    """End stops at the limit; without this block the mass moves beyond it. Supported for law
+    `coulomb` with a positive normal force that is not a record, and without friction."""
 
 
 class Start(Block):
-    """The state at t = 0; default: at rest, the spring relaxed."""
+    """State at t = 0; default: at rest, spring relaxed."""
 
     x_r: Length = 0.0
     """Relative displacement [m]."""
@@ -143,7 +141,7 @@ def validate_approach(name: str) -> str:
         If there is no such approach; the message names the known ones.
     """
     if name not in APPROACHES_BY_NAME:
-        hint = "; it is a friction law: friction.law takes it"
+        hint = "; it is a friction law: set friction.law"
         hint = hint if name in LAWS else name_hint(name, APPROACHES_BY_NAME)
         raise ValueError(f"unknown approach {format_value(name)}{hint}")
     return name
@@ -158,7 +156,7 @@ class SolverBase(Block):
     approach: ApproachName = EXACT
     """Name of the approach."""
     step: Annotated[float, Quantity("s", above=0)] | None = None
-    """Distance of the output grid [s]; a record owns its step."""
+    """Time step of the output grid [s]; not for a record, which has its own."""
 
     def member(self) -> Approach:
         """Return the approach with its options."""
@@ -171,7 +169,7 @@ class SolverBase(Block):
 def solver_with_options(shelf: dict[str, Any]) -> type[SolverBase]:
     """Return the solver model with an options block for each approach that has options."""
     options: dict[str, Any] = {
-        name: (member | None, Field(None, description=f"Options of {name}."))
+        name: (member | None, Field(None, description=f"Options of approach {name}."))
         for name, member in shelf.items()
         if len(member.model_fields) > 1
     }
@@ -185,42 +183,41 @@ else:
 
 
 class Measure(Block):
-    """The window of the metrics."""
+    """Time window of the metrics."""
 
     steady: StrictBool = False
-    """Whether the metrics cover exactly one repetition of the periodic orbit that the start
-    leads to; default: true for harmonic excitation without settle and duration."""
+    """Whether the metrics cover exactly one period of the steady state reached from the start;
+    default: true for harmonic excitation without settle and duration."""
     settle: Annotated[float, Quantity("s", at_least=0)] = 0.0
     """Time before the window [s], or `20 periods`."""
     duration: Annotated[float, Quantity("s", above=0)] | None = None
     """Length of the window [s], or `20 periods`; default: to the end of the record."""
     direction: Literal["vertical", "horizontal"] | None = None
-    """How the mass moves under a person who sits on it; chooses the weighting of ISO 2631-1 and
-    its factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (recalled, not checked
-    against the text of the standard). Asks for a_w, SEAT, VDV, SEAT_VDV, MTVV and
-    crest_factor."""
+    """Direction of vibration for a seated person; selects the weighting of ISO 2631-1 and its
+    factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (recalled, not checked against
+    the text of the standard). Adds a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor."""
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
-    """Frequency weighting of ISO 2631-1: alone it has k = 1; beside `direction` it must be that
-    of the direction."""
+    """Frequency weighting of ISO 2631-1, with k = 1; with `direction` it must be the weighting
+    of that direction."""
     spectra: StrictBool = False
-    """Whether a run gives the spectra of base and mass and the transmissibility H1 between
-    them; for random base motion and records."""
+    """Whether a run computes the spectra of base and mass and the transmissibility H1; for
+    random base motion and records."""
     segment: Annotated[float, Quantity("s", above=0)] | None = None
-    """Length of a segment of the spectra [s], whose lines are 1/segment apart; default: 8
-    natural periods, but 5 s at least (longer where nothing rubs and the resonance is narrower
-    than that resolves), and an eighth of the window at most."""
+    """Length of a segment for the spectra [s]; the frequency resolution is 1/segment. Default:
+    8 natural periods, at least 5 s (longer without friction if the resonance is narrower than
+    the resolution), at most an eighth of the window."""
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
         usual = DIRECTIONS[self.direction][0] if self.direction else self.weighting
         if self.weighting != usual and self.weighting:
             raise InvalidValue(
-                f"must be {usual} beside `direction: {self.direction}`, not {self.weighting}; "
-                "take one of both away",
+                f"must be {usual} with `direction: {self.direction}`, not {self.weighting}; "
+                "remove one of them",
                 "weighting",
             )
         if self.segment is not None and not self.spectra:
-            raise InvalidValue("has a meaning only beside `spectra: true`", "segment")
+            raise InvalidValue("requires `spectra: true`", "segment")
         return self
 
     @property
@@ -246,7 +243,7 @@ def _parse_check(value: object) -> Check:
 def _limit_checks(value: object) -> object:
     """Reject a list that is too long before parsing it."""
     if isinstance(value, list | tuple) and len(value) > MAX_CHECKS:
-        raise ValueError(f"must have {MAX_CHECKS} entries at most, not {len(value)}")
+        raise ValueError(f"must have at most {MAX_CHECKS} entries, not {len(value)}")
     return value
 
 
@@ -278,7 +275,7 @@ WINDOWS_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
 
 def _validate_version(version: object) -> object:
     if version is True or version != FORMAT_VERSION:
-        reads = f"must be {FORMAT_VERSION}, the file format that this drysim reads"
+        reads = f"must be {FORMAT_VERSION}, the format version that this release reads"
         raise ValueError(f"{reads}, not {format_value(version)}")
     return FORMAT_VERSION
 
@@ -288,9 +285,10 @@ def invalid_name_reason(name: str) -> str:
     if len(name) > MAX_NAME_LENGTH:
         return f"must have at most {MAX_NAME_LENGTH} characters, not {len(name)}"
     if name.endswith(".partial"):
-        return f"must not end as a folder of unfinished work does, like {format_value(name)}"
+        end = "must not end in `.partial`, which marks unfinished output"
+        return f"{end}, as {format_value(name)} does"
     if WINDOWS_DEVICE.fullmatch(name):
-        return f"must not be what Windows calls a device by, like {format_value(name)}"
+        return f"must not be a reserved device name of Windows, not {format_value(name)}"
     if not NAME_PATTERN.fullmatch(name):
         return (
             "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first and "

@@ -56,7 +56,7 @@ def _law_with_options(
     name: str, member: type[Block], options: Mapping[str, type[Block]]
 ) -> type[Block]:
     """Return the model of a law with an options block for each other law."""
-    about = "Options of {}, any of its keys: they count where a comparison names it."
+    about = "Options of law {} for comparisons; all keys are optional."
     fields: dict[str, Any] = {
         other: (block | None, Field(None, description=about.format(other)))
         for other, block in options.items()
@@ -74,7 +74,7 @@ def _optional_keys(name: str, member: type[Block]) -> type[Block]:
             bounded = Annotated[(kind, *field.metadata)] if field.metadata else kind
             fields[key] = (bounded | None, None)
     fields[LAW_KEY] = (Literal[name], name)
-    about = f"Options of {name}, which count where a comparison names it."
+    about = f"Options of law {name} for comparisons."
     made = create_model(f"{member.__name__}Options", __base__=member, __doc__=about, **fields)
     made.at_most_one_of = (*member.at_most_one_of, *member.one_of)
     made.one_of, made.needs = (), {}

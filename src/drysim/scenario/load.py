@@ -67,7 +67,7 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
     """
     if not isinstance(path, str | PathLike):
         text = shorten(repr(path))
-        raise UsageError(f"a scenario is loaded from the path of a file, not from {text}")
+        raise UsageError(f"the scenario must be given as the path of a file, not as {text}")
     try:
         document = read_document(path, overrides, (SWEEP_KEY,))
     except UnreadableError as fault:
@@ -133,8 +133,8 @@ def _name_from_stem(stem: str) -> str:
 
 def _scenario_error(file: str, problems: list[Problem]) -> ScenarioError:
     """Return the exception for the errors of a file."""
-    count = format_count(len(problems), "problem")
+    count = format_count(len(problems), "error")
     if len(problems) > MAX_PROBLEMS:
-        count = f"more than {MAX_PROBLEMS} problems; the first are these"
+        count = f"more than {MAX_PROBLEMS} errors; the first {MAX_PROBLEMS} are shown"
     shown = tuple(problems[:MAX_PROBLEMS])
-    return ScenarioError(f"{file} is not a scenario yet: {count}", shown)
+    return ScenarioError(f"{file}: {count}", shown)

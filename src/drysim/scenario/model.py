@@ -86,37 +86,37 @@ _STOPS_PREFIX = "stroke.stops."
 
 
 class Scenario(FromFile):
-    """A vibration isolator, how its base moves, and what is asked about it."""
+    """A vibration isolator, its base motion, and what to compute."""
 
     drysim: Format = FORMAT_VERSION
     """Version of the file format."""
     name: FolderName = "scenario"
     """Name of the scenario and of its output folder; default: the name of the file."""
     about: str = ""
-    """What it is about, in a sentence."""
+    """Description in one sentence."""
     oscillator: Oscillator
     """Mass, spring and damper."""
     friction: Friction | None = Field(None, discriminator=LAW_KEY)
     """Dry friction between mass and base; without this block there is none."""
     stroke: Stroke | None = None
-    """How far the mass may move on its base."""
+    """Permitted motion of the mass on its base."""
     start: Start = Field({}, validate_default=True)
-    """The state at t = 0; default: at rest."""
+    """State at t = 0; default: at rest."""
     excitation: Excitation = Field(discriminator="kind")
-    """How the base moves."""
+    """Base motion."""
     solver: Solver = Field({}, validate_default=True)
     """How the motion is computed."""
     measure: Measure = Field({}, validate_default=True)
-    """The window of the metrics."""
+    """Time window of the metrics."""
     sweep: Sweep = ()
-    """What to vary: dotted keys of this file, each with a list of values, or with from, to and
+    """Keys to vary: dotted keys of this file, each with a list of values, or with from, to and
     step or count. Every combination is a case; the first key varies fastest."""
     reference: (
         Annotated[ApproachName, WithJsonSchema({"enum": list(APPROACHES_BY_NAME)})] | None
     ) = None
-    """Name of an approach that computes the sweep, too, as the curve to compare with."""
+    """Name of a second approach for the sweep, as the reference curve."""
     checks: Checks = ()
-    """Promises about metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1."""
+    """Conditions on metrics, such as `x_r_peak < 25 mm`; if one fails the exit code is 1."""
 
     @field_validator("solver")
     @classmethod
@@ -223,7 +223,7 @@ class Scenario(FromFile):
         except InconsistentValue as error:
             problem = _locate(self, point, error)
         name = self.origin["file"] or self.name
-        raise ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
+        raise ScenarioError(f"{name}: 1 error", (problem,))
 
     def with_approach(self, name: str) -> Scenario:
         """Return the scenario for another approach, without what it does not support.
@@ -283,8 +283,8 @@ class Scenario(FromFile):
             found = first_conflict(scene)
             if not found:
                 return scene
-        file, count = self.origin["file"] or self.name, format_count(len(found), "problem")
-        sentence = f"{file} is not a scenario for law {name} yet: {count}"
+        file, count = self.origin["file"] or self.name, format_count(len(found), "error")
+        sentence = f"{file} under law {name}: {count}"
         raise ScenarioError(sentence, tuple(found))
 
     def variant(self, label: str) -> Scenario:
@@ -442,15 +442,15 @@ def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
         yield from _until_faults(words)
     approach = solver.get("approach", EXACT)
     if reference is not None and "sweep" not in words:
-        yield ("reference",), "reference has a meaning only beside sweep"
+        yield ("reference",), "reference requires a sweep"
     elif reference is not None and reference == approach:
-        sentence = f"reference must be another approach than solver.approach, {approach}"
+        sentence = f"reference must differ from solver.approach, {approach}"
         yield ("reference",), f"{sentence} (--set reference=null)"
     member = APPROACHES_BY_NAME.get(approach) if isinstance(approach, str) else None
     if member is not None and "friction" in words and not member.supports_friction:
         yield (
             ("friction",),
-            f"approach {approach} has no use for friction; take the block away "
+            f"approach {approach} does not support friction; remove the block "
             "(--set friction=null) or choose stick-slip",
         )
 
@@ -459,11 +459,11 @@ def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
     """Yield the faults of solver.step: a record has its own step, others need one."""
     own = EXCITATIONS_BY_KIND[kind].has_own_step
     if not own and "step" not in solver:
-        yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
+        yield ("solver", "step"), "solver.step is required: time step of the output grid [s]"
     if own and "step" in solver:
         yield (
             ("solver", "step"),
-            f"solver.step has no use here: a {kind} owns its step; remove it",
+            f"solver.step is not used: a {kind} has its own step; remove it",
         )
 
 
@@ -478,12 +478,15 @@ def _measure_faults(
         sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
         yield ("measure", "steady"), sentence
     elif steady is True and recorded:
-        sentence = "measure.steady needs a normal force that repeats, and a record does not"
+        sentence = "measure.steady needs a periodic normal force, not a record"
         yield ("measure", "steady"), f"{sentence}; give measure.duration"
     elif steady is True:
         for key in ("settle", "duration"):
             if key in times:
-                yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
+                yield (
+                    ("measure", key),
+                    f"measure.{key} is not used with `steady: true`; remove one of them",
+                )
     elif not EXCITATIONS_BY_KIND[kind].has_own_end and "duration" not in times:
         by_default = EXCITATIONS_BY_KIND[kind].steady_by_default and not recorded
         if not by_default or times or steady is False:
@@ -499,7 +502,7 @@ def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
         return
     keys, at = (
         ("excitation", "until", "metric"),
-        f"excitation.until.metric: {format_value(name)} is not known",
+        f"excitation.until.metric: {format_value(name)} is not available",
     )
     if name not in UNITS:
         hint = name_hint(name, UNITS)
@@ -524,19 +527,19 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
         return
     if law.F_fs > law.F_fk and not member.supports_static:
         key = next(key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
-        sentence = f"approach {name} has no use for a static limit above kinetic friction"
-        yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
+        sentence = f"approach {name} does not support a static limit above kinetic friction"
+        yield ("friction", key), f"{sentence}; remove it or choose stick-slip"
     if (
         not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
         and not member.supports_dynamic
     ):
-        sentence = f"approach {name} knows Coulomb's friction only"
-        yield ("friction", "law"), f"{sentence}; choose law coulomb, or stick-slip"
+        sentence = f"approach {name} supports Coulomb friction only"
+        yield ("friction", "law"), f"{sentence}; choose law coulomb or approach stick-slip"
     recorded = _has_recorded_normal_force(friction)
     if (law.variation or recorded) and not member.supports_variation:
         key = "normal_record" if recorded else "normal_variation"
-        sentence = f"approach {name} has no use for a varying normal force"
-        yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
+        sentence = f"approach {name} does not support a varying normal force"
+        yield ("friction", key), f"{sentence}; remove it or choose stick-slip"
 
 
 def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
@@ -544,21 +547,21 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
     name, stroke = scenario.solver.approach, scenario.stroke
     assert stroke is not None, "stops are at the ends of a stroke"
     if not APPROACHES_BY_NAME[name].supports_stops:
-        sentence = f"approach {name} has no use for end stops"
-        yield ("stroke", "stops"), f"{sentence}; take them away or choose stick-slip"
+        sentence = f"approach {name} does not support end stops"
+        yield ("stroke", "stops"), f"{sentence}; remove them or choose stick-slip"
     elif APPROACHES_BY_NAME[name].supports_friction:
         recorded = _has_recorded_normal_force(scenario.active_friction)
         if recorded or isinstance(scenario.law(), NormalForceLaw):
             key = "normal_record" if recorded else "normal_variation"
-            sentence = "end stops go with a normal force that stays above zero and is no record"
-            yield ("stroke", "stops"), f"{sentence}; mend friction.{key}, or take them away"
+            sentence = "end stops need a normal force that is always positive and not a record"
+            yield ("stroke", "stops"), f"{sentence}; change friction.{key} or remove them"
         elif not isinstance(scenario.law(), CoulombLaw | EndStopLaw):
-            sentence = "end stops go with Coulomb's friction only, not with this friction.law"
-            yield ("stroke", "stops"), f"{sentence}; choose law coulomb, or take them away"
+            sentence = "end stops support Coulomb friction only, not this friction.law"
+            yield ("stroke", "stops"), f"{sentence}; choose law coulomb or remove them"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
         sentence = (
-            f"start.x_r must be at most stroke.limit = {stroke.limit:.12g} m in size, as rigid "
-            f"stops let the mass no further, not {scenario.start.x_r:.12g}"
+            f"start.x_r must be within ±stroke.limit = ±{stroke.limit:.12g} m with rigid "
+            f"stops, not {scenario.start.x_r:.12g}"
         )
         yield ("start", "x_r"), sentence
 
@@ -663,7 +666,7 @@ def _validated_block(
     except ValidationError as fault:
         for keys, sentence in validation_faults(fault, {name: words}, (name,)):
             raise InconsistentValue(".".join(map(str, keys)), sentence) from None
-        raise InconsistentValue(values[0][0], f"{name} takes no {values[0][0]} here") from None
+        raise InconsistentValue(values[0][0], f"there is no key {values[0][0]} here") from None
 
 
 def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
@@ -811,24 +814,24 @@ def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """Yield a message for everything that an approach leaves out."""
     member, law = APPROACHES_BY_NAME[validate_approach(name)], scenario.law()
     if scenario.stops is not None and not member.supports_stops:
-        yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
+        yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
     swept = {axis.key for axis in scenario.sweep}
     rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
     if not member.supports_friction:
         if rubs:
-            yield f"{name} leaves the dry friction out"
+            yield f"{name} ignores dry friction"
         return
     if not member.supports_static and (law.F_fs > law.F_fk or swept & _STATIC_PATHS):
-        yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
+        yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
     if (
         not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
         and not member.supports_dynamic
     ):
-        yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
+        yield f"{name} uses Coulomb friction with the forces of the law"
     varies = isinstance(law, NormalForceLaw) or law.variation
     varies = varies or any(key.startswith(_VARIATION_PREFIXES) for key in swept)
     if not member.supports_variation and varies:
-        yield f"{name} knows no varying normal force and takes it as constant"
+        yield f"{name} uses a constant normal force"
 
 
 # The scenario under another friction law, and what that law leaves out
@@ -843,7 +846,7 @@ NORMAL_FORCE_PREFIX = "normal_"
 def _law_problems(scenario: Scenario, name: str) -> Iterator[Problem]:
     """Yield the located problems that prevent a comparison under a law."""
     if scenario.friction is None:
-        sentence = f"law {name} needs a friction block, which this scenario has not"
+        sentence = f"law {name} needs a friction block; this scenario has none"
         yield scenario.problem(sentence, "friction")
         return
     for key, sentence in law_faults(scenario.friction, name):
@@ -868,7 +871,7 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
     if scenario.stops is not None and name != COULOMB:
-        yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
+        yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
     if friction is None or friction.law == name:
         return
     known = LAWS[name].model_fields
@@ -876,11 +879,11 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     used |= {key for key, value in friction if value is not None}
     for key in sorted(used):
         if key.startswith(NORMAL_FORCE_PREFIX) and key not in known:
-            way = "takes its mean" if key == "normal_record" else "leaves it out"
-            yield f"{name} has no use for friction.{key} and {way}"
+            way = "uses the mean of" if key == "normal_record" else "ignores"
+            yield f"{name} {way} friction.{key}"
     law, other = scenario.law(), scenario.with_law(name).law()
     if not known.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
-        yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
+        yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
 
 
 # The resolved scenario as plain values

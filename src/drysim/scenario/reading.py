@@ -243,8 +243,8 @@ def other_laws_hint(key: str) -> str:
     names = [name for name, law in LAWS.items() if key in law.model_fields]
     if not names:
         return ""
-    one = "such a" if len(names) > 1 else "that"
-    hint = f"; it belongs to law {join_words(names, 'or')}: choose {one} law"
+    one = "one of these laws" if len(names) > 1 else "that law"
+    hint = f"; it belongs to law {join_words(names, 'or')}: choose {one}"
     if key in Coulomb.model_fields:  # a force, given by other keys
         return hint
     return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"
@@ -330,7 +330,7 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
     if friction is None or name in ("", friction.law):
         return
     if needed := _missing_keys(friction, name):
-        way = f"give them in a block `{name}` of friction"
+        way = f"give them in a block `{name}` in friction"
         yield "friction", f"law {name} needs {join_words(needed)}: {way}"
         return
     try:
@@ -524,7 +524,7 @@ class Reading:
         for name, other in model.needs.items():
             reported = any(other in group for group in missing)
             if name in words and other not in words and not reported:
-                sentence = f"{dotted_name((*at, name))} has a meaning only beside {other}"
+                sentence = f"{dotted_name((*at, name))} requires {other}"
                 self.fault(sentence, (*at, name), at_key=True)
 
 
@@ -545,7 +545,7 @@ def dotted_name(keys: KeyPath) -> str:
 def _unknown_key_hint(key: str, value: object, fields: Mapping[str, FieldInfo]) -> str:
     """Return a hint for a key that resembles no other."""
     if key[:1].isdigit() and value is None:
-        return "; write decimals with a point, not with a comma"
+        return "; use a decimal point, not a comma"
     return f"; known are {', '.join(fields)}"
 
 
@@ -563,7 +563,7 @@ def _field_description(model: Model, field: FieldInfo) -> str:
 ALREADY_REPORTED = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
 """Error types about keys, which `Reading` has reported."""
 
-_PREDICATES = ("must ", "needs ", "has ", "is ", "asks ", "gives ", "stands ")
+_PREDICATES = ("must ", "needs ", "has ", "is ", "requires ", "asks ", "gives ", "stands ")
 
 _MESSAGES = {
     "string_type": "must be text, not {value}; put it in quotes",
@@ -579,7 +579,7 @@ _MESSAGES = {
     "model_type": "must be a block of keys, not {value}",
     "model_attributes_type": "must be a block of keys, not {value}",
     "dict_type": "must be a block of keys, not {value}",
-    "too_short": "must have {min_length} entry at least",
+    "too_short": "must have at least {min_length} entry",
     "greater_than": "must be above {gt}, not {value}",
     "greater_than_equal": "must be at least {ge}, not {value}",
     "less_than": "must be below {lt}, not {value}",

@@ -294,7 +294,8 @@ class LogNormal:
 
     def describe(self, unit: str) -> str:
         """Return a short text with parameters in a unit."""
-        return f"lognormal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
+        mean, sd = format_number(self.mean, unit), format_number(self.sd, unit)
+        return f"lognormal, mean {mean}, sd {sd}"
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
         reading.fault(f"sweep must be {form}; not {format_value(block)}", (SWEEP_KEY,))
         return ()
     if not block:
-        reading.fault("sweep has no keys; say which key varies, and over what", (SWEEP_KEY,))
+        reading.fault("sweep has no keys; give at least one key with its values", (SWEEP_KEY,))
     inner = {key: value for group in _key_groups(block) for key, value in group.items()}
     inner.pop(UNREAD_KEYS, None)
     reading.words[SWEEP_KEY] = {**block, **inner}
@@ -116,13 +116,13 @@ def _key_groups(block: Any) -> list[Mapping[str, Any]]:
 
 def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
     """Yield the axes of `zip`: one or several groups of keys varying together."""
-    form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
+    form = "keys with equally many values, such as {friction.kinetic: [15, 30], ...}"
     groups: list[tuple[KeyPath, Any]] = [((SWEEP_KEY, ZIP_KEY), value)]
     if isinstance(value, list):
         groups = [((SWEEP_KEY, ZIP_KEY, i), group) for i, group in enumerate(value)]
     for at, group in groups:
         if not isinstance(group, Mapping) or len(group) < 2:
-            report_value(reading, f"must be two {form}; not {format_value(group)}", at)
+            report_value(reading, f"must be at least two {form}; not {format_value(group)}", at)
             continue
         numerals = _read_keys(reading, known, at, group)
         found = [
@@ -133,8 +133,8 @@ def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
         uneven = next((one for one in found if len(one.values) != len(found[0].values)), None)
         if uneven is not None:
             sentence = (
-                f"has {len(uneven.values)} values, and {found[0].key} beside it has "
-                f"{len(found[0].values)}; keys that walk together have as many"
+                f"has {len(uneven.values)} values, but {found[0].key} has "
+                f"{len(found[0].values)}; keys of a zip need equally many"
             )
             report_value(reading, sentence, (*at, uneven.key))
             continue
@@ -217,7 +217,7 @@ def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> Nume
         reading.fault(sentence, at, at_key=True)
         return None
     if _is_swept_twice(reading.document.value.get(SWEEP_KEY), key):
-        reading.fault(f"{key} is swept twice; leave one of both out", at, at_key=True)
+        reading.fault(f"{key} is swept twice; remove one", at, at_key=True)
         return None
     return known[key]
 
@@ -305,7 +305,7 @@ class AxisReader:
         seen: set[float] = set()
         for i, value in enumerate(values):
             if value in seen and value == value:
-                self._fault(f"stands in the list already: {format_value(entries[i])}", i)
+                self._fault(f"is a duplicate: {format_value(entries[i])}", i)
             seen.add(value)
         return values
 
@@ -338,7 +338,9 @@ class AxisReader:
         n, end = nearest_steps(low, high, step)
         if end != high:
             first, width, last = (f"{x:.12g} {unit}".strip() for x in (low, step, end))
-            sentence = f"is not met by steps of {width} from {first}; the nearest is {last}"
+            sentence = (
+                f"is not reached by steps of {width} from {first}; the nearest value is {last}"
+            )
             raise self._fault(sentence, "to")
         return step, decimal_arange(low, high, step, n)
 
@@ -364,7 +366,7 @@ class AxisReader:
     def _limit_count(self, count: float, key: str) -> None:
         """Report an axis with too many values."""
         if count > MAX_AXIS_VALUES:
-            sentence = f"asks for {count:.4g} values; an axis has {MAX_AXIS_VALUES} at most"
+            sentence = f"gives {count:.4g} values; an axis can have at most {MAX_AXIS_VALUES}"
             raise self._fault(sentence, key)
 
     def _whole(self, values: Sequence[float], key: str) -> Sequence[float]:
@@ -375,7 +377,7 @@ class AxisReader:
             (value for value in values if not float(value).is_integer()), None
         ):
             raise self._fault(
-                f"gives {fractional:.6g}, and {self.at[1]} takes whole numbers", key
+                f"gives {fractional:.6g}, but {self.at[1]} takes whole numbers", key
             )
         return tuple(int(value) for value in values)
 
@@ -410,7 +412,11 @@ def _read_distribution(
         report_value(reading, f"must be {form}; not {format_value(value)}", at)
         return None
     if numeral.quantity is None:
-        report_value(reading, "takes whole numbers; list them in sweep instead", at)
+        report_value(
+            reading,
+            "takes whole numbers, which sample does not support; list them in sweep",
+            at,
+        )
         return None
     words = reading.block(Draw, value, at)
     kind = words.get("distribution", "uniform")
@@ -424,7 +430,7 @@ def _read_distribution(
             reading.fault(f"{'.'.join(map(str, (*at, name)))} is required ({kind})", at)
     for name in words.keys() - {*needed, *allowed, "distribution"}:
         location = (*at, name)
-        report_value(reading, f"has no use for a {kind} distribution", location, at_key=True)
+        report_value(reading, f"is not used for a {kind} distribution", location, at_key=True)
     values = {
         name: _read_parameter(reading, (*at, name), words[name], numeral, name)
         for name in words
@@ -519,9 +525,12 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
         return sentence
     seed_keys = {"seeds", "until"} & get_block(words, "excitation").keys()
     if key == SEED_KEY and seed_keys:
-        return f"{SEED_KEY} cannot be swept beside {min(seed_keys)}: every case has the same seeds then"
+        return (
+            f"{SEED_KEY} cannot be swept with excitation.{min(seed_keys)}: every case uses the "
+            "same seeds"
+        )
     if block == "measure" and not _has_window(words):
-        return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"
+        return f"{key} is not used: metrics cover the steady state; set it in measure as well"
     known_faults = {sentence for _, sentence in key_faults(words)}
     if "." not in block:  # rules concern top-level blocks: try a number
         words = {**words, block: {**get_block(words, block), name: 1.0}}
@@ -589,14 +598,14 @@ def _exclusion_fault(
     for group in model.exclusive_groups():
         others = [other for other in group if name in group and other != name]
         if other := next((other for other in others if other in values), ""):
-            instead = f"sweep {block}.{other}, or give {name} in its place"
-            return f"{block}.{name} has no use here: {block} has {other}; {instead}"
+            instead = f"sweep {block}.{other}, or give {name} instead"
+            return f"{block}.{name} is not used: {block} has {other}; {instead}"
         if other := next((other for other in others if other in beside), ""):
             return f"sweep {block}.{name} or {block}.{other}, not both"
     beside_which = model.needs.get(name)
     if beside_which and beside_which not in values:
         which = f"{block}.{beside_which}, which is not given"
-        return f"{block}.{name} has a meaning only beside {which}"
+        return f"{block}.{name} requires {which}"
     needed = [
         k for k, field in fields_by_key(model).items() if field.is_required() and k != name
     ]

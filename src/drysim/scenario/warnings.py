@@ -120,8 +120,8 @@ def _coarse_step_warnings(
     if steps < MIN_STEPS_PER_PERIOD:
         yield WarningMessage(
             "coarse-step",
-            f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
-            f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s would give {MIN_STEPS_PER_PERIOD}",
+            f"solver.step gives {steps:.3g} steps per period at {f:g} Hz; "
+            f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s gives {MIN_STEPS_PER_PERIOD}",
             {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
         )
 
@@ -133,13 +133,13 @@ def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMes
     if f_0 * motion.dt * MIN_STEPS_PER_PERIOD <= 1 + STEP_ROUNDING:
         return
     sentence = (
-        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
-        f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
+        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} per "
+        f"natural period of {1 / f_0:.3g} s: too few to resolve the excitation"
     )
     if getattr(scenario.excitation, "time", None) is not None:
         sentence += (
-            "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
-            "is what is wrong, give `step` or `rate` in place of `time`"
+            "; times are in seconds unless their header has a unit, such as `t [ms]`: if this "
+            "is the cause, give `step` or `rate` instead of `time`"
         )
     yield WarningMessage("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
@@ -165,8 +165,9 @@ def _weighting_warnings(
     ):
         yield WarningMessage(
             "coarse-weighting",
-            f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
-            f"weighs up to {MAX_WEIGHTED_FREQUENCY:g} Hz: a_w and what follows from it lack the rest",
+            f"the step of {step:.6g} s resolves up to {0.5 / step:.4g} Hz, but ISO 2631-1 "
+            f"weights up to {MAX_WEIGHTED_FREQUENCY:g} Hz: a_w and the metrics derived from it "
+            "miss the rest",
             {"step": step, "highest": 0.5 / step},
         )
 
@@ -189,15 +190,15 @@ def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
     if start.v_r == 0 and load <= hold and law.can_stick:
         yield WarningMessage(
             "will-not-move",
-            f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
+            f"the mass will not move: |F_L| is at most {load:.6g} N, F_fs is {hold:.6g} N",
             {"F_L": load, "F_fs": hold},
         )
     elif hold < load <= COMMON_STATIC_RATIO * drag and not scenario.static_given:
         ratio = load / drag
         yield WarningMessage(
             "static-not-given",
-            "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
-            f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
+            "friction.static is not given, so F_fs = F_fk; with a friction.static_ratio of "
+            f"{ratio:.4g} or more the mass would stay at rest: set it if known",
             {"F_L": load, "F_fk": drag, "ratio": ratio},
         )
 
@@ -219,9 +220,9 @@ def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
             enough = MAX_STIFFNESS * m / (F_fk * step)
             yield WarningMessage(
                 "smooth-stiff",
-                f"F_fk c Δt/m is {format_number(stiffness, digits=3)}, and smooth by rk4 is unstable "
-                f"from about 2.8 up: take a sharpness of {format_number(enough, 's/m', 2)} or less, a "
-                "smaller step, or another method",
+                f"F_fk c Δt/m is {format_number(stiffness, digits=3)}, and smooth with rk4 is "
+                "unstable above about 2.8: use a sharpness of "
+                f"{format_number(enough, 's/m', 2)} or less, a smaller step, or another method",
                 {"stiffness": stiffness},
             )
     if member.approach == "signum" and (a_u := _base_rms(motion)) > 0:
@@ -229,10 +230,9 @@ def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
         if share > MAX_CHATTER:
             yield WarningMessage(
                 "signum-chatters",
-                f"F_fk/(m a_u) is {format_number(share, digits=3)}: where the mass should stick, "
-                "signum gives it accelerations of about ±F_fk/m, however small the step, and "
-                "where it should stick all the time T_a tends to this number; stick-slip has "
-                "no such error",
+                f"F_fk/(m a_u) is {format_number(share, digits=3)}: instead of sticking, "
+                "signum chatters with accelerations of about ±F_fk/m at any step, and if the "
+                "mass should always stick T_a tends to this number; use stick-slip",
                 {"share": share},
             )
 
@@ -336,8 +336,9 @@ def _remote_limit_warnings(
         far = check.limit >= LONG_TRAVEL and check.limit >= MAX_TRAVEL_RATIO * reach
         if far and check.unit and UNITS[check.metric] == "m":
             sentence = (
-                f"the limit of the check `{check}` is {check.limit:g} m, over {MAX_TRAVEL_RATIO:g} times "
-                f"the {reach:.2g} m by which base and start move the mass: is its unit right?"
+                f"the limit of the check `{check}` is {check.limit:g} m, over "
+                f"{MAX_TRAVEL_RATIO:g} times the {reach:.2g} m expected from base motion and "
+                "start; check its unit"
             )
             yield WarningMessage("implausible-length", sentence, {f"checks.{at}": check.limit})
 
@@ -386,13 +387,14 @@ def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
         if u >= LONG_TRAVEL and A >= HIGH_ACCELERATION:
             yield WarningMessage(
                 "looks-like-millimetres",
-                f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
-                "write `mm/s2` behind its number",
+                f"at {f:g} Hz the base displacement has an amplitude of {u:.3g} m; if the "
+                "excitation is in mm/s², write `mm/s2` after the number",
                 {"frequency": f, "amplitude": A, "u": u},
             )
         if abs(phase) > 2 * pi:
             sentence = (
-                f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
+                f"a phase of {phase:g} rad is above 2π; if it is in degrees, write "
+                f"`{phase:g} deg`"
             )
             yield WarningMessage("looks-like-degrees", sentence, {"phase": phase})
 
@@ -452,21 +454,21 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     """Return why a swept key has no effect; None if it has one."""
     if len(axis.values) == 1:
-        return "has one value only; set it in the scenario instead"
+        return "has a single value; set it in the scenario instead"
     if axis.key == "stroke.limit" and scenario.stops is None:
-        return "changes no motion and no transmissibility, only which stroke counts as too much"
+        return "does not affect the motion, only when the stroke limit is exceeded"
     approach = scenario.solver.approach
     block, option, *rest = axis.key.split(".")
     if block == "solver" and rest and option != approach:
-        return f"changes nothing: the approach is {approach}, which has no use for {option}"
+        return f"has no effect: the approach is {approach}, which does not use {option}"
     exact = isinstance(scenario.solver.member(), ExactApproach)
     if axis.key == "solver.step" and exact and scenario.excitation.periodic:
-        return f"changes nothing: {approach} under sines makes no error that depends on it"
+        return f"has no effect on the metrics: {approach} is exact under sines at any step"
     phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
     if phase and scenario.measure.steady and len(scenario.frequencies) == 1:
         return (
-            "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
-            "several orbits coexist, it decides which of them the start leads to)"
+            "has no effect: the metrics cover a full period of the steady state (if several "
+            "steady states coexist, it can select another one)"
         )
     count = count_points(scenario.sweep)
     first, last = (
@@ -477,7 +479,7 @@ def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     if _metric_inputs(scenario, last) == _metric_inputs(
         scenario, last | {a.key: first[a.key] for a in together}
     ):
-        return "changes nothing: what it stands for is 0 or not used"
+        return "has no effect: the quantity is 0 or not used"
     return None
 
 
@@ -506,7 +508,9 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
         if answer is not None:
             share = check.metric in SHARE_METRICS
-            hint = "shares are from 0 to 1" if share else f"{check.metric} is never below 0"
+            hint = (
+                "shares are between 0 and 1" if share else f"{check.metric} is never negative"
+            )
             if share and check.limit > 1 and not check.unit:
                 hint += f"; if it is in percent, write `{check.limit:g} %`"
             word = "fail" if answer else "hold"
@@ -516,9 +520,7 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
             yield WarningMessage("check-cannot-hold", sentence, numbers)
         elif twin is not None:
-            yield WarningMessage(
-                "check-twice", f"the check `{check}` stands there twice", numbers
-            )
+            yield WarningMessage("check-twice", f"the check `{check}` is listed twice", numbers)
         elif opposite is not None:
             sentence = (
                 f"the checks `{opposite}` and `{check}` contradict each other: one must fail"
@@ -587,7 +589,7 @@ def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         if idle and not _is_chosen_by_override(scenario, "solver.approach", f"solver.{name}"):
             sentence = (
                 f"solver.{name} has no effect: the approach is {approach}; options of {name} "
-                "count where a comparison names it"
+                "are used in comparisons only"
             )
             yield WarningMessage("no-effect", sentence)
     words = scenario.file_block("friction")
@@ -598,7 +600,7 @@ def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     if not _is_chosen_by_override(scenario, f"friction.{LAW_KEY}", f"friction.{law}"):
         for key in sorted(words.keys() & excluded_keys(law, own)):
             stands = key if key in own else ", ".join(own)
-            sentence = f"friction.{key} has no effect: friction.{law}.{stands} stands for it"
+            sentence = f"friction.{key} has no effect: friction.{law}.{stands} replaces it"
             yield WarningMessage("no-effect", sentence)
 
 
