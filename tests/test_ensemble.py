@@ -214,7 +214,7 @@ WORDS = {
     "seeds: 1e12": "excitation.seeds must be at most 1000000000",
     "seeds: 1, until: {metric: T_a, half_width: 1 %}": "excitation.seeds must be at least 2",
     "until: {metric: T_b, half_width: 1 %}": "excitation.until.metric: unknown metric `T_b`; ",
-    "until: {metric: SEAT, half_width: 1 %}": "excitation.until.metric: `SEAT` is not available",
+    "until: {metric: SEAT, half_width: 1 %}": "excitation.until.metric: `SEAT` is not",
     "until: {metric: closure, half_width: 1 %}": "excitation.until.metric: `closure` is",
     "until: {metric: T_a, half_width: 0}": "excitation.until.half_width must be above 0",
     "until: {metric: T_a, half_width: -1 %}": "excitation.until.half_width must be above 0",

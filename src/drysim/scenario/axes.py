@@ -344,9 +344,7 @@ class Sample(Block):
     """Dotted keys of this file, each with its range or distribution."""
 
 
-ZIP_DESCRIPTION = (
-    "Keys that take their values side by side, as many each: one case for each place."
-)
+ZIP_DESCRIPTION = "Keys that vary together, with equally many values: one case per position."
 
 
 def _require_axes(value: object) -> tuple[Axis, ...]:
@@ -372,13 +370,13 @@ class _SweepSchema:
         group = {"type": "object", "minProperties": 2, "patternProperties": {KEY_PATTERN: axis}}
         group |= {"additionalProperties": False}
         groups = {"type": "array", "minItems": 1, "items": group}
-        beside = {"description": ZIP_DESCRIPTION, "anyOf": [group, groups]}
+        zip_schema = {"description": ZIP_DESCRIPTION, "anyOf": [group, groups]}
         sample = part(Sample)
         sample["properties"]["over"]["additionalProperties"] = part(Draw)
         return {
             "type": "object",
             "minProperties": 1,
-            "properties": {"zip": beside, "sample": sample},
+            "properties": {"zip": zip_schema, "sample": sample},
             "patternProperties": {KEY_PATTERN: axis},
             "additionalProperties": False,
             "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],

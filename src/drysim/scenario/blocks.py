@@ -166,11 +166,11 @@ class SolverBase(Block):
         return chosen
 
 
-def solver_with_options(shelf: dict[str, Any]) -> type[SolverBase]:
+def solver_with_options(approaches: dict[str, Any]) -> type[SolverBase]:
     """Return the solver model with an options block for each approach that has options."""
     options: dict[str, Any] = {
         name: (member | None, Field(None, description=f"Options of approach {name}."))
-        for name, member in shelf.items()
+        for name, member in approaches.items()
         if len(member.model_fields) > 1
     }
     return create_model("Solver", __base__=SolverBase, __module__=__name__, **options)

@@ -179,11 +179,11 @@ class Scenario(FromFile):
     @property
     def ratios(self) -> dict[str, float]:
         """Parameters given as ratios (damping, static friction), by key."""
-        given = {
+        ratios = {
             "damping_ratio": self.oscillator.damping_ratio,
             "static_ratio": getattr(self.active_friction, "static_ratio", None),
         }
-        return {key: value for key, value in given.items() if value is not None}
+        return {key: value for key, value in ratios.items() if value is not None}
 
     @property
     def label(self) -> str:

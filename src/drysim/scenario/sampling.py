@@ -150,8 +150,8 @@ class Design:
         for block in np.unique(blocks).tolist():
             stream = np.random.Generator(np.random.Philox(key=[self.seed, block]))
             drawn = stream.random((POINTS_PER_CHUNK, self.dimensions))
-            here = blocks == block
-            found[here] = drawn[numbers[here] % POINTS_PER_CHUNK]
+            mask = blocks == block
+            found[mask] = drawn[numbers[mask] % POINTS_PER_CHUNK]
         return found
 
     def _permuted(self, numbers: Indices, dimension: int) -> Floats:

@@ -519,9 +519,9 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
     if numeral is None:
         return _not_numeric_fault(key, known)
     block, _, name = key.rpartition(".")
-    before = takewhile(lambda other: other != key, words["sweep"])
-    beside = {other.rpartition(".")[2] for other in before if other.rpartition(".")[0] == block}
-    if sentence := _exclusion_fault(block, name, numeral, beside):
+    earlier = takewhile(lambda other: other != key, words["sweep"])
+    swept = {other.rpartition(".")[2] for other in earlier if other.rpartition(".")[0] == block}
+    if sentence := _exclusion_fault(block, name, numeral, swept):
         return sentence
     seed_keys = {"seeds", "until"} & get_block(words, "excitation").keys()
     if key == SEED_KEY and seed_keys:
@@ -588,9 +588,7 @@ def _closest_key(key: str, known: KnownKeys) -> str | None:
     return found
 
 
-def _exclusion_fault(
-    block: str, name: str, numeral: NumericKey, beside: set[str]
-) -> str | None:
+def _exclusion_fault(block: str, name: str, numeral: NumericKey, swept: set[str]) -> str | None:
     """Return why other keys of its block exclude a key; None if none does."""
     model, values = numeral.model, numeral.block
     if model is None:
@@ -600,11 +598,11 @@ def _exclusion_fault(
         if other := next((other for other in others if other in values), ""):
             instead = f"sweep {block}.{other}, or give {name} instead"
             return f"{block}.{name} is not used: {block} has {other}; {instead}"
-        if other := next((other for other in others if other in beside), ""):
+        if other := next((other for other in others if other in swept), ""):
             return f"sweep {block}.{name} or {block}.{other}, not both"
-    beside_which = model.needs.get(name)
-    if beside_which and beside_which not in values:
-        which = f"{block}.{beside_which}, which is not given"
+    required = model.needs.get(name)
+    if required and required not in values:
+        which = f"{block}.{required}, which is not given"
         return f"{block}.{name} requires {which}"
     needed = [
         k for k, field in fields_by_key(model).items() if field.is_required() and k != name

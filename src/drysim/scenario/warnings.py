@@ -498,10 +498,10 @@ def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object,
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     cases = _CaseValues(scenario)
-    sound: dict[str, list[Check]] = {}
+    accepted: dict[str, list[Check]] = {}
     for at, check in enumerate(scenario.checks):
-        before = sound.setdefault(check.metric, [])
-        twin = next((one for one in before if _is_same_check(one, check)), None)
+        before = accepted.setdefault(check.metric, [])
+        duplicate = next((one for one in before if _is_same_check(one, check)), None)
         opposite = next(
             (one for one in before if one.contradicts(check) and cases.share(one, check)), None
         )
@@ -519,7 +519,7 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         elif not cases.applies(check):
             sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
             yield WarningMessage("check-cannot-hold", sentence, numbers)
-        elif twin is not None:
+        elif duplicate is not None:
             yield WarningMessage("check-twice", f"the check `{check}` is listed twice", numbers)
         elif opposite is not None:
             sentence = (
@@ -553,8 +553,8 @@ class _CaseValues:
         conditions = [one for check in checks for one in check.conditions]
         for key in {one.key for one in conditions}:
             asked = [one for one in conditions if one.key == key]
-            here = asked[0].here
-            values = self.values.get(key, [nan if here is None else here])
+            default = asked[0].here
+            values = self.values.get(key, [nan if default is None else default])
             known = key not in self.swept or key in self.values
             if known and not any(all(one.holds({key: v}) for one in asked) for v in values):
                 return False
@@ -599,8 +599,8 @@ def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         return
     if not _is_chosen_by_override(scenario, f"friction.{LAW_KEY}", f"friction.{law}"):
         for key in sorted(words.keys() & excluded_keys(law, own)):
-            stands = key if key in own else ", ".join(own)
-            sentence = f"friction.{key} has no effect: friction.{law}.{stands} replaces it"
+            replacement = key if key in own else ", ".join(own)
+            sentence = f"friction.{key} has no effect: friction.{law}.{replacement} replaces it"
             yield WarningMessage("no-effect", sentence)
 
 
