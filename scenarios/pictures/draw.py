@@ -1,7 +1,7 @@
-"""Draws the pictures of the README and of the gallery, from the checkout by `make pictures`.
+"""Draw the pictures of the README and of the gallery; run by `make pictures`.
 
-The pictures are those that the commands write, and of every friction law its loop, in a few
-colours, which makes them small.
+These are pictures written by drysim commands, and the friction loop of each law. They are
+reduced to few colours to keep the files small.
 """
 
 from __future__ import annotations
@@ -42,23 +42,23 @@ PICTURES = {
         "comparison.png",
     ),
 }
-"""The command behind every picture, and what it calls the picture."""
+"""Command of each picture, and the file it writes."""
 
 MODEL = "model.png"
 
 SIZE, DOTS = (3.3, 2.9), 100
-"""Size of a loop [inch] and its dots per inch."""
+"""Size of the figure of a loop [inch], and dots per inch."""
 
 
 def keep(drawn: Path, kept: Path, colours: int = COLOURS) -> None:
-    """Keep a picture in a few colours."""
+    """Save a picture with few colours."""
     whole = Image.open(drawn).convert("RGB")
     few = whole.quantize(colours, Image.Quantize.MAXCOVERAGE, kmeans=2)
     few.save(kept, optimize=True)
 
 
 def draw(name: str, words: list[str], drawn: str) -> None:
-    """Run a command and keep its picture."""
+    """Run a command and save its picture."""
     with tempfile.TemporaryDirectory() as place:
         out = Path(place, "out")
         command = [sys.executable, "-m", "drysim", *words, "--quiet", "--out", str(out)]
@@ -67,7 +67,7 @@ def draw(name: str, words: list[str], drawn: str) -> None:
 
 
 def loop(law: str) -> Figure:
-    """Give the friction loop of a law in its scenario of the gallery."""
+    """Return the friction loop of a law in its gallery scenario."""
     made = drysim.run(drysim.load(GALLERY / f"friction-{law}.yaml"))
     motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
@@ -125,7 +125,7 @@ def model() -> Figure:
 
 
 def asked(name: str) -> bool:
-    """Whether a picture is to be drawn: all are, unless some are named."""
+    """Return whether to draw a picture: all, or those named on the command line."""
     return not sys.argv[1:] or name in sys.argv[1:]
 
 
