@@ -203,7 +203,7 @@ def _in_gallery(word: str) -> str:
 NOTES = "Notes\n-----"
 """A heading of docstrings, which has no place within a line."""
 
-OPTIONS = "Options of another law, any of its keys: they count where a comparison names it."
+OPTIONS = "Options of another law for comparisons; all keys are optional."
 """Text for the blocks of all other laws that the block of one law may hold."""
 
 
