@@ -314,7 +314,7 @@ def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(no
     assert table[-1] == table[4] == list(table)[4]
     assert table[1:3] == list(table)[1:3]
     for number in (5, -6):
-        with pytest.raises(IndexError, match=f"there is no number {number} among 5"):
+        with pytest.raises(IndexError, match=f"index {number} is out of range for length 5"):
             table[number]
 
 

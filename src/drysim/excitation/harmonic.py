@@ -67,7 +67,7 @@ class Component(Block):
         """Amplitude of the base acceleration [m/s²]."""
         if self.amplitude is not None:
             return self.amplitude
-        assert self.rms is not None, "one of both is given"
+        assert self.rms is not None, "one of the two is given"
         return sqrt(2) * self.rms
 
 

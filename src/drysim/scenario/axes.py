@@ -350,7 +350,7 @@ ZIP_DESCRIPTION = "Keys that vary together, with equally many values: one case p
 def _require_axes(value: object) -> tuple[Axis, ...]:
     """Return the axes that `load` has read; reject anything else."""
     if not isinstance(value, tuple) or not all(isinstance(axis, Axis) for axis in value):
-        raise ValueError("must be read from a file, whose keys it is about")
+        raise ValueError("must be read from a scenario file")
     return value
 
 

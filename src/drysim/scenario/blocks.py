@@ -75,7 +75,7 @@ class Oscillator(Block):
         """Return mass, stiffness and damping as numbers."""
         if self.damping is not None:
             return Plant(self.mass, self.stiffness, self.damping)
-        assert self.damping_ratio is not None, "one of both is given"
+        assert self.damping_ratio is not None, "one of the two is given"
         critical = 2 * sqrt(self.stiffness * self.mass)
         return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
 

@@ -81,7 +81,7 @@ class LazySequence(Sequence[Made]):
             return [self.one(i) for i in range(*number.indices(len(self)))]
         at, count = index(number), len(self)
         if not -count <= at < count:
-            raise IndexError(f"there is no number {at} among {count}, counted from 0")
+            raise IndexError(f"index {at} is out of range for length {count}")
         return self.one(at % count)
 
 

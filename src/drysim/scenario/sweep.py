@@ -472,7 +472,7 @@ def _distribution_fault(
     if scale == "log" and low <= 0:
         return f"must be above 0 on a log scale, not {low:.12g}", "from"
     if kind == "triangular" and not low <= values["mode"] <= high:
-        return f"must lie from {low:.12g} to {high:.12g}", "mode"
+        return f"must be between {low:.12g} and {high:.12g}", "mode"
     if kind == "lognormal" and values["mean"] <= 0:
         return "must be above 0 for a lognormal distribution", "mean"
     return None
