@@ -591,7 +591,9 @@ def test_compare_says_who_knows_no_stops(tmp_path, words, sentence):
     found = package.compare(scenario, words)
     told = [warning.sentence for warning in found.table.warnings if warning.slug == "left-out"]
     assert any(one.startswith(sentence) for one in told)
-    assert not any(one.startswith(("stick-slip", "coulomb", "viscous ignores end")) for one in told)
+    assert not any(
+        one.startswith(("stick-slip", "coulomb", "viscous ignores end")) for one in told
+    )
     peaks = {row.approach: row.metrics["x_r_peak"] for row in found.table.rows}
     assert peaks[words[1]] < 0.02 < peaks[words[0]]
     assert peaks["viscous"] < 0.02

@@ -414,11 +414,13 @@ class SeatSpectrum(NamedTuple):
         high = (f / f_h) ** (2 * n)
         return self.G0 * high / (1 + high) / (1 + (f / f_l) ** (2 * p))
 
-    def mean_square(self) -> float:
-        """Return the integral of the PSD over the band [m²/s⁴]."""
-        low, high = self.band
-        share = (np.arange(MIDPOINTS, dtype=np.float64) + 0.5) / MIDPOINTS
-        return float(self.density(low + share * (high - low)).mean() * (high - low))
+
+@cache
+def spectrum_mean_square(spectrum: SeatSpectrum) -> float:
+    """Return the integral of the PSD over its band [m²/s⁴]; the same for every seed."""
+    low, high = spectrum.band
+    share = (np.arange(MIDPOINTS, dtype=np.float64) + 0.5) / MIDPOINTS
+    return float(spectrum.density(low + share * (high - low)).mean() * (high - low))
 
 
 MACHINE_CLASSES = {
@@ -485,7 +487,7 @@ class Standard(RandomMotion):
         """Return the base acceleration on a grid, with a check against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
         wanted = spectral_lines(
-            spectrum.density, spectrum.band, spectrum.mean_square(), self.duration
+            spectrum.density, spectrum.band, spectrum_mean_square(spectrum), self.duration
         )
         scaled = self.scale == "to definition"
         motion = random_signal(wanted, step, self.seed, spectrum.rms if scaled else None)
