@@ -123,11 +123,11 @@ def find_orbit_by_marching(
     orbit, events = march_to_orbit(plant, law, motion, start, period, convergence)
     if convergence.extrapolated and isinstance(law, ElasticContactLaw) and events == 0:
         convergence = OrbitConvergence(
-            closure_tolerance(law), eventless_periods=CHANGES_PER_EXTRAPOLATION
+            closure_tolerance(law), quiet_repetitions=CHANGES_PER_EXTRAPOLATION
         )
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     if convergence.extrapolated and not orbit.settled:
-        convergence = OrbitConvergence(closure_tolerance(law), eventless_periods=math.inf)
+        convergence = OrbitConvergence(closure_tolerance(law), quiet_repetitions=math.inf)
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     return orbit
 
@@ -299,9 +299,9 @@ class OrbitConvergence:
         Repetitions without events that a sum asks for; infinite for no sums at all.
     """
 
-    def __init__(self, closed: float, eventless_periods: float = 0.0) -> None:
+    def __init__(self, closed: float, quiet_repetitions: float = 0.0) -> None:
         self.closed = closed
-        self.quiet_repetitions, self.extrapolated = eventless_periods, False
+        self.quiet_repetitions, self.extrapolated = quiet_repetitions, False
         self.eventless_periods = 0
         self.period_ends: list[AnyState] = []
         self.scale: Sequence[float] = ()
