@@ -1,4 +1,4 @@
-"""Exact solution of a scene, by the module that fits its law."""
+"""Exact solution of a scene by the module that fits its friction law."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene with the core that fits its law, to be had on its grid.
+    """Solve a scene and return its response on a grid.
 
-    `whole` keeps the motion over samples at hand, however long it is.
+    `whole` keeps the motion over samples in memory, however long it is.
     """
     scene = (plant, law, motion, start, step, duration)
     if isinstance(law, CoulombLaw | EndStopLaw):
@@ -47,7 +47,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> Trajectory:
-    """Solve a scene with the core that fits its law, without a grid where it can."""
+    """Solve a scene and return its trajectory; under sines no grid is involved."""
     trajectory: Trajectory = solver_module(law).compute_trajectory(
         plant, law, motion, start, duration
     )
@@ -55,7 +55,7 @@ def compute_trajectory(
 
 
 def solver_module(law: AnyLaw) -> Any:
-    """Give the module that solves scenes of a law, loaded with its kernels when needed."""
+    """Return the module that solves scenes of a law; its kernels are loaded on first use."""
     if isinstance(law, CoulombLaw):
         return coulomb
     if isinstance(law, EndStopLaw):
