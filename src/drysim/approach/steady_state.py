@@ -8,7 +8,7 @@ Method
     Coulomb friction under sines has an algorithm of its own, which is faster
     (`drysim.core.orbit`). All other motions are marched period by period until the state
     repeats. Where its changes decay like geometric series, reduced rank extrapolation moves the
-    state close to the limit (Sidi, Vector Extrapolation Methods, SIAM 2017, chapter 2); it is
+    state close to the limit (Sidi, Vector Extrapolation Methods, SIAM 2017); it is
     accepted only if the next period of the true motion changes less. The orbit itself is always
     marched, never extrapolated.
 

@@ -310,8 +310,7 @@ class TaylorMarch:
         return EventLog(*(np.concatenate(column) for column in zip(*logs, strict=True)))
 
     def march_block(self, number: int) -> tuple[Checkpoint, EventLog]:
-        """March through a block and keep it; return the checkpoint at its end and its
-        events."""
+        """March through a block and keep it; return the final checkpoint and the events."""
         first = self.checkpoints[number].n
         checkpoint, log, segments, base = self.march_steps(number, self.last, self.length)
         arrays = [np.asarray(column) for column in segments]
@@ -378,7 +377,7 @@ class TaylorMarch:
         )
 
     def hysteresis_at(self, t: float) -> tuple[float, ...]:
-        """Return the hysteresis stack at time t [s], as deflections at the reversals [m].
+        """Return the hysteresis stack at time t [s]: the deflections at the reversals [m].
 
         Within a block it is found by marching from the checkpoint to that time.
         """
