@@ -138,7 +138,7 @@ def compute_trajectory(
     if isinstance(motion, Sines):
         return sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
     response = solve_sampled(plant, law, motion, start, duration, whole=False)
-    assert response.trajectory is not None, "samples are solved with their track"
+    assert response.trajectory is not None, "samples always have a trajectory"
     return response.trajectory
 
 
@@ -401,6 +401,7 @@ class SampledTrajectory(EventDriven):
     def state(self, t: float) -> State:
         """Return the state at time t [s]."""
         dt, last = self.march.motion.dt, self.march.last
+        # t / dt may round down to the sample before.
         n = min(int(t / dt), last)
         n += (n + 1) * dt <= t and n + 1 <= last
         block = self.march.block_at(n)
@@ -451,6 +452,7 @@ class SampledTrajectory(EventDriven):
         whole[numbers - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
+        # Steps with events, varying limits or an end of the window are integrated one by one.
         odd = np.flatnonzero(~whole) + lo
         sums = np.array(
             integrate_coulomb_steps(

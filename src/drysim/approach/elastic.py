@@ -228,6 +228,7 @@ class SampledElasticTrajectory(EventDriven):
     def state(self, t: float) -> ContactState:
         """Return the state at time t [s]."""
         dt, last = self.motion.dt, len(self.x_r) - 1
+        # t / dt may round down to the sample before.
         n = min(int(t / dt), last)
         n += (n + 1) * dt <= t and n + 1 <= last
         if n * dt >= t:
@@ -248,6 +249,7 @@ class SampledElasticTrajectory(EventDriven):
 
     def step_segments(self, steps: Any) -> Segments:
         """Return the beginnings of all segments of some steps, in order of time."""
+        # A step begins one segment, and each change of mode within it another.
         inside = np.isin(self.segments.n, steps) & (self.segments.s > 0.0)
         mode = np.where(self.d[steps] == 0, HOLD, self.d[steps])
         starts = (

@@ -55,7 +55,7 @@ def solve(
 ) -> Response:
     """Solve a scene and return its response on a grid; `whole` as in `coulomb.solve`."""
     unstopped = coulomb.solve(plant, law.coulomb, motion, start, step, duration, whole)
-    assert unstopped.trajectory is not None, "it is solved with its track"
+    assert unstopped.trajectory is not None, "it always has a trajectory"
     if not reaches_stops(unstopped.trajectory, law.x_rM):
         compute_numerics = partial(unreached_numerics, unstopped)
         return replace(

@@ -227,6 +227,7 @@ class Smooth(ApproachBase):
             F_f = law.F_fk * regularised_sign(form, self.sharpness, state[1])
             return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
 
+        # The absolute tolerance scales with a rough size of the motion.
         swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
         found = solve_ivp(
             rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=ADAPTIVE_RTOL,

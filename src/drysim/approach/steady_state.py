@@ -269,6 +269,8 @@ def check_attraction(
         slopes.append([each / (dx or dv) for each in off])
     (a, c), (b, e) = slopes
     gap = (image.x_r - end.x_r) / scale[0], (image.v_r - end.v_r) / scale[1]
+    # Without a spring the position is a free integral of the velocity: only the derivative
+    # of the velocity by the velocity decides.
     if not has_spring:
         a, b, gap = 0.0, 0.0, (0.0, gap[1])
     if not spectral_radius(a, b, c, e) < MAX_CONTRACTION:
@@ -402,6 +404,9 @@ class OrbitConvergence:
         sizes = np.abs(changes).max(axis=1)
         if not sizes[-1] < sizes[0]:
             return None
+        # Reduced rank extrapolation: the limit is a mean of the states whose weights sum to one
+        # and make the same mean of the changes as small as possible (least squares). Taking the
+        # last change out of the others eliminates the constraint.
         last = changes[-1]
         shares = np.linalg.lstsq((changes[:-1] - last).T, -last, rcond=RANK_TOLERANCE)[0]
         total: Floats = period_ends[-1] + shares @ (period_ends[1:-1] - period_ends[-1])

@@ -49,7 +49,7 @@ def input_on_grid(
         last = len(motion.u_dd) if duration is None else count_grid_points(duration, motion.dt)
         u_dd = motion.u_dd[:last]
         return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
-    assert duration is not None, "sines have no end of their own"
+    assert duration is not None, "sines need a duration"
     n = np.arange(count_grid_points(duration, step), dtype=float)
     at, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
     return at, between, step
@@ -175,6 +175,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Int8Arra
     """Return the grid points at which the mode changes as events."""
     n = np.concatenate(([0], np.flatnonzero(d[1:] != d[:-1]) + 1))
     kind = d[n].astype(np.int8)
+    # A direct change between +1 and -1 is a reversal, coded ±2.
     reverses = (d[n[1:]] != 0) & (d[n[1:] - 1] != 0)
     kind[1:][reverses] *= 2
     return Events(n * dt, kind, x_r[n], plant.m * u_dd[n] + plant.k_x * x_r[n])
@@ -203,6 +204,7 @@ class FixedStepTrajectory:
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
         """Return the start and the local extremes of x_r on the grid."""
+        # An extreme is a change of the direction from one step to the next.
         rising = np.sign(np.diff(self.x_r))
         n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
         return Path(n * self.dt, self.x_r[n])
@@ -230,6 +232,7 @@ class FixedStepTrajectory:
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""
         sign = np.sign(self.v_r[self._window_slice(begin, end)])
+        # Cumulative number of sign changes; its difference counts those within four steps.
         flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
         return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
 

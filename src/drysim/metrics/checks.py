@@ -172,6 +172,8 @@ class Check:
     @property
     def constant_result(self) -> bool | None:
         """Result that all possible values of the metric have in common; None if they differ."""
+        # The result changes at the limit only: the ends of the range and the floats around the
+        # limit stand for all values.
         low = -math.inf if self.metric in SIGNED_METRICS else 0.0
         high = 1.0 if self.metric in SHARE_METRICS else math.inf
         answers = {

@@ -157,6 +157,8 @@ def max_running_rms(series: Floats, dt: float, periodic: bool = False) -> float 
         series = np.tile(series, 1 + math.ceil(span / len(series)))
     if len(series) < span:
         return None
+    # Differences of the cumulative energy; a window that begins within a step takes a share
+    # of it.
     energy = np.concatenate(([0.0], np.cumsum(np.square(series))))
     ends = np.arange(len(energy))
     begins = ends - span

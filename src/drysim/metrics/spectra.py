@@ -79,6 +79,7 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     G_ux = _cross_spectrum(u_dd, x_dd, n, dt)
     with np.errstate(invalid="ignore", divide="ignore"):
         H1, coherence = G_ux / G_u, np.square(np.abs(G_ux)) / (G_u * G_x)
+    # H1 and coherence are ratios: the gain of averaging cancels in them.
     fading = np.square(averaging_gain(f, dt))
     count = 1 + (len(u_dd) - n) // (n - n // 2)
     return Spectra(f, G_u / fading, G_x / fading, H1, coherence, n * dt, count)

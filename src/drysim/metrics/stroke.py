@@ -102,6 +102,7 @@ def excursions(
 
 def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: float) -> float:
     """Return the time between lo and hi [s] at which x_r passes a level [m]."""
+    # Newton's method, with bisection where it leaves the bracket.
     rising = trajectory.state(hi).x_r > trajectory.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(MAX_NEWTON_STEPS):
@@ -133,7 +134,7 @@ def impact_metrics(
         Whether the end continues at the start, as on a periodic orbit.
     """
     law = trajectory.law
-    assert isinstance(law, EndStopLaw), "asked where there are stops only"
+    assert isinstance(law, EndStopLaw), "only called with end stops"
     solution = cast("EndStopTrajectory | UnreachedStopsTrajectory", trajectory)
     begin, end = window
     t, v_r = solution.hits()
