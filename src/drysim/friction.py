@@ -57,7 +57,7 @@ class KineticForce(Block):
     mu_kinetic: Coefficient | None = None
     """Coefficient of kinetic friction [-], in place of `kinetic`."""
     normal: Force | None = None
-    """Normal force [N] behind the coefficients; default 9.81 m/s² times the mass."""
+    """Normal force [N] for the coefficients; default: 9.81 m/s² times the mass."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
     needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
@@ -203,8 +203,8 @@ class NormalVariation(Block):
     """Sinusoidal normal force: both limits times 1 + amplitude·sin(2πft + phase)."""
 
     amplitude: Annotated[float, Quantity("", at_least=0)]
-    """Relative amplitude [-]; above 1 the surfaces part for a while in each period, and there
-    is no friction then."""
+    """Relative amplitude [-]; above 1 the surfaces separate for part of each period, without
+    friction."""
     frequency: Frequency
     """Frequency [Hz]."""
     phase: Angle = 0.0
@@ -226,13 +226,13 @@ class Coulomb(FrictionLimits):
     by_default: ClassVar[bool] = True
 
     law: Literal["coulomb"]
-    """Dry friction of Coulomb's kind, the law of a block that names none."""
+    """Coulomb friction, the default of a block without `law`."""
     normal_variation: NormalVariation | None = None
-    """Normal force that varies as a sine; default: it is constant."""
+    """Sinusoidal normal force; default: constant."""
 
     normal_record: NormalRecord | None = None
-    """Normal force [N] as it was recorded, in place of `normal`; with it F_fk and F_fs stand
-    for its mean. Needs `mu_kinetic`."""
+    """Recorded normal force [N] in place of `normal`; F_fk and F_fs then refer to its mean.
+    Needs `mu_kinetic`."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
         *FrictionLimits.at_most_one_of,
@@ -293,9 +293,9 @@ class Jenkins(PositiveForce):
     """
 
     law: Literal["jenkins"]
-    """Dry friction behind a spring."""
+    """Linear spring in series with a Coulomb slider."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness k_t [N/m], above 0, of the contact while it holds."""
+    """Tangential contact stiffness k_t [N/m], above 0, while holding."""
 
     symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
 
@@ -328,17 +328,17 @@ class PetrovEwins(Block):
     """
 
     law: Literal["petrov-ewins"]
-    """Dry friction behind a spring, under a normal load that varies."""
+    """Spring and slider under a varying normal load."""
     mu_kinetic: Annotated[float, Quantity("", above=0)]
     """Coefficient of friction [-], above 0."""
     normal: Annotated[float, Quantity("N", above=0)]
     """Mean normal load [N], above 0."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness k_t [N/m], above 0, along the surfaces."""
+    """Tangential contact stiffness k_t [N/m], above 0."""
     normal_stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
-    """Stiffness k_n [N/m], above 0, across the surfaces; without it the load is constant."""
+    """Normal contact stiffness k_n [N/m], above 0; without it the load is constant."""
     normal_motion: NormalMotion | None = None
-    """Approach of the surfaces; needs a normal stiffness."""
+    """Normal approach of the surfaces; needs a normal stiffness."""
 
     symbols: ClassVar[dict[str, str]] = {
         "tangential_stiffness": "k_t",
@@ -393,19 +393,20 @@ class Stribeck(FrictionLimits, PositiveForce):
     """
 
     law: Literal["stribeck"]
-    """Dry friction that falls with the speed."""
+    """Friction that decreases with speed."""
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    """Stribeck velocity v_s [m/s], above 0: speed at which friction falls from static to
+    kinetic."""
     exponent: Annotated[float, Quantity("", at_least=0.5, below=20)] = 2.0
-    """Exponent δ [-] of the fall, from 0.5 to below 20; default 2, the Gaussian of
-    Armstrong-Hélouvry. Published are 0.5 to 1 of Bo and Pavelescu for dry metals, 1 of Tustin
-    and great ones of Fuller for boundary lubricants. For 1 and 2 friction is a series in the
-    speed at rest, too; any other takes two to four times as many steps, as they come to a stop
-    by degrees. Below 0.5, less than any of these, the fall begins so steeply that the default
-    tolerance leaves more than a millionth of the motion; there `coulomb` is near."""
+    """Exponent δ [-] of the Stribeck curve, from 0.5 to below 20; default 2, the Gaussian of
+    Armstrong-Hélouvry. Published values: 0.5 to 1 for dry metals (Bo and Pavelescu), 1
+    (Tustin), large values for boundary lubrication (Fuller). For 1 and 2 the Taylor series
+    converge at rest; other values need two to four times as many steps near each stop. Below
+    0.5 the initial slope is so steep that the default tolerance leaves an error above 1e-6 of
+    the motion; there `coulomb` is close."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"stribeck_velocity": "v_s", "exponent": "δ"}
 
@@ -430,12 +431,12 @@ class Dahl(PositiveForce):
     """
 
     law: Literal["dahl"]
-    """Dry friction of Dahl's kind."""
+    """Dahl friction."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness σ_0 [N/m], above 0, of the contact before it slides."""
+    """Contact stiffness σ_0 [N/m], above 0, before sliding."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"bristle_stiffness": "σ_0"}
 
@@ -451,13 +452,14 @@ class BristleLaw(FrictionLimits, PositiveForce):
     """Bristles between the surfaces, with a friction limit that decreases with speed."""
 
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    """Stribeck velocity v_s [m/s], above 0: speed at which friction falls from static to
+    kinetic."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness σ_0 [N/m], above 0, of the bristles where they begin to bend."""
+    """Initial stiffness σ_0 [N/m], above 0, of the bristles."""
     bristle_damping: Damping
     """Damping σ_1 [N·s/m], at least 0, of the bristles."""
     viscous: Damping = 0.0
-    """Viscous friction σ_2 [N·s/m] of the contact; default 0: the damper is all there is."""
+    """Viscous friction σ_2 [N·s/m] of the contact, in addition to the damper; default 0."""
 
     symbols: ClassVar[dict[str, str]] = {
         "stribeck_velocity": "v_s",
@@ -488,10 +490,10 @@ class Lugre(BristleLaw):
     """
 
     law: Literal["lugre"]
-    """Dry friction of the LuGre kind."""
+    """LuGre friction."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     def to_law(self, m: float) -> DynamicLaw:
         """Return the law in forces; the mass m [kg] gives the default normal force."""
@@ -523,17 +525,17 @@ class Leuven(BristleLaw):
     """
 
     law: Literal["leuven"]
-    """Dry friction of the Leuven kind."""
+    """Leuven friction."""
     hysteresis_ratio: Annotated[float, Quantity("", above=1)] = 2.0
-    """F_∞/F_fs [-], above 1, the force that the bristles alone would come to over the static
-    limit; default 2. The greater, the narrower the loops; far above 1 they are elastic."""
+    """F_∞/F_fs [-], above 1: asymptotic force of the bristles over the static limit; default 2.
+    The larger it is, the narrower the hysteresis loops; the limit is elastic."""
     transition: Annotated[float, Quantity("", at_least=0.5, below=20)] = 1.0
-    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The
-    greater, the later the bristles give way. For 1, 2 and 3 the motion is a series through zero
-    force, too; any other takes up to four times as many steps, as it comes there by degrees."""
+    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The larger
+    it is, the later the bristles yield. For 1, 2 and 3 the Taylor series converge at zero
+    force; other values need up to four times as many steps there."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {
         **BristleLaw.symbols,

@@ -46,7 +46,7 @@ class Moreau(ApproachBase):
         scene, limits = (plant, law, motion), (law.F_fk,)
         name_and_reason = (
             self.approach,
-            "the sign as a set, solved implicitly at every fixed step",
+            "set-valued sign, solved implicitly at every fixed step",
         )
         return solve_with_stick(march_moreau, limits, scene, start, (u_dd, dt), name_and_reason)
 
@@ -101,7 +101,10 @@ class Signum(ApproachBase):
         x, v = np.asarray(x_r), np.asarray(v_r)
         # v_r = 0 at a grid point is no stick: this method has none.
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        name_and_reason = (self.approach, f"the sign of v_r at every step, by {self.method}")
+        name_and_reason = (
+            self.approach,
+            f"sign of v_r at every step, integrated by {self.method}",
+        )
         return make_response(
             plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), name_and_reason
         )
@@ -194,7 +197,7 @@ class Smooth(ApproachBase):
         share = as_engine_array(v.copy())
         regularise_signs(form, self.sharpness, share)
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        why = f"{self.form} with sharpness {self.sharpness:g} s/m for the sign, {self.method}"
+        why = f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
         state = (x, v, law.F_fk * np.asarray(share), mode)
         return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, why))
 
@@ -234,7 +237,7 @@ class Smooth(ApproachBase):
             atol=ADAPTIVE_RTOL * 1e-3 * (swing or 1.0), max_step=10 * dt,
         )  # fmt: skip
         if not found.success:
-            raise SolverError(f"smooth, adaptive: {found.message}", "take a smaller sharpness")
+            raise SolverError(f"smooth, adaptive: {found.message}", "use a smaller sharpness")
         return found.y[0], found.y[1]
 
 

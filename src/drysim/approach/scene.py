@@ -147,7 +147,7 @@ def run_duration(motion: Sines | Samples, duration: float | None) -> float:
     if duration is not None:
         return duration
     if isinstance(motion, Sines):
-        raise UsageError("base motion by sines has no end of its own", "say how long to run")
+        raise UsageError("a run under sines needs a duration", "give a duration")
     return (len(motion.u_dd) - 1) * motion.dt
 
 
@@ -275,26 +275,26 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     if isinstance(law, EndStopLaw):
         return (
             "bounded",
-            "end stops: closed form by modes, from one event to the next; a motion that never "
-            "reaches them is solved without them",
+            "end stops: closed form in each mode, from event to event; without stops if they "
+            "are never reached",
         )
     if isinstance(law, ElasticContactLaw):
-        return (
-            "contact",
-            "the contact is a spring until it yields: closed form by modes",
-        )
+        return "contact", "elastic contact: closed form in each mode"
     if isinstance(law, NormalForceLaw):
-        kind = "is recorded" if law.force_record else "lifts off"
-        return "pressed", f"the normal force {kind}: closed form from change to change"
+        kind = "recorded" if law.force_record else "vanishing"
+        return "pressed", f"{kind} normal force: closed form in each mode"
     if isinstance(law, DynamicLaw):
-        kind = "a force that depends on the speed" if law.can_stick else "bristles with a state"
-        kind = "bristles with a memory" if law.kind == LEUVEN else kind
-        return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
+        kind = "friction that depends on speed" if law.can_stick else "bristles"
+        kind = "bristles with hysteresis" if law.kind == LEUVEN else kind
+        return "series", f"{kind}: Taylor series, zeros of v_r located"
     if isinstance(motion, Sines):
-        return "leap", "sines are used analytically: from event to event"
+        return "leap", "sines: closed form from event to event"
     if law.variation:
-        return "leap", "samples with friction limits that vary: one leap a step"
-    return "march", "samples are linear in between: one affine map a step, events located"
+        return (
+            "leap",
+            "samples and varying friction limits: closed form in each step, events located",
+        )
+    return "march", "samples, linear in between: one affine map per step, events located"
 
 
 def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:
@@ -309,8 +309,8 @@ def check_progress(count: int, t: float, state: Any, step: float | None = None) 
         raise SolverError(
             f"at t = {t:.9g} s more than {MAX_EVENTS_PER_STEP} events fall within a step of "
             f"{step:.9g} s",
-            "take a shorter step, or check mass, stiffness and friction: the mass turns and "
-            "turns again within a step",
+            "use a shorter step, or check mass, stiffness and friction: the mass reverses many "
+            "times within a step",
         )
     if not (math.isfinite(state[0]) and math.isfinite(state[1])):
         raise overflow_error(t)
@@ -320,24 +320,24 @@ def check_event_count(count: int, steps: int, t: float) -> None:
     """Raise SolverError where events are too many for the memory."""
     if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * steps:
         raise SolverError(
-            f"by t = {t:.9g} s there are {count} events, more than anybody reads",
-            "a mass that loses next to nothing at a rigid stop chatters there: take a "
-            "restitution further below 1, or bumpers; a normal force that vanishes parts the "
-            "surfaces in every period: check its frequency; or take a shorter duration",
+            f"too many events: {count} by t = {t:.9g} s",
+            "a mass with little loss at a rigid stop chatters there: reduce the restitution or "
+            "use bumpers; a vanishing normal force causes events in every period: check its "
+            "frequency; or use a shorter duration",
         )
 
 
 def no_progress_error(t: float) -> SolverError:
     """Return the error of events that do not advance in time."""
     return SolverError(
-        f"at t = {t:.9g} s events follow each other without progress in time",
-        "check friction and stiffness for values at the end of double precision",
+        f"at t = {t:.9g} s events do not advance in time",
+        "check friction and stiffness for values near the limits of double precision",
     )
 
 
 def overflow_error(t: float) -> SolverError:
     """Return the error of a state that is not finite."""
     return SolverError(
-        f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
+        f"the motion overflows by t = {t:.9g} s",
         "check the units of the base motion and of the oscillator",
     )

@@ -83,7 +83,7 @@ def simulate(
     check_arguments(plant, law, to_float("dt", dt), start)
     if not isinstance(approach, str) or approach not in APPROACHES_BY_NAME:
         raise UsageError(
-            f"there is no approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
+            f"unknown approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
         )
     if (
         law.F_fs > law.F_fk
@@ -91,7 +91,7 @@ def simulate(
         and not APPROACHES_BY_NAME[approach].supports_static
     ):
         raise UsageError(
-            f"{approach} knows no static limit: F_fs = {law.F_fs:g} N must equal F_fk",
+            f"{approach} does not model a static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
@@ -99,7 +99,7 @@ def simulate(
         stopped = stop_law(law, x_rM, k_s, b_s, e, start)
         if not APPROACHES_BY_NAME[approach].supports_stops:
             raise UsageError(
-                f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
+                f"{approach} does not model end stops", "leave x_rM out, or choose `stick-slip`"
             )
         check_samples(samples)
         return APPROACHES_BY_NAME[approach]().solve(plant, stopped, motion, start, motion.dt)
@@ -124,7 +124,7 @@ def stop_law(
 ) -> EndStopLaw:
     """Return the law of friction and end stops; raise UsageError for invalid stops."""
     if x_rM is None or (k_s is None) == (e is None):
-        raise UsageError("end stops need x_rM and one of both: k_s of bumpers, or e")
+        raise UsageError("end stops need x_rM and either k_s (bumpers) or e (rigid)")
     x_rM, b_s = to_float("x_rM", x_rM), to_float("b_s", b_s)
     k_s, e = (
         None if one is None else to_float(name, one) for name, one in (("k_s", k_s), ("e", e))
@@ -180,10 +180,12 @@ def to_float(name: str, argument: ArrayLike) -> float:
 
 def to_samples(name: str, argument: ArrayLike) -> Floats:
     """Convert an argument to an array of at least two samples, or raise UsageError."""
-    samples = to_array(name, argument, "a row of numbers")
+    samples = to_array(name, argument, "a one-dimensional array of numbers")
     if samples.ndim != 1 or len(samples) < 2:
         shape = f"not of shape {samples.shape}"
-        raise UsageError(f"{name} must be a row of at least 2 samples, {shape}")
+        raise UsageError(
+            f"{name} must be a one-dimensional array of at least 2 samples, {shape}"
+        )
     return samples
 
 
@@ -204,7 +206,7 @@ def to_array(name: str, argument: ArrayLike, what: str) -> Floats:
                     )
         mask = getattr(argument, "mask", None) if isinstance(argument, np.ndarray) else None
         if mask is not None and np.any(mask):
-            raise UsageError(f"{name} has masked values; fill them, or cut them out")
+            raise UsageError(f"{name} has masked values; fill them or remove them")
         return np.asarray(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as fault:
         raise UsageError(f"{name} must be {what}: {fault}") from None

@@ -149,9 +149,8 @@ def make_response(
         within = (np.abs(x_r) < MAX_STATE) & (np.abs(v_r) < MAX_STATE)
         at = int(np.flatnonzero(~within)[0])
         raise SolverError(
-            f"{name_and_reason[0]} with a step of {dt:.6g} s has left the numbers at "
-            f"t = {at * dt:.6g} s",
-            "take a smaller solver.step, or an approach that needs none",
+            f"{name_and_reason[0]} with a step of {dt:.6g} s diverges at t = {at * dt:.6g} s",
+            "use a smaller solver.step, or an exact approach",
         )
     events = mode_changes(plant, u_dd, dt, x_r, d)
     counts = len(x_r) - 1, len(events)

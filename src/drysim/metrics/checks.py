@@ -124,7 +124,7 @@ class Check:
         A check whose conditions exclude the case is not judged.
         """
         if not self.applies({}):
-            return Verdict(self, None, None, reason="this case lies elsewhere")
+            return Verdict(self, None, None, reason="the condition is not met")
         return self.verdict(metrics.get(self.metric), None)
 
     def applicable(self, points: Mapping[str, Column], count: int) -> Column:
@@ -196,7 +196,7 @@ class Check:
 
     def no_case_verdict(self) -> Verdict:
         """Return the verdict where the check applies to none of many cases: it fails."""
-        return Verdict(self, False, None, reason="no case lies there")
+        return Verdict(self, False, None, reason="no case meets the condition")
 
     def applies(self, point: Point) -> bool:
         """Whether the check applies to the case at a point."""
@@ -346,7 +346,7 @@ def _parse_condition(text: str, units: Mapping[str, str] | None) -> Condition:
             next((other for other in units if _is_similar_key(key, other)), None)
         )
         raise ValueError(
-            f"{format_value(key)} behind `at` is no numeric key of this scenario{hint}"
+            f"{format_value(key)} after `at` is not a numeric key of this scenario{hint}"
         )
     check_operator(op)
     return Condition(key, op, parse_limit(form["limit"], units[key] if units else ""))

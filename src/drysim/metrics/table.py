@@ -42,8 +42,8 @@ METRICS = (
     Metric("a_x", "m/s2", "RMS acceleration of the mass"),
     Metric("T_a", "-", "acceleration transmissibility a_x/a_u"),
     Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
-    Metric("x_r_rms", "m", "RMS relative displacement, mean kept"),
-    Metric("x_r_peak", "m", "stroke: greatest |x_r| in the window"),
+    Metric("x_r_rms", "m", "RMS relative displacement, mean included"),
+    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window"),
     Metric("v_r_rms", "m/s", "RMS relative velocity"),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
     Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
@@ -53,44 +53,46 @@ METRICS = (
         "share of the window without relative motion; 0 under laws that never stick",
     ),
     Metric(
-        "chatter_share", "-", "share of the window in which v_r flips twice within four steps"
+        "chatter_share",
+        "-",
+        "share of the window with two sign changes of v_r within four steps",
     ),
-    Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
-    Metric("t_first_violation", "s", "when it did so first"),
+    Metric("violations", "-", "how often |x_r| reaches the stroke limit, settling included"),
+    Metric("t_first_violation", "s", "time of the first violation"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
     Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
-    Metric("limit_rate", "1/s", "times per second that |x_r| reaches the stroke limit anew"),
+    Metric("limit_rate", "1/s", "how often |x_r| reaches the stroke limit, per second"),
     Metric(
         "stroke_suffices",
         "m",
-        "the stroke that would suffice for this motion: greatest |x_r|, settling included",
+        "stroke needed for this motion: largest |x_r|, settling included",
     ),
     Metric(
         "stroke_once_an_hour",
         "m",
-        "stroke met once an hour if noise or record went on as in the window: extrapolated "
-        "from the tail of its peaks (Weibull, exponent 2), at most where rigid stops are; not "
-        "known below 150 half cycles",
+        "stroke exceeded once an hour if noise or record continues as in the window: "
+        "extrapolated from the tail of its peaks (Weibull, exponent 2), at most the position of "
+        "rigid stops; unknown below 150 half cycles",
     ),
-    Metric("contacts", "-", "times that the mass came to an end stop in the window"),
-    Metric("impact_speed", "m/s", "greatest |v_r| with which it did so, in the window"),
-    Metric("stop_force_peak", "N", "greatest force between mass and bumper"),
-    Metric("impulse_peak", "N·s", "greatest impulse of an impact on a rigid stop"),
+    Metric("contacts", "-", "contacts with an end stop in the window"),
+    Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window"),
+    Metric("stop_force_peak", "N", "largest force between mass and bumper"),
+    Metric("impulse_peak", "N·s", "largest impulse of an impact on a rigid stop"),
     Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
     Metric("SEAT", "-", "a_w of the mass over that of the base"),
     Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
     Metric("SEAT_VDV", "-", "VDV of the mass over that of the base"),
-    Metric("MTVV", "m/s2", "greatest running RMS of a_w, linear over 1 s"),
-    Metric("crest_factor", "-", "greatest |a_w| over its RMS, of the mass"),
+    Metric("MTVV", "m/s2", "largest running RMS of a_w, linear over 1 s"),
+    Metric("crest_factor", "-", "largest |a_w| over its RMS, of the mass"),
     Metric("energy_input", "J", "work of the base on the relative motion in the window"),
-    Metric(
-        "energy_stored", "J", "change of kinetic energy and of energy in springs, bumpers too"
-    ),
+    Metric("energy_stored", "J", "change of kinetic and elastic energy, bumpers included"),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
     Metric("energy_viscous", "J", "loss in the damper"),
     Metric("energy_stops", "J", "loss at the end stops"),
     Metric(
-        "energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"
+        "energy_residual",
+        "-",
+        "residual of the energy balance, relative to the energy exchanged",
     ),
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
 )
