@@ -71,8 +71,8 @@ METRICS = (
         "stroke_once_an_hour",
         "m",
         "stroke exceeded once an hour if noise or record continues as in the window: "
-        "extrapolated from the tail of its peaks (Weibull, exponent 2), at most the position of "
-        "rigid stops; unknown below 150 half cycles",
+        "extrapolated from the tail of its peaks (Weibull, exponent 2), at most the position "
+        "of rigid stops; unknown below 150 half cycles",
     ),
     Metric("contacts", "-", "contacts with an end stop in the window"),
     Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window"),
