@@ -75,7 +75,7 @@ class KineticForce(Block):
         return ()
 
     def kinetic_force(self, m: float) -> float:
-        """Return F_fk [N]; the normal force defaults to the weight of the mass m [kg]."""
+        """Return F_fk [N]; the mass m [kg] gives the default normal force."""
         if self.kinetic is not None:
             return self.kinetic
         # Both may be missing while the errors of a file are being collected.

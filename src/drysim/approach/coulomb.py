@@ -103,10 +103,7 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene and return its response on a grid.
-
-    `whole` keeps the motion over samples in memory, however long it is.
-    """
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     if isinstance(motion, Sines):
         trajectory = sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
         n = count_grid_points(trajectory.end, step)
@@ -134,7 +131,10 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> Trajectory:
-    """Solve a scene and return its trajectory; under sines no grid is involved."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`.
+
+    Under sines no grid is involved.
+    """
     if isinstance(motion, Sines):
         return sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
     response = solve_sampled(plant, law, motion, start, duration, whole=False)
@@ -288,7 +288,7 @@ MAX_PERIODS = 5_000
 def find_orbit(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Return the periodic orbit reached from a start; period of the excitation in [s]."""
+    """Return the periodic orbit reached from a start, as `steady_state.find_orbit` does."""
     x_r, v_r, multiple, closure, periods, peak, unique = orbit.find_orbit(
         plant, law, make_waves(motion, law), period, *start[:2], MAX_PERIODS, *period_buffers(),
         empty_log(LOG_LENGTH), LOG_LENGTH,

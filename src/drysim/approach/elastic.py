@@ -92,7 +92,7 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and return its response on a grid."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     if isinstance(trajectory, SampledElasticTrajectory):
         return response_on_samples(trajectory)
@@ -110,7 +110,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> ElasticTrajectory | SampledElasticTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     if isinstance(motion, Samples) and not law.variation:
         return sampled_elastic_trajectory(plant, law, motion, start, duration)
     return piecewise.compute_trajectory_as(

@@ -53,7 +53,7 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene and return its response on a grid; `whole` as in `coulomb.solve`."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     unstopped = coulomb.solve(plant, law.coulomb, motion, start, step, duration, whole)
     assert unstopped.trajectory is not None, "it always has a trajectory"
     if not reaches_stops(unstopped.trajectory, law.x_rM):
@@ -101,7 +101,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> EndStopTrajectory | UnreachedStopsTrajectory:
-    """Solve a scene and return its trajectory, without a grid."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     unstopped = coulomb.compute_trajectory(plant, law.coulomb, motion, start, duration)
     if not reaches_stops(unstopped, law.x_rM):
         return UnreachedStopsTrajectory(law, unstopped)

@@ -117,7 +117,7 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and return its response on a grid."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     return response_on_grid(compute_trajectory(plant, law, motion, start, duration), step)
 
 
@@ -149,7 +149,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> PiecewiseTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     return compute_trajectory_as(PiecewiseTrajectory, plant, law, motion, start, duration)
 
 

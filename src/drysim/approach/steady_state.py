@@ -60,7 +60,25 @@ if TYPE_CHECKING:
 def find_orbit(
     plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Return the periodic orbit reached from a start, by the method that fits the law."""
+    """Return the periodic orbit reached from a start, by the method that fits the law.
+
+    Parameters
+    ----------
+    plant, law, motion, start
+        The scene; the base motion is periodic.
+    period : float
+        Period of the excitation [s].
+
+    Returns
+    -------
+    Orbit
+        With `settled` false where the motion does not converge.
+
+    Raises
+    ------
+    SolverError
+        If events do not advance in time, or the motion is not finite.
+    """
     if isinstance(law, EndStopLaw):
         return find_orbit_with_stops(plant, law, motion, start, period)
     if not isinstance(law, CoulombLaw):

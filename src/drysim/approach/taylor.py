@@ -97,7 +97,10 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and return its response on a grid, with an error bound."""
+    """Solve a scene and return its response on a grid, with an error bound.
+
+    Parameters as in `exact.solve`.
+    """
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
@@ -140,7 +143,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> TaylorTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     waves = make_waves(motion)

@@ -96,7 +96,10 @@ def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
 
 
 def viscous_transmissibility(plant: Plant, f: Floats) -> Floats:
-    """Return T_a without dry friction at frequencies [Hz], in closed form [-]."""
+    """Return T_a without dry friction at frequencies [Hz], in closed form [-].
+
+    |T_a| = |(k_x + j b ω)/(k_x + j b ω - m ω²)|.
+    """
     m, k_x, b = plant
     omega = 2.0 * np.pi * f
     carried = k_x + 1j * b * omega

@@ -101,7 +101,21 @@ def excursions(
 
 
 def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: float) -> float:
-    """Return the time between lo and hi [s] at which x_r passes a level [m]."""
+    """Return the time at which x_r passes a level once between two times.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    level : float
+        Level of x_r [m].
+    lo, hi : float
+        Times on either side of the crossing [s].
+
+    Returns
+    -------
+    float
+        Time [s], accurate to rounding.
+    """
     # Newton's method, with bisection where it leaves the bracket.
     rising = trajectory.state(hi).x_r > trajectory.state(lo).x_r
     t = 0.5 * (lo + hi)
@@ -206,7 +220,17 @@ def count_limit_entries(path: Floats, x_rM: float) -> int:
 
 
 def half_cycle_peaks(path: Floats) -> Floats:
-    """Return the largest |x_r| [m] between consecutive zero crossings, in order."""
+    """Return the largest |x_r| [m] between consecutive zero crossings, in order.
+
+    Parameters
+    ----------
+    path : ndarray
+        Extreme points of x_r in order [m].
+
+    Returns
+    -------
+    ndarray, shape (half cycles,)
+    """
     moved: Floats = path[path != 0.0]
     if not len(moved):
         return moved

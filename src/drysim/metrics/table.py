@@ -207,9 +207,15 @@ def mean_metrics(totals: Totals, length: Any) -> dict[str, Any]:
     Parameters
     ----------
     totals : Totals
-        Numbers, or arrays of one shape; results have the same type, NaN where unknown.
+        Numbers, or arrays of one shape.
     length : float or ndarray
         Length of the window [s].
+
+    Returns
+    -------
+    dict
+        Metrics by name, of the same type as the integrals; NaN (None for numbers) where
+        unknown.
     """
     a_u = sqrt(totals.u_dd2 / length)
     # While the mass is stuck throughout, a_x equals a_u exactly, without rounding.
@@ -236,9 +242,24 @@ def energy_metrics(
     last: AnyState,
     bumpers: tuple[float, float] = (0.0, 0.0),
 ) -> dict[str, Any]:
-    """Return the energy balance of a window and its residual; types as in `mean_metrics`.
+    """Return the energy balance of a window and its residual.
 
-    `bumpers` is the elastic energy of the end stops at both ends of the window [J].
+    Parameters
+    ----------
+    plant : Plant
+    F_fk : float or ndarray
+        Kinetic friction force [N].
+    totals : Totals
+        Integrals over the window; numbers or arrays, as in `mean_metrics`.
+    first, last : State
+        At both ends of the window.
+    bumpers : tuple of float
+        Elastic energy of the end stops at both ends of the window [J].
+
+    Returns
+    -------
+    dict
+        Metrics by name: energies [J] and the residual [-].
 
     Notes
     -----
