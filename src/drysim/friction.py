@@ -395,8 +395,7 @@ class Stribeck(FrictionLimits, PositiveForce):
     law: Literal["stribeck"]
     """Friction that decreases with speed."""
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Stribeck velocity v_s [m/s], above 0: speed at which friction falls from static to
-    kinetic."""
+    """Speed v_s [m/s], above 0, over which friction falls from static to kinetic."""
     exponent: Annotated[float, Quantity("", at_least=0.5, below=20)] = 2.0
     """Exponent δ [-] of the Stribeck curve, from 0.5 to below 20; default 2, the Gaussian of
     Armstrong-Hélouvry. Published values: 0.5 to 1 for dry metals (Bo and Pavelescu), 1
@@ -452,8 +451,7 @@ class BristleLaw(FrictionLimits, PositiveForce):
     """Bristles between the surfaces, with a friction limit that decreases with speed."""
 
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Stribeck velocity v_s [m/s], above 0: speed at which friction falls from static to
-    kinetic."""
+    """Speed v_s [m/s], above 0, over which friction falls from static to kinetic."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
     """Initial stiffness σ_0 [N/m], above 0, of the bristles."""
     bristle_damping: Damping
