@@ -134,7 +134,7 @@ def stop_law(
             raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
         check_magnitude(name, value)
     if not (math.isfinite(b_s) and b_s >= 0.0 and (b_s == 0.0 or e is None)):
-        raise UsageError(f"b_s must be at least 0, and 0 beside e, not {b_s:g}")
+        raise UsageError(f"b_s must be at least 0, and 0 with e, not {b_s:g}")
     check_magnitude("b_s", b_s)
     if e is not None and not 0.0 <= e <= 1.0:
         raise UsageError(f"e must lie between 0 and 1, not {e:g}")
@@ -161,7 +161,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
-    why = "no dry friction: one affine map a step, no event code"
+    why = "no dry friction: one affine map per step, no events"
     modes = np.ones(n, dtype=np.int8)
     grid = StoredGrid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
     return Response(
