@@ -119,11 +119,11 @@ def test_check_with_at_holds_its_conditions_in_si():
     [
         (
             "T_a < 1 at frequency > 1",
-            "`frequency` behind `at` is no numeric key of this scenario",
+            "`frequency` after `at` is not a numeric key of this scenario",
         ),
         (
             "T_a < 1 at excitation.frequenzy > 1",
-            "`excitation.frequenzy` behind `at` is no numeric key of this scenario; did you "
+            "`excitation.frequenzy` after `at` is not a numeric key of this scenario; did you "
             "mean `excitation.frequency`?",
         ),
         (
@@ -184,14 +184,14 @@ def test_check_without_a_case_in_reach_fails():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 9", UNITS)
     verdict = judgement(check, rows(T_a=[0.1]))
     assert (verdict.passed, verdict.value, verdict.where) == (False, None, None)
-    assert verdict.sentence.endswith(": fails; no case lies there")
+    assert verdict.sentence.endswith(": fails; no case meets the condition")
 
 
 def test_single_case_out_of_reach_is_not_judged():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 8", UNITS)
     verdict = check.with_values({"excitation.frequency": 1.6}).judge({"T_a": 1.5})
     assert (verdict.passed, verdict.value) == (None, None)
-    assert verdict.sentence.endswith(": not judged; this case lies elsewhere")
+    assert verdict.sentence.endswith(": not judged; the condition is not met")
     near = check.with_values({"excitation.frequency": 9.0}).judge({"T_a": 1.5})
     assert (near.passed, near.value, near.reason) == (False, 1.5, "")
 
@@ -200,7 +200,7 @@ def test_key_that_is_not_swept_has_its_value_in_the_scenario():
     check = Check.parse("T_a < 0.6 at friction.kinetic >= 20", UNITS)
     assert judgement(check.with_values({"friction.kinetic": 30.0}), rows(T_a=[0.1])).passed
     elsewhere = judgement(check.with_values({"friction.kinetic": 10.0}), rows(T_a=[0.1]))
-    assert elsewhere.reason == "no case lies there"
+    assert elsewhere.reason == "no case meets the condition"
 
 
 @pytest.mark.parametrize(

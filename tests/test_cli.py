@@ -115,7 +115,7 @@ def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(dry
         "checks=[T_a < 0.1 at friction.kinetic >= 500]",
     )
     code, out, err = drysim(*words)
-    sentence = "T_a < 0.1 at friction.kinetic >= 500; this case lies elsewhere"
+    sentence = "T_a < 0.1 at friction.kinetic >= 500; the condition is not met"
     assert (code, err) == (0, "")
     assert f"  · unjudged  {sentence}\n" in out
     told = json.loads(drysim(*words, "--json").out)["checks"]
@@ -124,7 +124,7 @@ def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(dry
             "check": "T_a < 0.1 at friction.kinetic >= 500",
             "passed": None,
             "value": None,
-            "reason": "this case lies elsewhere",
+            "reason": "the condition is not met",
         }
     ]
     assert sentence in drysim("summarise", seat.parent / "out/seat").out

@@ -387,7 +387,7 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
         "isolation from 4 Hz T_a stays below 1",
         f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm at frequency 1 Hz, rms 1 m/s²",
         f"✗ fails T_a < 1.2, with {best.metrics['T_a']:.6g} at frequency 1 Hz, rms 1 m/s²",
-        "✗ fails T_a < 9 at no.key >= 1; no case lies there",
+        "✗ fails T_a < 9 at no.key >= 1; no case meets the condition",
         "written out/seat",
     ):
         assert said in out

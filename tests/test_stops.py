@@ -378,7 +378,7 @@ def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch
     monkeypatch.setattr(scene, "MAX_EVENTS", 2_000)
     law = EndStopLaw(0.0, 0.0, 0.01, e=1.0)
     pressed = Samples(np.full(101, -5.0), 1.0)
-    with pytest.raises(SolverError, match="events, more than anybody reads"):
+    with pytest.raises(SolverError, match="too many events: "):
         StickSlip().trajectory(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
 
 
@@ -396,9 +396,9 @@ class TestSimulate:
     @pytest.mark.parametrize(
         ("words", "sentence"),
         [
-            ({"x_rM": 0.01}, "one of both"),
-            ({"k_s": 1e5}, "one of both"),
-            ({"x_rM": 0.01, "k_s": 1e5, "e": 0.5}, "one of both"),
+            ({"x_rM": 0.01}, "either k_s"),
+            ({"k_s": 1e5}, "either k_s"),
+            ({"x_rM": 0.01, "k_s": 1e5, "e": 0.5}, "either k_s"),
             ({"x_rM": 0.0, "e": 0.5}, "x_rM must be"),
             ({"x_rM": 0.01, "k_s": 0.0}, "k_s must be"),
             ({"x_rM": 0.01, "k_s": math.nan}, "k_s must be"),
@@ -411,7 +411,7 @@ class TestSimulate:
             ({"x_rM": 0.01, "e": 0.5, "u_dd": [0.0, -1e156]}, r"u_dd\[1\] must be at most"),
             ({"x_rM": "10 mm", "e": 0.5}, "x_rM must be a number in SI, not '10 mm'"),
             ({"x_rM": 0.01, "e": 0.5, "x_r": 0.02}, "beyond the rigid stops"),
-            ({"x_rM": 0.01, "e": 0.5, "approach": "signum"}, "knows no end stops"),
+            ({"x_rM": 0.01, "e": 0.5, "approach": "signum"}, "does not model end stops"),
         ],
     )
     def test_stops_that_make_no_sense_are_told(self, words, sentence):

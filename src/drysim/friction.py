@@ -1,12 +1,12 @@
-"""The friction laws of a scenario: Coulomb, elastic contacts, dynamic friction.
+"""Friction laws of a scenario: Coulomb, elastic contacts, dynamic friction models.
 
-A force is named itself, or by a coefficient and the normal force, whose default is the weight
-of the mass. A law is a class with its keys, and its place in `FRICTION_LAWS`; it returns its forces
-to the core by `to_law`. The formulas of Stribeck, Dahl, LuGre and Leuven are computed in
-`core.dynamic_friction`.
+A force is given directly, or by a coefficient and the normal force, which defaults to the
+weight of the mass. A law is a class with its keys and an entry in `FRICTION_LAWS`; `to_law`
+converts it to the forces of the core. The equations of Stribeck, Dahl, LuGre and Leuven are
+evaluated in `core.dynamic_friction`.
 
-What else belongs to a law: its branch in the core, its scenario in the gallery
-(`friction-<law>`, with the picture of its loop) and its row in the README.
+A new law also needs its branch in the core, a scenario `friction-<law>` in the gallery with a
+picture of its loop, and a row in the README.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ from drysim.units import Angle, Block, Damping, Force, Frequency, InvalidValue, 
 from drysim.wording import format_number
 
 GRAVITY = 9.81
-"""The paper's g [m/s²], so that 75 kg press with 735.75 N."""
+"""Gravitational acceleration of the paper [m/s²], at which 75 kg weigh 735.75 N."""
 
 DEFAULT_TOLERANCE = 1e-12
-"""Default share of the motion that one step may neglect: what is left is near rounding."""
+"""Default truncation error of a step relative to the motion, close to rounding."""
 
 Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
 
@@ -48,7 +48,7 @@ Coefficient = Annotated[float, Quantity("", at_least=0)]
 
 
 class KineticForce(Block):
-    """A force against sliding, named itself or by a coefficient and the normal force."""
+    """Kinetic friction, given as a force or by a coefficient and the normal force."""
 
     law: str
     """Name of the law."""
@@ -57,38 +57,38 @@ class KineticForce(Block):
     mu_kinetic: Coefficient | None = None
     """Coefficient of kinetic friction [-], in place of `kinetic`."""
     normal: Force | None = None
-    """Normal force [N] behind the coefficients; default 9.81 m/s² times the mass."""
+    """Normal force [N] for the coefficients; default: 9.81 m/s² times the mass."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
     needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
     symbols: ClassVar[dict[str, str]] = {}
-    """The source's symbols for keys of the law's own; a key without one is told as it is."""
+    """Symbols of the source for keys of the law; other keys are shown by name."""
 
     @property
     def static_given(self) -> bool:
-        """Whether anybody said what the static limit is; a law without one leaves no doubt."""
+        """Whether the static limit is given; true for laws without one."""
         return True
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """The frequencies of a normal force that varies periodically [Hz]."""
+        """Frequencies of a periodic normal force [Hz]."""
         return ()
 
     def kinetic_force(self, m: float) -> float:
-        """Give F_fk [N]; the mass [kg] is the normal force's default."""
+        """Return F_fk [N]; the mass m [kg] gives the default normal force."""
         if self.kinetic is not None:
             return self.kinetic
-        # Neither is given while the faults of a file are being collected.
+        # Both may be missing while the errors of a file are being collected.
         return self.force_from_coefficient(
             0.0 if self.mu_kinetic is None else self.mu_kinetic, m
         )
 
     def force_from_coefficient(self, mu: float, m: float) -> float:
-        """Give the force [N] behind a coefficient."""
+        """Return the friction force [N] of a coefficient."""
         return mu * (GRAVITY * m if self.normal is None else self.normal)
 
     def with_defaults(self, m: float) -> dict[str, Any]:
-        """Give the words of the block with every default in them."""
+        """Return the keys and values of the block with all defaults."""
         words = self.model_dump(exclude_none=True)
         if self.mu_kinetic is not None and self.normal is None:
             words["normal"] = GRAVITY * m
@@ -96,7 +96,7 @@ class KineticForce(Block):
 
 
 class FrictionLimits(KineticForce):
-    """A force against sliding, and the greater one that a contact at rest holds."""
+    """Kinetic friction and a static limit for a contact at rest."""
 
     static: Force | None = None
     """Static limit F_fs [N], at least the kinetic force; default: equal to it."""
@@ -128,11 +128,11 @@ class FrictionLimits(KineticForce):
 
     @property
     def static_given(self) -> bool:
-        """Whether anybody said what the static limit is."""
+        """Whether the static limit is given."""
         return (self.static, self.static_ratio, self.mu_static) != (None, None, None)
 
     def static_force(self, m: float) -> float:
-        """Give F_fs [N]."""
+        """Return F_fs [N]."""
         if self.static is not None:
             return self.static
         if self.mu_static is not None:
@@ -140,16 +140,13 @@ class FrictionLimits(KineticForce):
         return self.kinetic_force(m) * (1.0 if self.static_ratio is None else self.static_ratio)
 
     def with_defaults(self, m: float) -> dict[str, Any]:
-        """Give the words of the block with every default in them."""
+        """Return the keys and values of the block with all defaults."""
         words = super().with_defaults(m)
         return words if self.static_given else words | {"static_ratio": 1.0}
 
 
 class PositiveForce(KineticForce):
-    """A force against sliding that is above zero: the measure of the law's own state.
-
-    The contact of such a law yields, or falls, towards it.
-    """
+    """Kinetic friction above zero, as laws need whose state or contact scales with it."""
 
     @model_validator(mode="after")
     def _check_positive(self) -> Self:
@@ -160,34 +157,34 @@ class PositiveForce(KineticForce):
         return self
 
 
-# Coulomb's law: a force that does not depend on the speed, and a limit for sticking.
+# Coulomb's law: kinetic friction independent of speed, and a static limit.
 #
-# Its normal force may vary as a sine, or be a record, read like one of base motion.
+# The normal force may vary as a sine, or be a record in the formats of base motion.
 
 
 class NormalRecord(Recorded):
-    """The normal force as it was measured: evenly spaced samples of a file, linear in between.
+    """Recorded normal force: equidistant samples of a file, linear in between.
 
-    Where it is zero or below, the surfaces have parted and there is no friction.
+    At zero or below the surfaces are separated and there is no friction.
     """
 
     @property
     def measured(self) -> str:
-        """What the samples are."""
+        """Quantity of the samples."""
         return "force"
 
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Give the SI unit of the samples."""
+        """Return the SI unit of the samples."""
         return SI["force"]
 
     def force_record(self) -> NormalForceRecord:
-        """Read the record, once while its file stays what it is.
+        """Read the record; it is cached while the file is unchanged.
 
         Raises
         ------
         RecordError
-            When the record cannot be used, or its mean is not above zero.
+            If the record cannot be used, or its mean is not positive.
         """
         stamp = None
         with suppress(OSError):
@@ -203,11 +200,11 @@ def _pressure(record: NormalRecord, stamp: system.FileSignature | None) -> Norma
 
 
 class NormalVariation(Block):
-    """A varying normal force: both limits times 1 + amplitude·sin(2πft + phase)."""
+    """Sinusoidal normal force: both limits times 1 + amplitude·sin(2πft + phase)."""
 
     amplitude: Annotated[float, Quantity("", at_least=0)]
-    """Relative amplitude [-]; above 1 the surfaces part for a while in each period, and there
-    is no friction then."""
+    """Relative amplitude [-]; above 1 the surfaces separate for part of each period, without
+    friction."""
     frequency: Frequency
     """Frequency [Hz]."""
     phase: Angle = 0.0
@@ -215,27 +212,27 @@ class NormalVariation(Block):
 
 
 class Coulomb(FrictionLimits):
-    """Dry surfaces pressed together: a constant force against sliding, a limit for sticking.
+    """Dry friction: constant kinetic force while sliding, static limit while sticking.
 
     Not to be confused with viscous damping, which vanishes with the speed.
 
     Notes
     -----
-    F_f = F_fk sgn(v_r) while it slides; while it sticks F_f = -F_L, at most F_fs = μ_s F_N in
-    size, with F_L = m d²u/dt² + k_x x_r. Coulomb, Théorie des machines simples (1785), as Eqs.
-    (3), (4), (7) and (9) of the paper have it.
+    F_f = F_fk sgn(v_r) while sliding; while sticking F_f = -F_L, at most F_fs = μ_s F_N in
+    magnitude, with F_L = m d²u/dt² + k_x x_r. Coulomb, Théorie des machines simples (1785);
+    Eqs. (3), (4), (7) and (9) of the paper.
     """
 
     by_default: ClassVar[bool] = True
 
     law: Literal["coulomb"]
-    """Dry friction of Coulomb's kind, the law of a block that names none."""
+    """Coulomb friction, the default of a block without `law`."""
     normal_variation: NormalVariation | None = None
-    """Normal force that varies as a sine; default: it is constant."""
+    """Sinusoidal normal force; default: constant."""
 
     normal_record: NormalRecord | None = None
-    """Normal force [N] as it was recorded, in place of `normal`; with it F_fk and F_fs stand
-    for its mean. Needs `mu_kinetic`."""
+    """Recorded normal force [N] in place of `normal`; F_fk and F_fs then refer to its mean.
+    Needs `mu_kinetic`."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
         *FrictionLimits.at_most_one_of,
@@ -246,12 +243,12 @@ class Coulomb(FrictionLimits):
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """The frequencies of a normal force that varies periodically [Hz]."""
+        """Frequencies of a periodic normal force [Hz]."""
         varied = self.normal_variation
         return (varied.frequency,) if varied and varied.amplitude else ()
 
     def force_from_coefficient(self, mu: float, m: float) -> float:
-        """Give the force [N] behind a coefficient; of a recorded one the mean counts."""
+        """Return the friction force [N] of a coefficient; a record counts by its mean."""
         record = self.normal_record
         return (
             super().force_from_coefficient(mu, m)
@@ -260,14 +257,14 @@ class Coulomb(FrictionLimits):
         )
 
     def with_defaults(self, m: float) -> dict[str, Any]:
-        """Give the words of the block with every default in them."""
+        """Return the keys and values of the block with all defaults."""
         words = super().with_defaults(m)
         if self.normal_record is not None:
             words.pop("normal", None)
         return words
 
     def to_law(self, m: float) -> CoulombLaw | NormalForceLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
         varied = self.normal_variation
         if self.normal_record is not None:
@@ -275,40 +272,40 @@ class Coulomb(FrictionLimits):
         if varied is None:
             return CoulombLaw(F_fk, F_fs)
         wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
-        # Of many cases at once the amplitudes are a column, all of them below 1.
+        # For many cases at once the amplitudes are a column, with all values below 1.
         lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
         return NormalForceLaw(F_fk, F_fs, *wave) if lifts else CoulombLaw(F_fk, F_fs, *wave)
 
 
-# Laws that are a spring in series with a slider, piecewise linear: Jenkins, Petrov-Ewins.
+# Elastic contacts, a spring in series with a slider: Jenkins, Petrov-Ewins.
 
 
 class Jenkins(PositiveForce):
-    """A contact that is a linear spring until it yields, as joints and bushings are.
+    """Linear spring in series with a Coulomb slider, for joints and bushings.
 
-    Not to be confused with `dahl`, whose spring softens all the way.
+    Not to be confused with `dahl`, whose spring softens gradually.
 
     Notes
     -----
-    While it holds f = f_0 + k_t (x_r - x_0), it yields at |f| = F_fk, and holds again as v_r
-    turns; piecewise linear, so solved in closed form. Known as Jenkins' element and as the
+    While holding f = f_0 + k_t (x_r - x_0); it yields at |f| = F_fk and holds again when v_r
+    reverses. Piecewise linear, so solved in closed form. Also known as Jenkins element or
     elastic slider. Jenkins, Brit. J. Appl. Phys. 13 (1962) 30.
     """
 
     law: Literal["jenkins"]
-    """Dry friction behind a spring."""
+    """Linear spring in series with a Coulomb slider."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness k_t [N/m], above 0, of the contact while it holds."""
+    """Tangential contact stiffness k_t [N/m], above 0, while holding."""
 
     symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
 
     def to_law(self, m: float) -> ElasticContactLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         return ElasticContactLaw(self.kinetic_force(m), self.tangential_stiffness)
 
 
 class NormalMotion(Block):
-    """How the surfaces approach each other: amplitude·sin(2πft + phase)."""
+    """Normal approach of the surfaces: amplitude·sin(2πft + phase)."""
 
     amplitude: Annotated[float, Quantity("m", at_least=0)]
     """Amplitude [m] of the approach."""
@@ -319,29 +316,29 @@ class NormalMotion(Block):
 
 
 class PetrovEwins(Block):
-    """A contact with a spring along and one across the surfaces, which may part and meet again.
+    """Contact with tangential and normal stiffness, whose surfaces may separate.
 
     Not to be confused with `jenkins`, whose normal load is constant.
 
     Notes
     -----
-    F_N = normal + k_n y(t); while it holds f = f_0 + k_t (x_r - x_0), it yields at
-    |f| = mu F_N, and where F_N <= 0 there is no force. Piecewise linear, so solved in closed
-    form. Petrov and Ewins, J. Turbomach. 125 (2003) 364.
+    F_N = normal + k_n y(t); while holding f = f_0 + k_t (x_r - x_0), it yields at |f| = mu F_N,
+    and there is no force while F_N <= 0. Piecewise linear, so solved in closed form. Petrov and
+    Ewins, J. Turbomach. 125 (2003) 364.
     """
 
     law: Literal["petrov-ewins"]
-    """Dry friction behind a spring, under a normal load that varies."""
+    """Spring and slider under a varying normal load."""
     mu_kinetic: Annotated[float, Quantity("", above=0)]
     """Coefficient of friction [-], above 0."""
     normal: Annotated[float, Quantity("N", above=0)]
     """Mean normal load [N], above 0."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness k_t [N/m], above 0, along the surfaces."""
+    """Tangential contact stiffness k_t [N/m], above 0."""
     normal_stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
-    """Stiffness k_n [N/m], above 0, across the surfaces; without it the load is constant."""
+    """Normal contact stiffness k_n [N/m], above 0; without it the load is constant."""
     normal_motion: NormalMotion | None = None
-    """Approach of the surfaces; needs a normal stiffness."""
+    """Normal approach of the surfaces; needs a normal stiffness."""
 
     symbols: ClassVar[dict[str, str]] = {
         "tangential_stiffness": "k_t",
@@ -354,17 +351,17 @@ class PetrovEwins(Block):
 
     @property
     def static_given(self) -> bool:
-        """Give True: one limit serves both."""
+        """True: the law has a single limit."""
         return True
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """The frequency of the normal load, where it varies [Hz]."""
+        """Frequency of a varying normal load [Hz]."""
         moved = self.normal_motion
         return (moved.frequency,) if moved and moved.amplitude else ()
 
     def to_law(self, m: float) -> ElasticContactLaw:
-        """Give the law in forces; the mass [kg] plays no part."""
+        """Return the law in forces; independent of the mass m [kg]."""
         F_fk = self.mu_kinetic * self.normal
         moved = self.normal_motion
         if moved is None or self.normal_stiffness is None:
@@ -374,47 +371,46 @@ class PetrovEwins(Block):
         return ElasticContactLaw(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
 
     def with_defaults(self, m: float) -> dict[str, Any]:
-        """Give the words of the block with every default in them."""
+        """Return the keys and values of the block with all defaults."""
         return self.model_dump(exclude_none=True)
 
 
-# Laws with a differential equation of their own, or a force that falls with the speed.
+# Dynamic friction models: rate-dependent friction, or a differential equation for a state.
 #
-# Stribeck falls from its static limit as sliding gathers speed; Dahl yields like a spring
-# before it slides; LuGre and Leuven have bristles under Stribeck's curve, Leuven's with
-# hysteresis.
+# Stribeck: friction decreases from the static limit with speed. Dahl: a softening spring
+# before sliding. LuGre and Leuven: bristles below the Stribeck curve, Leuven's with hysteresis.
 
 
 class Stribeck(FrictionLimits, PositiveForce):
-    """Lubricated or soft surfaces, which rub less the faster they slide; true stick.
+    """Friction that decreases with speed, for lubricated or soft surfaces; true stick.
 
     Not to be confused with `coulomb`, whose force drops at once when sliding starts.
 
     Notes
     -----
-    F_k(v) = F_fk + (F_fs - F_fk) exp(-|v/v_s|^δ) [N] against sliding, v and v_s [m/s]; stick
-    holds up to F_fs. Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+    F_k(v) = F_fk + (F_fs - F_fk) exp(-|v/v_s|^δ) [N] against sliding, v and v_s [m/s]; sticks
+    up to F_fs. Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
     """
 
     law: Literal["stribeck"]
-    """Dry friction that falls with the speed."""
+    """Friction that decreases with speed."""
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    """Speed v_s [m/s], above 0, over which friction falls from static to kinetic."""
     exponent: Annotated[float, Quantity("", at_least=0.5, below=20)] = 2.0
-    """Exponent δ [-] of the fall, from 0.5 to below 20; default 2, the Gaussian of
-    Armstrong-Hélouvry. Published are 0.5 to 1 of Bo and Pavelescu for dry metals, 1 of Tustin
-    and great ones of Fuller for boundary lubricants. For 1 and 2 friction is a series in the
-    speed at rest, too; any other takes two to four times as many steps, as they come to a stop
-    by degrees. Below 0.5, less than any of these, the fall begins so steeply that the default
-    tolerance leaves more than a millionth of the motion; there `coulomb` is near."""
+    """Exponent δ [-] of the Stribeck curve, from 0.5 to below 20; default 2, the Gaussian of
+    Armstrong-Hélouvry. Published values: 0.5 to 1 for dry metals (Bo and Pavelescu), 1
+    (Tustin), large values for boundary lubrication (Fuller). For 1 and 2 the Taylor series
+    converge at rest; other values need two to four times as many steps near each stop. Below
+    0.5 the initial slope is so steep that the default tolerance leaves an error above 1e-6 of
+    the motion; there `coulomb` is close."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"stribeck_velocity": "v_s", "exponent": "δ"}
 
     def to_law(self, m: float) -> DynamicLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
         return DynamicLaw(
             F_fk, F_fs, STRIBECK, v_s=self.stribeck_velocity, exponent=self.exponent,
@@ -423,7 +419,7 @@ class Stribeck(FrictionLimits, PositiveForce):
 
 
 class Dahl(PositiveForce):
-    """A contact that yields smoothly before it slides, as rolling bearings do; no stick.
+    """Contact that yields gradually before it slides, as in rolling bearings; no stick.
 
     Not to be confused with `jenkins`, whose spring is linear up to the limit.
 
@@ -434,17 +430,17 @@ class Dahl(PositiveForce):
     """
 
     law: Literal["dahl"]
-    """Dry friction of Dahl's kind."""
+    """Dahl friction."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness σ_0 [N/m], above 0, of the contact before it slides."""
+    """Contact stiffness σ_0 [N/m], above 0, before sliding."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"bristle_stiffness": "σ_0"}
 
     def to_law(self, m: float) -> DynamicLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         F_fk = self.kinetic_force(m)
         return DynamicLaw(
             F_fk, F_fk, BRISTLE, sigma_0=self.bristle_stiffness, tolerance=self.tolerance
@@ -452,16 +448,16 @@ class Dahl(PositiveForce):
 
 
 class BristleLaw(FrictionLimits, PositiveForce):
-    """Bristles between the surfaces, whose limit falls with the speed."""
+    """Bristles between the surfaces, with a friction limit that decreases with speed."""
 
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    """Speed v_s [m/s], above 0, over which friction falls from static to kinetic."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness σ_0 [N/m], above 0, of the bristles where they begin to bend."""
+    """Initial stiffness σ_0 [N/m], above 0, of the bristles."""
     bristle_damping: Damping
     """Damping σ_1 [N·s/m], at least 0, of the bristles."""
     viscous: Damping = 0.0
-    """Viscous friction σ_2 [N·s/m] of the contact; default 0: the damper is all there is."""
+    """Viscous friction σ_2 [N·s/m] of the contact, in addition to the damper; default 0."""
 
     symbols: ClassVar[dict[str, str]] = {
         "stribeck_velocity": "v_s",
@@ -471,7 +467,7 @@ class BristleLaw(FrictionLimits, PositiveForce):
     }
 
     def to_bristle_law(self, m: float, kind: int, tolerance: float) -> DynamicLaw:
-        """Give the law in forces, of one kind of bristles; the mass [kg] as in `to_law`."""
+        """Return the law in forces for a kind of bristles; mass m [kg] as in `to_law`."""
         return DynamicLaw(
             self.kinetic_force(m), self.static_force(m), kind, v_s=self.stribeck_velocity,
             sigma_0=self.bristle_stiffness, sigma_1=self.bristle_damping,
@@ -480,64 +476,64 @@ class BristleLaw(FrictionLimits, PositiveForce):
 
 
 class Lugre(BristleLaw):
-    """Surfaces whose bristles bend before they slide; Stribeck's fall, delay and creep.
+    """Elastic bristles with Stribeck friction: presliding, friction lag and creep.
 
-    Not to be confused with `leuven`, whose bristles remember where they turned.
+    Not to be confused with `leuven`, whose bristles have hysteresis with nonlocal memory.
 
     Notes
     -----
-    dz/dt = v - σ_0 |v| z/g(v), F_f = σ_0 z + σ_1 dz/dt + σ_2 v [N], with
-    g = F_fk + (F_fs - F_fk) exp(-(v/v_s)²) and z [m] the mean deflection of the bristles.
-    Canudas de Wit, Olsson, Åström and Lischinsky, IEEE TAC 40 (1995) 419.
+    dz/dt = v - σ_0 |v| z/g(v), F_f = σ_0 z + σ_1 dz/dt + σ_2 v [N], with g = F_fk + (F_fs -
+    F_fk) exp(-(v/v_s)²) and z [m] the mean deflection of the bristles. Canudas de Wit, Olsson,
+    Åström and Lischinsky, IEEE TAC 40 (1995) 419.
     """
 
     law: Literal["lugre"]
-    """Dry friction of the LuGre kind."""
+    """LuGre friction."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     def to_law(self, m: float) -> DynamicLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         return self.to_bristle_law(m, BRISTLE, self.tolerance)
 
 
 class Leuven(BristleLaw):
-    """Surfaces whose bristles bend with hysteresis: a loop within a loop closes where it began.
+    """Bristles with hysteresis and nonlocal memory: an inner loop closes where it began.
 
-    Not to be confused with `lugre`, whose bristles are elastic and remember one number.
+    Not to be confused with `lugre`, whose bristles are elastic and have one state.
 
     Notes
     -----
-    dz/dt = v (1 - sgn(F_h/s) |F_h/s|^n), F_f = F_h + σ_1 dz/dt + σ_2 v [N], with the limit
-    s = sgn(v) (F_fk + (F_fs - F_fk) exp(-(v/v_s)²)) and F_h the hysteresis force over the
-    travel z [m] of the bristles: on the virgin curve F_∞ (1 - exp(-σ_0 |z|/F_∞)), from where
-    they turn the same curve twice as large (Masing), and where a loop closes the curve of the
-    loop around it. Swevers, Al-Bender, Ganseman and Prajogo, IEEE TAC 45 (2000) 675, leave the
-    virgin curve open; this one is drysim's choice.
+    dz/dt = v (1 - sgn(F_h/s) |F_h/s|^n), F_f = F_h + σ_1 dz/dt + σ_2 v [N], with the limit s =
+    sgn(v) (F_fk + (F_fs - F_fk) exp(-(v/v_s)²)) and F_h the hysteresis force as a function of
+    the bristle deflection z [m]: on the virgin curve F_∞ (1 - exp(-σ_0 |z|/F_∞)); after a
+    reversal the same curve scaled by two (Masing); and where a loop closes, the curve of the
+    enclosing loop. Swevers, Al-Bender, Ganseman and Prajogo, IEEE TAC 45 (2000) 675, leave the
+    virgin curve open; this one is a choice of drysim.
 
-    Lampaert, Swevers and Al-Bender, IEEE TAC 47 (2002) 683, correct two things. (1) F_h as a
-    whole stands in dz/dt, not the part since the last turn, so the force has no jump as a loop
-    closes: so it is here. (2) They take F_h from a finite row of Maxwell's slip elements, which
-    cannot overflow as a stack of turns does. Here the stack stays: it is what such a row comes
-    to as its elements grow many. It holds 128 turns, and where one more comes, the two that
-    differ least from their neighbours are forgotten, without a jump in the force. At worst, of
-    128 turns evenly within one another from limit to limit, and with F_∞ = 2 F_fs, that moves
-    the force by 1e-4 of F_fs later on; a row of a hundred elements errs by as much always.
+    Lampaert, Swevers and Al-Bender, IEEE TAC 47 (2002) 683, make two corrections. (1) The whole
+    F_h stands in dz/dt, not the part since the last reversal, so that the force is continuous
+    when a loop closes; this is adopted. (2) They replace the stack of reversals by a finite
+    number of Maxwell slip elements, which cannot overflow. Here the stack is kept, which is the
+    limit of many elements. It holds 128 reversals; when it is full, the two that differ least
+    from their neighbours are dropped, and the force stays continuous. In the worst case, 128
+    evenly nested reversals from limit to limit with F_∞ = 2 F_fs, this changes the force later
+    by 1e-4 of F_fs; a hundred Maxwell elements have an error of this size throughout.
     """
 
     law: Literal["leuven"]
-    """Dry friction of the Leuven kind."""
+    """Leuven friction."""
     hysteresis_ratio: Annotated[float, Quantity("", above=1)] = 2.0
-    """F_∞/F_fs [-], above 1, the force that the bristles alone would come to over the static
-    limit; default 2. The greater, the narrower the loops; far above 1 they are elastic."""
+    """F_∞/F_fs [-], above 1: asymptotic force of the bristles over the static limit; default 2.
+    The larger it is, the narrower the hysteresis loops; the limit is elastic."""
     transition: Annotated[float, Quantity("", at_least=0.5, below=20)] = 1.0
-    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The
-    greater, the later the bristles give way. For 1, 2 and 3 the motion is a series through zero
-    force, too; any other takes up to four times as many steps, as it comes there by degrees."""
+    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The larger
+    it is, the later the bristles yield. For 1, 2 and 3 the Taylor series converge at zero
+    force; other values need up to four times as many steps there."""
     tolerance: Tolerance = DEFAULT_TOLERANCE
-    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
-    error that comes of it is stated with the result."""
+    """Truncation error of a step relative to the motion [-]; default 1e-12. The resulting error
+    is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {
         **BristleLaw.symbols,
@@ -546,12 +542,12 @@ class Leuven(BristleLaw):
     }
 
     def to_law(self, m: float) -> DynamicLaw:
-        """Give the law in forces; the mass [kg] is the normal force's default."""
+        """Return the law in forces; the mass m [kg] gives the default normal force."""
         law = self.to_bristle_law(m, LEUVEN, self.tolerance)
         return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)
 
 
-# All laws, and a law in words.
+# All laws, and their description.
 
 FRICTION_LAWS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
@@ -559,13 +555,13 @@ Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
 
 
 NOT_LISTED = frozenset({*Coulomb.model_fields, "tolerance"})
-"""Keys that are told as forces, and the tolerance, which is no part of a law."""
+"""Keys described as forces, and the tolerance, which is not part of the law."""
 
 
 def law_terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
-    """Give the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
+    """Yield the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
 
-    Defaults are left out, and keys that are swept.
+    Defaults and swept keys are left out.
     """
     if isinstance(friction, Coulomb):
         return

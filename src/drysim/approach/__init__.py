@@ -1,4 +1,4 @@
-"""How a motion is computed, exactly or by fixed steps. An approach is a class with a name."""
+"""Approaches: exact and fixed-step methods that compute the motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Approach = StickSlip | Switch | Moreau | Signum | Smooth | Viscous
 APPROACHES_BY_NAME: dict[str, type[Approach]] = {
     member.model_fields["approach"].default: member for member in APPROACHES
 }
-"""The approaches by name."""
+"""Approaches by name."""
 
 EXACT = StickSlip.model_fields["approach"].default
-"""The name of the one that solves every law as well as it can be solved."""
+"""Name of the exact approach, which solves every friction law."""

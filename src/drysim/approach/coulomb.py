@@ -1,8 +1,25 @@
-"""Exact solution of Coulomb friction: event by event under sines, step by step over samples.
+"""Exact solution of Coulomb friction with constant or sinusoidal friction limits.
 
-Under sines a motion is known from event to event, without a grid, and so are its periodic
-orbits. Over samples it is marched block by block and known at every sample and every event
-between: long ones keep a state for each block, from which it can be marched again.
+Problem
+    m x_r'' + b v_r + k_x x_r + d F_fk = -m ü while sliding in direction d; x_r is constant
+    while stuck. Between events the equation is linear with constant coefficients.
+
+Method
+    Under sines the kernels march from event to event: the motion between two events is the sum
+    of a free response and one steady response per sine, both in closed form. No grid is
+    involved; any grid, integral or periodic orbit is evaluated from the events afterwards. Over
+    samples ü is linear in each step, so a step without events is one affine map, and a step
+    with events is divided at them. Long sample series are marched block by block, and only the
+    state at the beginning of each block is kept (`Checkpoint`): a block is marched again, to
+    the same last bit, when its points are needed.
+
+Why no event is missed
+    Events are first roots of functions in closed form, bracketed between their extrema or
+    approached by steps with a bounded remainder; see `drysim.core.roots` and
+    `drysim.core.sampled`.
+
+Source
+    Eqs. (4), (7) and (9) of the paper. Den Hartog, Phil. Mag. 11 (1931) 801.
 """
 
 from __future__ import annotations
@@ -86,10 +103,7 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene, to be had on its grid.
-
-    `whole` keeps the motion over samples at hand, however long it is.
-    """
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     if isinstance(motion, Sines):
         trajectory = sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
         n = count_grid_points(trajectory.end, step)
@@ -117,16 +131,19 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> Trajectory:
-    """Solve a scene without a grid where it can."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`.
+
+    Under sines no grid is involved.
+    """
     if isinstance(motion, Sines):
         return sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
     response = solve_sampled(plant, law, motion, start, duration, whole=False)
-    assert response.trajectory is not None, "samples are solved with their track"
+    assert response.trajectory is not None, "samples always have a trajectory"
     return response.trajectory
 
 
 def without_friction(response: Response) -> Response:
-    """Give the response of a scene without dry friction: turning points are not events then."""
+    """Return the response of a scene with F_fs = 0, where turning points are no events."""
     events = response.events
     begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
     grid, compute_numerics = SlidingGrid(response.grid), partial(viscous_numerics, response)
@@ -134,27 +151,27 @@ def without_friction(response: Response) -> Response:
 
 
 def viscous_numerics(response: Response) -> Numerics:
-    """Give how the numbers of a response were made, where there is no dry friction."""
-    why = "no dry friction: the same flow, with turning points for the peaks only"
+    """Return the `Numerics` of a response without dry friction."""
+    why = "no dry friction: closed form, turning points give the peaks only"
     return replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )
 
 
-# Under sines: from event to event, on any grid.
+# Sines: from event to event, on any grid.
 
 
 EVENTS_PER_CALL = 1_000_000
-"""Events that a kernel may find before it hands over, so that an interrupt is heard."""
+"""Events per kernel call; between calls Python can handle an interrupt."""
 
 INITIAL_EVENT_CAPACITY = 1024
-"""Events that there is room for at first; room is doubled as it fills."""
+"""Initial rows of the event log; doubled when it is full."""
 
 
 def sine_trajectory(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, duration: float
 ) -> SineTrajectory:
-    """Solve a scene under sines from event to event; no grid takes part."""
+    """Solve a scene under sines from event to event, without a grid."""
     x_r, v_r = start[:2]
     scene = as_engine_array(np.array([*plant, *law, x_r, v_r, *wave_values(motion, law)]))
     log, kind = (
@@ -177,7 +194,7 @@ def sine_trajectory(
         )  # fmt: skip
         check_progress(count, begin, (x_r, v_r))
         closest_decision = min(closest_decision, tight)
-    # One row by its number: to take rows apart in turn costs as much as some tens of events.
+    # Rows by index: unpacking the array row by row takes as long as some tens of events.
     log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
     turning_points = Events(log[1, :count], kind, log[2, :count], log[3, :count])
     return SineTrajectory(plant, law, motion, scene, turning_points, duration, closest_decision)
@@ -185,7 +202,7 @@ def sine_trajectory(
 
 @dataclass(frozen=True, eq=False)
 class SineTrajectory(EventDriven):
-    """A solution under sines: known from event to event; `scene` as kernels read it."""
+    """Solution under sines, stored as its events; `scene` is the array of the kernels."""
 
     plant: Plant
     law: CoulombLaw
@@ -197,16 +214,16 @@ class SineTrajectory(EventDriven):
 
     @property
     def waves(self) -> Waves:
-        """The waves of the scene."""
+        """Waves of the scene."""
         return Waves(self.scene[SCENE_COLUMNS:], self.size, len(self.motion.A))
 
     @property
     def size(self) -> int:
-        """Their number."""
+        """Number of waves."""
         return (len(self.scene) - SCENE_COLUMNS) // WAVE_COLUMNS
 
     def state(self, t: float) -> State:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
         i = int(np.searchsorted(self.turning_points.t, t, side="right")) - 1
         t_i, x_r = float(self.turning_points.t[i]), float(self.turning_points.x_r[i])
         v_r = self.scene[V_R] if i == 0 else 0.0
@@ -217,7 +234,7 @@ class SineTrajectory(EventDriven):
         return State(*found)
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         turning_points, waves = self.turning_points, self.waves
         x2, v2, x_dd2, power, sliding_distance, stuck = integrate_coulomb_events(
             self.plant,
@@ -236,10 +253,10 @@ class SineTrajectory(EventDriven):
 
 @dataclass(frozen=True, eq=False)
 class CoulombSineGrid(SineGrid):
-    """The points of a `SineTrajectory`."""
+    """Grid points of a `SineTrajectory`."""
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         trajectory, turning_points, n = (
             self.trajectory,
             self.trajectory.turning_points,
@@ -265,13 +282,13 @@ class CoulombSineGrid(SineGrid):
 
 
 MAX_PERIODS = 5_000
-"""Periods after which a scene counts as not settled."""
+"""Periods after which a motion counts as not settled."""
 
 
 def find_orbit(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Follow a start to its periodic orbit."""
+    """Return the periodic orbit reached from a start, as `steady_state.find_orbit` does."""
     x_r, v_r, multiple, closure, periods, peak, unique = orbit.find_orbit(
         plant, law, make_waves(motion, law), period, *start[:2], MAX_PERIODS, *period_buffers(),
         empty_log(LOG_LENGTH), LOG_LENGTH,
@@ -284,17 +301,17 @@ def find_orbit(
 
 
 def solve_orbits(scenes: Floats) -> Floats:
-    """Find and measure the periodic orbits of many scenes.
+    """Find the periodic orbits of many scenes and compute their metrics.
 
     Parameters
     ----------
     scenes : ndarray, shape (n, SINES + 3 sines)
-        The columns that `drysim.core.orbit.solve_orbits` names.
+        One scene per row, columns as in `drysim.core.orbit.solve_orbits`.
 
     Returns
     -------
-    ndarray, shape (n, FOUND)
-        The columns of its answers.
+    ndarray, shape (n, ANSWER_COLUMNS)
+        One answer per row, columns as defined there.
     """
     answers = as_engine_array(np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan))
     room = (scenes.shape[1] - orbit.SINES) // 3 + 1
@@ -311,26 +328,27 @@ def solve_orbits(scenes: Floats) -> Floats:
 
 
 def period_buffers() -> tuple[Any, Any]:
-    """Give room for the states of the latest periods."""
+    """Return buffers for x_r and v_r at the end of the latest periods."""
     return as_engine_array(np.zeros(orbit.MAX_MULTIPLE)), as_engine_array(
         np.zeros(orbit.MAX_MULTIPLE)
     )
 
 
-# Over samples: known at every sample and at every event between.
+# Samples: known at every sample and at every event between samples.
 
 
 SAMPLES_PER_EVENT = 16
-"""Samples for which room is made for one event at first; what is not written costs nothing."""
+"""Samples per initial row of the event log; rows that are not written take no memory."""
 
 STEPS_PER_CHUNK = 16_384
-"""Steps integrated at a time: so few that no linear algebra starts threads for them."""
+"""Steps integrated at a time: below this size, linear algebra libraries start no threads."""
 
 Indices = NDArray[np.intp]
 
 Checkpoint = tuple[float, float, int, float]
 """x_r [m], v_r [m/s], direction and relative acceleration [m/s²] at the first sample of a
-block. The acceleration matters where v_r is faint; NaN where x_r and v_r determine it."""
+block. The acceleration decides where v_r is close to rounding; NaN where x_r and v_r
+determine it."""
 
 
 def solve_sampled(
@@ -341,7 +359,7 @@ def solve_sampled(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene under samples on their own grid; `whole` keeps all of it at hand."""
+    """Solve a scene under samples on their own grid; `whole` keeps all of it in memory."""
     end = run_duration(motion, duration)
     point, last = last_sample_indices(motion, end)
     march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
@@ -363,7 +381,7 @@ def solve_sampled(
 
 @dataclass(frozen=True, eq=False)
 class SampledTrajectory(EventDriven):
-    """A solution over samples: known at every sample and at every event between."""
+    """Solution over samples: known at every sample and at every event between."""
 
     march: BlockMarch
     turning_points: Events
@@ -372,17 +390,18 @@ class SampledTrajectory(EventDriven):
 
     @property
     def plant(self) -> Plant:
-        """The oscillator."""
+        """Oscillator."""
         return self.march.plant
 
     @property
     def law(self) -> CoulombLaw:
-        """Its friction."""
+        """Friction law."""
         return self.march.law
 
     def state(self, t: float) -> State:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
         dt, last = self.march.motion.dt, self.march.last
+        # t / dt may round down to the sample before.
         n = min(int(t / dt), last)
         n += (n + 1) * dt <= t and n + 1 <= last
         block = self.march.block_at(n)
@@ -407,7 +426,7 @@ class SampledTrajectory(EventDriven):
         return State(*found)
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         motion = self.march.motion
         first, last = int(begin / motion.dt), math.ceil(end / motion.dt)
         sums = np.zeros(6)
@@ -421,7 +440,11 @@ class SampledTrajectory(EventDriven):
     def _sum_steps(
         self, block: SampleBlock, lo: int, hi: int, begin: float, end: float
     ) -> Floats:
-        """Integrate the steps from sample lo to sample hi of a block, within a window [s]."""
+        """Integrate samples `lo` to `hi` of a block within a window [s].
+
+        Steps without events are summed as quadratic forms of their end values; the others are
+        divided at their events and integrated one by one.
+        """
         dt, plant = self.march.motion.dt, self.plant
         log = EventLog(*(column[1:] for column in block.log))
         whole = np.full(hi - lo, not self.law.variation)
@@ -429,6 +452,7 @@ class SampledTrajectory(EventDriven):
         whole[numbers - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
+        # Steps with events, varying limits or an end of the window are integrated one by one.
         odd = np.flatnonzero(~whole) + lo
         sums = np.array(
             integrate_coulomb_steps(
@@ -465,7 +489,11 @@ class SampledTrajectory(EventDriven):
         return sums
 
     def _eventless_steps(self, block: SampleBlock, n: Indices) -> tuple[Floats, Floats, Floats]:
-        """Sum up whole steps: products and way of sliding; x_r², ü² and number of the rest."""
+        """Return the sums over steps without events from which integrals follow.
+
+        These are products of the step variables and displacements of the sliding steps, and the
+        sums of x_r² and ü² and the number of the stuck steps.
+        """
         (m, k_x, b), u_dd = self.plant, block.u_dd
         stuck, slip = n[block.d[n] == 0], n[block.d[n] != 0]
         d = block.d[slip]
@@ -482,26 +510,26 @@ class SampledTrajectory(EventDriven):
 
 @dataclass(frozen=True, eq=False)
 class SampledGrid:
-    """The points of a march, as a grid of some length."""
+    """First `length` grid points of a march over samples."""
 
     march: BlockMarch
     length: int
 
     @property
     def dt(self) -> float:
-        """Distance of the points [s]."""
+        """Step of the grid [s]."""
         return self.march.motion.dt
 
     def __len__(self) -> int:
-        """Give their number."""
+        """Number of points."""
         return self.length
 
     def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        """Return ü [m/s²] at points `first` to `last` - 1."""
         return self.march.motion.u_dd[first:last]
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         block = self.march.block_at(first)
         if last - block.first <= len(block.d):
             points = Points(block.x_r, block.v_r, block.d)
@@ -517,15 +545,15 @@ class SampledGrid:
         return found
 
 
-# The march over samples, block by block.
+# March over samples, block by block.
 
 
 def march_blocks(
     plant: Plant, law: CoulombLaw, motion: Samples, start: AnyState, last: int, whole: bool
 ) -> tuple[BlockMarch, Events, float]:
-    """March to sample `last`; gives also the events and the tightest decision.
+    """March to sample `last`; return the march, its events and the closest decision [-].
 
-    `whole` keeps all of a march however long it is.
+    `whole` keeps all of it in memory as one block.
     """
     entry, closest_decision = initial_event(plant, law, motion, start)
     size = max(last, 1) if whole or last <= MAX_KEPT else BLOCK_SIZE
@@ -548,10 +576,10 @@ def march_blocks(
 
 
 class SampleBlock(NamedTuple):
-    """The solution from sample `first` on: one value a sample, shape (n,), and its events.
+    """Solution from sample `first` on: one value per sample, shape (n,), and the events.
 
-    The last sample is the first one of the next block. `log` counts from `first` and begins
-    with the state there.
+    The last sample is the first one of the next block. Step numbers of `log` count from
+    `first`, and its first row is the state there.
     """
 
     first: int
@@ -564,12 +592,12 @@ class SampleBlock(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BlockMarch:
-    """A march to sample `last` that keeps a state for every block, and the latest block.
+    """March to sample `last` with a checkpoint for every block and the latest block in memory.
 
     Notes
     -----
-    A block is a whole number of stretches of the core's march, so one that is marched again is
-    the same to the last bit. What is to be kept whole is one block.
+    A block is a whole number of segments of the kernel's march, so marching it again gives the
+    same result to the last bit. A march that is kept in memory is one block.
     """
 
     plant: Plant
@@ -582,26 +610,26 @@ class BlockMarch:
     cached: dict[int, SampleBlock] = field(default_factory=dict)
 
     def block(self, number: int) -> SampleBlock:
-        """Give a block."""
+        """Return a block by its number; it is marched again if it is not in memory."""
         if number not in self.cached:
             self.march_block(number)
         return self.cached[number]
 
     def block_at(self, n: int) -> SampleBlock:
-        """Give the block of a sample, at best the one that it begins."""
+        """Return the block of sample n; at a boundary, the block that begins there."""
         return self.block(min(n // self.size, len(self.checkpoints) - 1))
 
     def blocks(self, first: int, last: int) -> Iterator[SampleBlock]:
-        """Give the blocks that hold the steps from sample `first` to sample `last`."""
+        """Return the blocks that contain the steps from sample `first` to sample `last`."""
         numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
         return map(self.block, numbers)
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
-        """March through a block; gives the state at its end and the tightest decision."""
+        """March through a block; return the state at its end and the closest decision [-]."""
         first, state, closest_decision = number * self.size, self.checkpoints[number], math.inf
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
-        # One piece of memory, so that the next march of this length finds it at hand again.
+        # One allocation, which the allocator reuses for the next block of this length.
         x_r, v_r = as_engine_array(np.empty((2, last + 1)))
         d = as_engine_array(np.empty(last + 1, dtype=np.int8))
         x_r[0], v_r[0], d[0], _ = state

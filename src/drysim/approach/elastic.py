@@ -1,9 +1,23 @@
-"""Exact solution of elastic contacts: Jenkins and Petrov-Ewins elements.
+"""Exact solution of elastic friction contacts: Jenkins and Petrov-Ewins elements.
 
-The contact is a spring until it yields. Under sines, or with a normal force that swings, a
-motion is followed as `piecewise` does; how it turns while the contact holds is told by kernels
-where it is asked for, and its grid is made of tables. Over samples a contact of constant limit
-is known at every sample and change of mode, and whole steps are integrated by forms.
+Problem
+    A spring k_t in series with a slider. While the contact holds, f = k_t (x_r - x_0); it
+    yields at |f| = mu F_N(t), and x_0 then moves with the mass. F_N(t) may vary as a sine and
+    may vanish. In each mode the equation of motion is linear with constant coefficients.
+
+Method
+    Under sines, or with a varying normal force, the motion is marched from mode to mode (see
+    `piecewise`). Turning points while the contact holds are no change of mode; kernels find
+    them when a path is requested. Over samples with a constant friction limit, x_r and v_r are
+    stored at every sample and the modes at every change; integrals over steps without a change
+    are quadratic forms of the values at the samples.
+
+Why no event is missed
+    A change of mode is the first root of a linear observable of the motion, found by
+    `drysim.core.roots`.
+
+Source
+    Jenkins, Brit. J. Appl. Phys. 13 (1962) 30. Petrov and Ewins, J. Turbomach. 125 (2003) 364.
 """
 
 from __future__ import annotations
@@ -78,7 +92,7 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and write it on its grid."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     if isinstance(trajectory, SampledElasticTrajectory):
         return response_on_samples(trajectory)
@@ -96,7 +110,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> ElasticTrajectory | SampledElasticTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     if isinstance(motion, Samples) and not law.variation:
         return sampled_elastic_trajectory(plant, law, motion, start, duration)
     return piecewise.compute_trajectory_as(
@@ -104,17 +118,17 @@ def compute_trajectory(
     )
 
 
-# Under sines, or with a normal force that swings: known from mode to mode.
+# Sines, or a varying normal force: known from mode to mode.
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticTrajectory(piecewise.PiecewiseTrajectory):
-    """A solution known from mode to mode; how it turns within one is found where asked for."""
+    """Solution stored as segments; turning points within a segment are found on request."""
 
     law: ElasticContactLaw
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the points of x_r that tell all of its way in a window [s]."""
+        """Return the extreme points of x_r from the start to the end of a window [s]."""
         begins = self._segment_starts
         lengths = as_engine_array(np.append(np.diff(begins), self.end - begins[-1]))
         at = (0, 0.0, 0.0, 0.0, 0.0)
@@ -128,16 +142,16 @@ class ElasticTrajectory(piecewise.PiecewiseTrajectory):
 
     @property
     def series(self) -> tuple[Floats, ...]:
-        """What each component of the state came to along the way."""
+        """Values of each state component along the motion."""
         return self.path((0.0, self.end), None).x_r, self.segments.v_r, self.segments.z
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticSineGrid(SineGrid):
-    """The points of such a solution under sines."""
+    """Grid points of such a solution under sines."""
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         plant, law, waves, _, _, segments = self.trajectory.scene
         n, size = last - first, table_size(waves.size)
         x_r, v_r, F_f = (as_engine_array(np.empty(n)) for _ in range(3))
@@ -152,23 +166,23 @@ class ElasticSineGrid(SineGrid):
         return Points(*states, np.asarray(F_f))
 
 
-# A contact of constant limit over samples: known at every sample and change of mode.
+# Samples and a constant limit: known at every sample and at every change of mode.
 
 
 STEPS_PER_CHUNK = 8_192
-"""Steps integrated at a time: a dot product of more than 10,000 numbers would start threads,
-which takes longer than all the rest."""
+"""Steps integrated at a time. Linear algebra libraries start threads for dot products of more
+than 10,000 numbers, which takes longer than the sums themselves."""
 
 EVENTS_PER_SAMPLE = 0.1
-"""Events a sample that there is room for at first."""
+"""Initial rows of the event log per sample."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampledElasticTrajectory(EventDriven):
-    """A solution over samples; `segments` holds where each mode of the contact begins.
+    """Solution over samples; `segments` are the beginnings of the contact's modes.
 
-    x_r and v_r are those at the samples, and d in which direction the contact yields there, 0
-    where it holds.
+    `x_r` and `v_r` are values at the samples; `d` is the direction in which the contact yields
+    there, 0 where it holds.
     """
 
     plant: Plant
@@ -184,7 +198,7 @@ class SampledElasticTrajectory(EventDriven):
     closest_decision: float = math.inf
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the points of x_r that tell all of its way in a window [s]."""
+        """Return the extreme points of x_r from the start to the end of a window [s]."""
         plant, dt, segments = self.plant, self.motion.dt, self.segments
         sprung = oscillator_steps(Plant(plant.m, plant.k_x + self.law.k_t, plant.b), dt)
         held_trail, states = (
@@ -196,24 +210,25 @@ class SampledElasticTrajectory(EventDriven):
         path = collect_path(
             write_sampled_turning_points, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0)
         )
-        # The march goes on to the next sample, wherever the run ends before.
+        # The march ends at a sample, which may lie beyond the end of the run.
         count = int(np.searchsorted(path.t, self.end, "right"))
         return Path(path.t[:count], path.x_r[:count])
 
     @cached_property
     def base(self) -> Any:
-        """Base acceleration as the kernels want it [m/s²]."""
+        """Base acceleration [m/s²] as an array of the engine."""
         return as_engine_array(self.u_dd)
 
     @cached_property
     def x_0(self) -> Floats:
-        """Where the contact carries no force at each sample, should it hold [m]."""
+        """Position [m] of zero contact force at each sample, for a contact that holds."""
         first = np.append(self.segments.n + (self.segments.s > 0.0), len(self.x_r))
         return np.repeat(self.segments.z, np.diff(np.minimum(first, len(self.x_r))))
 
     def state(self, t: float) -> ContactState:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
         dt, last = self.motion.dt, len(self.x_r) - 1
+        # t / dt may round down to the sample before.
         n = min(int(t / dt), last)
         n += (n + 1) * dt <= t and n + 1 <= last
         if n * dt >= t:
@@ -233,7 +248,8 @@ class SampledElasticTrajectory(EventDriven):
         return ContactState(float(x[0]), float(v[0]), float(z[0]))
 
     def step_segments(self, steps: Any) -> Segments:
-        """Give where each piece of some steps begins, in the order of time."""
+        """Return the beginnings of all segments of some steps, in order of time."""
+        # A step begins one segment, and each change of mode within it another.
         inside = np.isin(self.segments.n, steps) & (self.segments.s > 0.0)
         mode = np.where(self.d[steps] == 0, HOLD, self.d[steps])
         starts = (
@@ -247,13 +263,13 @@ class SampledElasticTrajectory(EventDriven):
         return Segments(*(column[order] for column in both))
 
     def _scene(self, step_segments: Segments) -> tuple[Any, ...]:
-        """What every kernel wants first."""
+        """Return the leading arguments of every kernel."""
         waves = make_waves(self.motion, CONSTANT_FRICTION)
         segments = Segments(*map(as_engine_array, step_segments))
         return self.plant, self.law, waves, self.base, self.motion.dt, segments
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         dt = self.motion.dt
         lo, hi = int(begin / dt), min(math.ceil(end / dt), len(self.x_r) - 1)
         whole = np.ones(hi - lo, dtype=bool)
@@ -275,7 +291,7 @@ class SampledElasticTrajectory(EventDriven):
         return Totals(x2, v2, x_dd2, power, sliding_distance, 0.0, u_dd2, u2)
 
     def _event_steps(self, steps: Any, begin: float, end: float) -> Floats:
-        """Integrate steps that hold a change of mode or an end of the window."""
+        """Integrate steps with a change of mode or an end of the window."""
         step_segments = self.step_segments(steps)
         last = np.append(np.diff(step_segments.n) > 0, True)
         lengths = np.where(last, self.motion.dt, np.roll(step_segments.s, -1)) - step_segments.s
@@ -284,7 +300,7 @@ class SampledElasticTrajectory(EventDriven):
         return np.array(found)
 
     def _eventless_steps(self, n: Any, forms: tuple[Floats, Floats]) -> Floats:
-        """Integrate whole steps, all of a yielding contact or all of one that holds."""
+        """Integrate whole steps in which the contact holds, or yields, throughout."""
         (m, k_x, b), F_fk, k_t = self.plant, self.law.F_fk, self.law.k_t
         squares, displacement = forms
         x_r, x_0, d = self.x_r[n], self.x_0[n], self.d[n]
@@ -306,7 +322,7 @@ def sampled_elastic_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> SampledElasticTrajectory:
-    """Solve a scene as `compute_trajectory` does, of constant limit and over samples."""
+    """Solve a scene with a constant friction limit over samples."""
     end = run_duration(motion, duration)
     _, last = last_sample_indices(motion, end)
     u_dd = motion.u_dd[: last + 1]
@@ -344,7 +360,7 @@ def sampled_elastic_trajectory(
 
 
 def response_on_samples(trajectory: SampledElasticTrajectory) -> Response:
-    """Give a solution over samples on their own grid, whatever the step."""
+    """Return the response of a solution over samples on their own grid."""
     plant, law, motion = trajectory.plant, trajectory.law, trajectory.motion
     n = count_grid_points(trajectory.end, motion.dt)
     x_r, v_r, d = trajectory.x_r[:n], trajectory.v_r[:n], trajectory.d[:n]
@@ -356,11 +372,11 @@ def response_on_samples(trajectory: SampledElasticTrajectory) -> Response:
     return Response(plant, law, motion, grid, trajectory.events, compute_numerics, trajectory)
 
 
-# The path, as kernels tell it where it is asked for.
+# Path: turning points computed on request.
 
 
 PATH_BUFFER = 1024
-"""Points that there is room for besides the beginnings of pieces, before there is more."""
+"""Rows of the path buffer in addition to one per segment."""
 
 
 def collect_path(
@@ -370,7 +386,11 @@ def collect_path(
     x_rM: float | None,
     at: tuple[Any, ...],
 ) -> Path:
-    """Give the path that a kernel tells of a scene, from its beginning `at` on."""
+    """Return the path that a kernel computes in several calls, starting from `at`.
+
+    `whole` marks the segments whose turning points are all needed; elsewhere the kernel leaves
+    out those that cannot change a peak, a zero or a passage of x_rM [m].
+    """
     limit = math.inf if x_rM is None else x_rM
     parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
     while at[0] < step_segments:
@@ -382,7 +402,7 @@ def collect_path(
 
 
 def requested_segments(begins: Floats, window: tuple[float, float]) -> Int8Array:
-    """Tell of which pieces all is wanted: the last one, and those that a window cuts."""
+    """Mark the segments whose turning points are all needed: the last, those a window cuts."""
     whole = np.zeros(len(begins), dtype=np.int8)
     whole[np.searchsorted(begins, window, "right") - 1] = 1
     whole[-1] = 1

@@ -1,4 +1,10 @@
-"""Exact solution of scenes between end stops; one that never reaches them goes without them."""
+"""Exact solution of scenes with end stops at |x_r| = x_rM, rigid or elastic.
+
+The scene is first solved without its stops, which is faster. If |x_r| stays below x_rM, this
+solution is exact for the scene with stops as well. Otherwise the scene is marched by modes:
+apart from the stops, sliding or stuck against one, and impacts with a coefficient of
+restitution. |x_r| is compared at the extreme points of the path, so that no contact is missed.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +41,7 @@ from drysim.core.trajectory import peak_bumper_force
 NOT_REACHED = "the end stops are never reached"
 
 NON_TURNING_EVENTS = (CONTACT, -CONTACT, RELEASE, -RELEASE)
-"""Kinds of event at which the mass moves on: x_r has no extremum there."""
+"""Kinds of event at which the velocity keeps its sign: x_r has no extremum there."""
 
 
 def solve(
@@ -47,9 +53,9 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene and write it on its grid; `whole` as in `coulomb.solve`."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     unstopped = coulomb.solve(plant, law.coulomb, motion, start, step, duration, whole)
-    assert unstopped.trajectory is not None, "it is solved with its track"
+    assert unstopped.trajectory is not None, "it always has a trajectory"
     if not reaches_stops(unstopped.trajectory, law.x_rM):
         compute_numerics = partial(unreached_numerics, unstopped)
         return replace(
@@ -67,7 +73,7 @@ def solve(
     )
     events, approach = trajectory.events, "stick-slip"
     if law.F_fs == 0.0:
-        # As without stops: turning points are not events then, but rest at a stop is.
+        # As without stops, turning points are no events here; rest at a stop is one.
         kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
         events, approach = events.select(stays), "viscous"
@@ -84,7 +90,7 @@ def solve(
 
 
 def unreached_numerics(unstopped: Response) -> Numerics:
-    """Give how the numbers of a response were made that never reaches the stops."""
+    """Return the `Numerics` of a response that never reaches the stops."""
     return replace(unstopped.numerics, why=f"{unstopped.numerics.why}; {NOT_REACHED}")
 
 
@@ -95,7 +101,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> EndStopTrajectory | UnreachedStopsTrajectory:
-    """Solve a scene without its grid."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     unstopped = coulomb.compute_trajectory(plant, law.coulomb, motion, start, duration)
     if not reaches_stops(unstopped, law.x_rM):
         return UnreachedStopsTrajectory(law, unstopped)
@@ -103,7 +109,7 @@ def compute_trajectory(
 
 
 def reaches_stops(trajectory: Trajectory, x_rM: float) -> bool:
-    """Tell whether |x_r| comes to a limit [m]: where its path comes by or at an end."""
+    """Whether |x_r| reaches x_rM [m], at an extreme point of the path or at its end."""
     far = float(np.abs(trajectory.path((0.0, trajectory.end), x_rM).x_r).max())
     return max(far, abs(trajectory.state(trajectory.end).x_r)) >= x_rM
 
@@ -131,7 +137,7 @@ def trajectory_with_stops(
 
 
 class Impacts(NamedTuple):
-    """When the mass came to a stop, and how fast: arrays of shape (hits,).
+    """Contacts with a stop: arrays of shape (n,).
 
     Attributes
     ----------
@@ -147,39 +153,39 @@ class Impacts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class EndStopTrajectory(piecewise.PiecewiseTrajectory):
-    """A solution between end stops, known from each step to the next."""
+    """Solution with end stops, stored as segments."""
 
     law: EndStopLaw
 
     @cached_property
     def turning_points(self) -> Events:
-        """The start, every zero of v_r and every impact: between two x_r is monotone."""
+        """The start, every zero of v_r and every impact: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
     @property
     def series(self) -> tuple[Floats, ...]:
-        """What each component of the state came to along the way."""
+        """Values of each state component along the motion."""
         return self.turning_points.x_r, self.segments.v_r
 
     def state(self, t: float) -> State:
-        """Give the state at time t [s]; at an impact, that after it."""
+        """Return the state at time t [s]; at an impact, the state after it."""
         x_r, v_r, *_ = self.at(np.array([t]))
         return State(float(x_r[0]), float(v_r[0]))
 
     def hits(self) -> Impacts:
-        """Give when the mass came to a stop, and how fast."""
+        """Return the contacts with a stop."""
         met = np.flatnonzero(self.segments.d == ARRIVAL)
         t = self.segments.n[met] * self.base[1] + self.segments.s[met]
         return Impacts(t, self.segments.v_r[met])
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Give the greatest force of a bumper in a window [N]."""
+        """Return the largest force of a bumper in a window [N]."""
         kernel: Any = peak_bumper_force
         force: float = kernel(*self.scene, begin, end)
         return force
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]; impacts at its end are in it."""
+        """Return the integrals over a window [s], impacts at its end included."""
         totals = super().totals(begin, end)
         if not self.law.rigid:
             return totals
@@ -191,42 +197,42 @@ class EndStopTrajectory(piecewise.PiecewiseTrajectory):
 
 @dataclass(frozen=True, eq=False)
 class UnreachedStopsTrajectory(EventDriven):
-    """A solution of a scene with end stops that never reaches one."""
+    """Solution of a scene that never reaches its end stops; wraps that without stops."""
 
     law: EndStopLaw
     unstopped: Trajectory
 
     @property
     def plant(self) -> Plant:
-        """The oscillator."""
+        """Oscillator."""
         return self.unstopped.plant
 
     @property
     def closest_decision(self) -> float:
-        """Smallest relative margin of a stop decision; infinite for none."""
+        """Smallest relative margin of a decision between stick and slip [-]."""
         return self.unstopped.closest_decision
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the points of x_r that tell all of its way in a window [s]."""
+        """Return the extreme points of x_r from the start to the end of a window [s]."""
         return self.unstopped.path(window, x_rM)
 
     @property
     def end(self) -> float:
-        """Last instant [s]."""
+        """Final time [s]."""
         return self.unstopped.end
 
     def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
         return self.unstopped.state(t)
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         return self.unstopped.totals(begin, end)
 
     def hits(self) -> Impacts:
-        """Give no hits."""
+        """Return no contacts."""
         return Impacts(np.empty(0), np.empty(0))
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Give no force."""
+        """Return 0 N."""
         return 0.0

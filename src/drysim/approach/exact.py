@@ -1,4 +1,4 @@
-"""Exact solution of a scene, by the module that fits its law."""
+"""Exact solution of a scene by the module that fits its friction law."""
 
 from __future__ import annotations
 
@@ -28,9 +28,33 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene with the core that fits its law, to be had on its grid.
+    """Solve a scene and return its response on a grid.
 
-    `whole` keeps the motion over samples at hand, however long it is.
+    Parameters
+    ----------
+    plant : Plant
+        Mass [kg], stiffness [N/m] and damping [N·s/m].
+    law : AnyLaw
+        Friction law; its type selects the solver.
+    motion : Sines or Samples
+        Base motion.
+    start : AnyState
+        State at t = 0.
+    step : float
+        Step of the output grid [s]; not used for samples, which have their own.
+    duration : float or None
+        Length of the run [s]; optional for samples.
+    whole : bool
+        Whether to keep the motion over samples in memory, however long it is.
+
+    Returns
+    -------
+    Response
+
+    Raises
+    ------
+    SolverError
+        If events do not advance in time, or the motion is not finite.
     """
     scene = (plant, law, motion, start, step, duration)
     if isinstance(law, CoulombLaw | EndStopLaw):
@@ -47,7 +71,10 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> Trajectory:
-    """Solve a scene with the core that fits its law, without a grid where it can."""
+    """Solve a scene and return its trajectory; under sines no grid is involved.
+
+    Parameters and errors as in `solve`.
+    """
     trajectory: Trajectory = solver_module(law).compute_trajectory(
         plant, law, motion, start, duration
     )
@@ -55,7 +82,7 @@ def compute_trajectory(
 
 
 def solver_module(law: AnyLaw) -> Any:
-    """Give the module that solves scenes of a law, loaded with its kernels when needed."""
+    """Return the module that solves scenes of a law; its kernels are loaded on first use."""
     if isinstance(law, CoulombLaw):
         return coulomb
     if isinstance(law, EndStopLaw):

@@ -1,11 +1,11 @@
-"""The approaches that march by fixed steps: moreau, signum, smooth and switch.
+"""Fixed-step approaches: moreau, signum, smooth and switch.
 
-- Moreau: set-valued implicit time stepping (Moreau and Jean; Acary and Brogliato 2008).
+- Moreau: Moreau-Jean time stepping, set-valued and implicit (Acary and Brogliato 2008).
 - Signum: the bare sign of the velocity (Eqs. 3, 7).
-- Smooth: continuous functions in place of the sign of the velocity (Eq. 8).
-- Switch: the paper's march with a velocity band (Eq. 10; Karnopp 1985).
+- Smooth: a continuous function in place of the sign of the velocity (Eq. 8).
+- Switch: the paper's fixed-step method with a velocity band (Eq. 10; Karnopp 1985).
 
-Each declares its options; what computes is loaded when it is first used.
+Each class declares its options; its kernels are imported on first use.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from drysim.units import Quantity
 
 
 class Moreau(ApproachBase):
-    """The sign is a set at zero velocity, and every step picks the point that fits.
+    """Set-valued sign at zero velocity, solved implicitly at every step.
 
     Not to be confused with signum: the mass truly sticks, without chatter and without a band;
-    nor with stick-slip: stops fall on the grid, and no static friction above kinetic is known.
+    nor with stick-slip: stops fall on the grid, and static friction equals kinetic friction.
     """
 
     approach: Literal["moreau"] = "moreau"
@@ -38,7 +38,7 @@ class Moreau(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
         from drysim.approach.stepping import input_on_grid, solve_with_stick
         from drysim.core.fixed_step import march_moreau
 
@@ -46,7 +46,7 @@ class Moreau(ApproachBase):
         scene, limits = (plant, law, motion), (law.F_fk,)
         name_and_reason = (
             self.approach,
-            "the sign as a set, solved implicitly at every fixed step",
+            "set-valued sign, solved implicitly at every fixed step",
         )
         return solve_with_stick(march_moreau, limits, scene, start, (u_dd, dt), name_and_reason)
 
@@ -55,12 +55,12 @@ METHODS = ("euler", "semi-implicit", "heun", "rk4")
 
 
 class Signum(ApproachBase):
-    """Friction against the sign of the velocity at every step, with sign(0) = 0.
+    """Sign of the velocity at every step, with sign(0) = 0.
 
     Not to be confused with stick-slip: there is no stick. Where the mass should stand still its
     acceleration on the grid is about ±F_fk/m, however small the step. Under `euler` and
     `semi-implicit` the mass chatters with period 2Δt; under `heun` and mostly under `rk4` the
-    sign changes between the stages of a step, and v_r on the grid hardly does.
+    sign changes between the stages of a step, and v_r on the grid hardly changes.
     """
 
     approach: Literal["signum"] = "signum"
@@ -76,7 +76,7 @@ class Signum(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
         import numpy as np
 
         from drysim.approach.stepping import input_on_grid, make_response, state_buffers
@@ -99,9 +99,12 @@ class Signum(ApproachBase):
             v_r,
         )
         x, v = np.asarray(x_r), np.asarray(v_r)
-        # A mass that happens to have v_r = 0 at a grid point is not stuck: nothing holds it.
+        # v_r = 0 at a grid point is no stick: this method has none.
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        name_and_reason = (self.approach, f"the sign of v_r at every step, by {self.method}")
+        name_and_reason = (
+            self.approach,
+            f"sign of v_r at every step, integrated by {self.method}",
+        )
         return make_response(
             plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), name_and_reason
         )
@@ -109,17 +112,18 @@ class Signum(ApproachBase):
 
 FORMS = ("sign", "arctan", "tanh", "erf", "rational")
 MAX_SUBSTEP_STIFFNESS = 0.15
-"""Largest F_fk c Δt/m of a substep: rk4 is stable to 2.8, and at this its error is gone."""
+"""Largest F_fk c Δt/m of a substep. RK4 is stable up to 2.8; at this value its error is
+negligible."""
 
 MIN_SUBSTEPS = 4
-"""Substeps in a step at least, so that sums over them stand for integrals."""
+"""Fewest substeps per step, so that sums over them are good integrals."""
 
 ADAPTIVE_RTOL = 1e-9
-"""Relative tolerance of the adaptive method; the sharpness errs by far more."""
+"""Relative tolerance of the adaptive method, far below the error of a finite sharpness."""
 
 
 class Smooth(ApproachBase):
-    """Friction as a steep but continuous function of velocity.
+    """Friction as a steep continuous function of velocity.
 
     Not to be confused with stick-slip: where the mass should stand still it creeps, and the
     sharper the function, the stiffer the equation.
@@ -131,12 +135,12 @@ class Smooth(ApproachBase):
     sharpness: Annotated[float, Quantity("s/m", above=0)] = 1e3
     """Sharpness c [s/m] of the function, above 0."""
     method: Literal["substeps", "rk4", "adaptive"] = "substeps"
-    """Integrator: substeps (rk4 with as many steps within solver.step as the sharpness asks,
-    so that what is left is the error of the function), rk4 with solver.step, or adaptive (an
-    implicit one, slow, for reference)."""
+    """Integrator: substeps (RK4 with as many substeps per solver.step as the sharpness
+    requires, so that only the error of the function remains), rk4 with solver.step, or
+    adaptive (implicit, slow, for reference)."""
 
     def substeps(self, plant: Plant, law: AnyLaw, dt: float) -> int:
-        """Give how many; the sharper the function, the more."""
+        """Return the number of substeps per step; it grows with the sharpness."""
         if self.method == "rk4":
             return 1
         return max(
@@ -153,7 +157,7 @@ class Smooth(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
         from drysim.approach.stepping import decimate_response, refine_motion
 
         if self.method == "rk4":
@@ -174,7 +178,7 @@ class Smooth(ApproachBase):
         step: float,
         duration: float | None,
     ) -> Response:
-        """Give the response with one step from each grid point to the next."""
+        """Return the response with one integration step per grid step."""
         import numpy as np
 
         from drysim.approach.stepping import input_on_grid, make_response, state_buffers
@@ -193,7 +197,7 @@ class Smooth(ApproachBase):
         share = as_engine_array(v.copy())
         regularise_signs(form, self.sharpness, share)
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        why = f"{self.form} with sharpness {self.sharpness:g} s/m for the sign, {self.method}"
+        why = f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
         state = (x, v, law.F_fk * np.asarray(share), mode)
         return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, why))
 
@@ -205,7 +209,7 @@ class Smooth(ApproachBase):
         start: AnyState,
         grid: tuple[Floats, float],
     ) -> tuple[Floats, Floats]:
-        """Give x_r and v_r on the grid by scipy's LSODA."""
+        """Return x_r and v_r on the grid by scipy's LSODA."""
         import numpy as np
         from scipy.integrate import solve_ivp
 
@@ -226,29 +230,30 @@ class Smooth(ApproachBase):
             F_f = law.F_fk * regularised_sign(form, self.sharpness, state[1])
             return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
 
+        # The absolute tolerance scales with a rough size of the motion.
         swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
         found = solve_ivp(
             rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=ADAPTIVE_RTOL,
             atol=ADAPTIVE_RTOL * 1e-3 * (swing or 1.0), max_step=10 * dt,
         )  # fmt: skip
         if not found.success:
-            raise SolverError(f"smooth, adaptive: {found.message}", "take a smaller sharpness")
+            raise SolverError(f"smooth, adaptive: {found.message}", "use a smaller sharpness")
         return found.y[0], found.y[1]
 
 
 class Switch(ApproachBase):
-    """Within a band of small velocities the mass may stick; outside it slides.
+    """Stick within a band of small velocities, sliding outside it.
 
-    Not to be confused with stick-slip, which locates the stop: here the band is wide enough for
-    a step to fall into it, and the answer is right to first order in step and band.
+    Not to be confused with stick-slip, which locates the stop: here the band must be wide
+    enough for a step to fall into it, and the error is first order in step and band.
     """
 
     supports_static: ClassVar[bool] = True
 
     approach: Literal["switch"] = "switch"
     band: Annotated[float, Quantity("m/s", above=0)] | None = None
-    """Half width ε of the band [m/s]; default: what friction takes in one step, F_fs/m times
-    the step."""
+    """Half width ε of the band [m/s]; default: the velocity lost to friction in one step,
+    F_fs/m times the step."""
 
     def solve(
         self,
@@ -259,7 +264,7 @@ class Switch(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
         from drysim.approach.stepping import input_on_grid, solve_with_stick
         from drysim.core.fixed_step import march_switch
 

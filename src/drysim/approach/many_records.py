@@ -1,7 +1,7 @@
-"""Many records of base motion under one scene, as those of its seeds: measured side by side.
+"""Metrics of many sample series under one scene, such as its seeds, vectorised over the series.
 
-`can_batch` tells whether `measure_batch` serves a scene; it takes what `make_batch` lays out, and
-keeps nothing of the motions but what they come to.
+`can_batch` checks a scene; `measure_batch` takes a `RecordBatch` and keeps integrals and peaks
+only, not the motions.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from drysim.core.model import CoulombLaw, Plant, Samples, State, Totals, integra
 from drysim.core.oscillator import slip_steps
 
 STEPS_PER_STOP, EXTRA_STOPS = 8, 1024
-"""There is room for a stop in so many steps, and for some more; a record with even more of
-them is measured by itself."""
+"""Steps per row of the buffer of stops, and further rows; a series with more stops is solved by
+itself."""
 
 
 class BatchResult(NamedTuple):
-    """What many records come to: columns, shape (records,).
+    """Results of many series: columns of shape (records,).
 
     Attributes
     ----------
     found : ndarray of bool
-        Whether the record was measured. Where not, the numerics fail or stops are too many
-        for a batch: solved by itself, the record says which. The rest holds nothing then.
+        Whether the series was solved. Where not, the solution fails or has too many stops for
+        the buffer; solved by itself, the series shows which. Its other values are undefined.
     totals : Totals
-        Integrals over the window; `u2` is None where the base displacement is not known.
+        Integrals over the window; `u2` is None where the base displacement is unknown.
     first, last : State
-        At both ends of the window.
+        State at both ends of the window.
     paths : tuple of ndarray
-        Of every record: x_r at both ends of the window and at every stop in it, in order [m].
+        For every series: x_r at both ends of the window and at every stop in it, in order [m].
     suffices : ndarray
-        Greatest |x_r| from the start to the end of the window [m].
+        Largest |x_r| from the start to the end of the window [m].
     events : ndarray
-        Events from the start to the end of the window.
-    closest : ndarray
-        Tightest stop decision [-]; infinite for none.
+        Number of events from the start to the end of the window.
+    closest_decision : ndarray
+        Smallest relative margin of a decision between stick and slip [-]; infinite for none.
     """
 
     found: NDArray[np.bool_]
@@ -57,18 +57,18 @@ class BatchResult(NamedTuple):
 
 
 class RecordBatch(NamedTuple):
-    """Many records of one length, as the kernel takes them.
+    """Many sample series of one length and step.
 
     Attributes
     ----------
     u_dd : ndarray, shape (records, samples)
         Base acceleration [m/s²].
     dt : float
-        Distance of the samples [s].
+        Step of the samples [s].
     window : tuple of int
-        Samples at which the window of what is measured begins and ends.
+        Samples at which the window of the metrics begins and ends.
     u2 : ndarray, shape (records,), or None
-        Integrals over it of the squared base displacement [m² s], where that is known.
+        Integrals of the squared base displacement over the window [m² s], where it is known.
     """
 
     u_dd: Floats
@@ -77,15 +77,14 @@ class RecordBatch(NamedTuple):
     u2: Floats | None
 
     def motion(self, i: int) -> Samples:
-        """Give the base acceleration of one record."""
+        """Return the base acceleration of one series."""
         return Samples(self.u_dd[i], self.dt)
 
 
 def make_batch(motions: Iterable[Samples], count: int, window: tuple[int, int]) -> RecordBatch:
-    """Give so many motions of one length and one distance side by side.
+    """Collect `count` sample series of one length and step in a batch.
 
-    Each is let go before the next is asked for. One that is drawn then is worked on while it
-    is near the processor, and the next takes its memory.
+    Each series is released before the next one is requested, so that its memory is reused.
     """
     begin, end = window
     rows, squares, dt = np.empty((count, 0)), np.empty(count), 0.0
@@ -101,10 +100,10 @@ def make_batch(motions: Iterable[Samples], count: int, window: tuple[int, int]) 
 
 
 def can_batch(plant: Plant, law: object, dt: float) -> bool:
-    """Tell whether many records of one scene can be marched side by side.
+    """Whether many series under a scene can be marched together.
 
-    They can where friction is Coulomb's with limits that do not vary, and a step so short that
-    the rule of trapezia serves it.
+    This requires Coulomb friction with constant limits, and a step short enough for the
+    trapezoidal rule.
     """
     return type(law) is CoulombLaw and law.variation == 0.0 and lanes.served(plant, dt)
 
@@ -112,25 +111,25 @@ def can_batch(plant: Plant, law: object, dt: float) -> bool:
 def measure_batch(
     plant: Plant, law: CoulombLaw, batch: RecordBatch, start: State
 ) -> BatchResult:
-    """March many records and measure them, keeping nothing of the motion.
+    """March many series and return their integrals and peaks.
 
     Parameters
     ----------
     plant : Plant
-    law : Law
-        With `plant` and the distance of the samples as `can_batch` wants them.
-    given : Abreast
+    law : CoulombLaw
+        Plant, law and step must satisfy `can_batch`.
+    batch : RecordBatch
     start : State
-        Of every record, at its first sample.
+        Start of every series, at its first sample.
 
     Returns
     -------
-    Measured
+    BatchResult
 
     Notes
     -----
-    One call runs in one thread and lets others run: batches may be given to several. What a
-    record comes to does not depend on the others.
+    A call runs in one thread and releases the GIL, so batches may run in parallel. The result
+    of a series does not depend on the others.
     """
     u_dd, dt, window, _ = batch
     answers = np.empty((len(u_dd), lanes.FOUND))
@@ -153,7 +152,7 @@ def measure_batch(
 def unpack_answers(
     batch: RecordBatch, start: State, turns: Floats, answers: Floats
 ) -> BatchResult:
-    """Give what the kernel has answered by name."""
+    """Return the columns of the kernel's answers by name."""
     column, u2 = answers.T, cast(Any, batch.u2)
     first = State(column[lanes.X_BEGIN], column[lanes.V_BEGIN])
     last = State(column[lanes.X_END], column[lanes.V_END])

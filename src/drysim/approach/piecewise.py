@@ -1,8 +1,19 @@
-"""Exact solution of any piecewise-linear law, kept as the beginnings of its pieces.
+"""Exact solution of any piecewise-linear friction law, stored as segments.
 
-Spring contacts, end stops and a normal force that varies: a kernel follows the motion from one
-change of mode to the next and writes where each piece begins; others read and integrate it from
-there, at any instant and on any grid. `elastic` and `stops` add what is theirs alone.
+Problem
+    Elastic contacts, end stops and a vanishing normal force make the oscillator a hybrid
+    automaton: in each mode the equation of motion is linear with constant coefficients and
+    known forcing, and a mode ends at the first root of an observable of the motion.
+
+Method
+    A kernel per law (`march_elastic`, `march_stops`, `march_normal_force`) marches from one
+    change of mode to the next and writes where each segment begins. Within a segment the motion
+    is in closed form; other kernels evaluate and integrate it at any time, so that one solution
+    serves any grid and window. `elastic` and `end_stops` extend this module.
+
+Why no event is missed
+    Kernels advance by steps that provably contain no root, or bracket the root; see
+    `drysim.core.roots` and `drysim.core.modes`.
 """
 
 from __future__ import annotations
@@ -86,16 +97,16 @@ PiecewiseLaw = ElasticContactLaw | EndStopLaw | NormalForceLaw
 TrajectoryT = TypeVar("TrajectoryT", bound="PiecewiseTrajectory")
 
 STEPS_PER_CALL = 16_384
-"""Steps that a kernel may take before it hands over, so that an interrupt is heard."""
+"""Steps per kernel call; between calls Python can handle an interrupt."""
 
 INITIAL_STEP_CAPACITY = 1024
-"""Steps that there is room for to begin with under sines; room is doubled as it fills."""
+"""Initial rows of the buffers under sines; doubled when they are full."""
 
 STEPS_PER_SAMPLE = 1.2
-"""Steps that a sample takes, its events included, where these are few."""
+"""Initial rows per sample: one step, and events where these are few."""
 
 NON_TURNING_EVENTS = (1, -1, 3)
-"""Kinds of event at which the mass goes on moving: no turns."""
+"""Kinds of event at which the velocity is not zero: x_r has no extremum there."""
 
 
 def solve(
@@ -106,12 +117,12 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and write it on its grid."""
+    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
     return response_on_grid(compute_trajectory(plant, law, motion, start, duration), step)
 
 
 def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
-    """Give a solution on a grid; samples have their own."""
+    """Return the response of a solution on a grid; samples have their own step."""
     motion = trajectory.motion
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
@@ -123,7 +134,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
 
 
 def make_response(trajectory: PiecewiseTrajectory, grid: Grid) -> Response:
-    """Give the response of a solution on a grid."""
+    """Return the response of a solution on a grid."""
     law, motion, events = trajectory.law, trajectory.motion, trajectory.events
     compute_numerics = partial(
         describe_numerics, law, motion, len(grid), events, trajectory.closest_decision
@@ -138,7 +149,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> PiecewiseTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     return compute_trajectory_as(PiecewiseTrajectory, plant, law, motion, start, duration)
 
 
@@ -150,7 +161,7 @@ def compute_trajectory_as(
     start: AnyState,
     duration: float | None,
 ) -> TrajectoryT:
-    """Solve a scene as `compute_trajectory` does, and give it as a track of some kind."""
+    """Solve a scene as `compute_trajectory` does; `made` is the class of the trajectory."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
@@ -160,7 +171,7 @@ def compute_trajectory_as(
     slope = float(u_dd[1] - u_dd[0]) / dt
     state = initial_state(plant, law, waves, float(u_dd[0]), slope, start)
     F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
-    # Samples fill much room at once, and sines often little, as a period of many for an orbit.
+    # Samples fill large buffers; sines often need little, such as one period of an orbit.
     least = STEPS_PER_CALL if last else INITIAL_STEP_CAPACITY
     size = int(STEPS_PER_SAMPLE * last) + least + 1
     log, count = empty_log(size), 1
@@ -190,9 +201,9 @@ def compute_trajectory_as(
 
 @dataclass(frozen=True, eq=False)
 class PiecewiseTrajectory(EventDriven):
-    """A solution that is known from each step to the next.
+    """Solution stored as segments.
 
-    `events` holds every change of mode, `turning_points` those at which v_r is zero.
+    `events` are all changes of mode; `turning_points` are those with zero velocity.
     """
 
     plant: Plant
@@ -207,11 +218,11 @@ class PiecewiseTrajectory(EventDriven):
 
     @cached_property
     def turning_points(self) -> Events:
-        """The start and every zero of v_r: between two of them x_r is monotone."""
+        """The start and every zero of v_r: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Int8Array]:
-        """Give x_r, v_r, z, F_f and the direction at ascending times [s], or at none."""
+        """Return x_r, v_r, z, F_f and the direction at ascending times [s], shape (n,) each."""
         columns = tuple(as_engine_array(np.empty(len(t))) for _ in range(4))
         d = as_engine_array(np.empty(len(t), dtype=np.int64))
         *scene, segments = self.scene
@@ -225,16 +236,16 @@ class PiecewiseTrajectory(EventDriven):
 
     @property
     def series(self) -> tuple[Floats, ...]:
-        """What each component of the state came to along the way."""
+        """Values of each state component along the motion."""
         return self.turning_points.x_r, self.segments.v_r, self.segments.z
 
     def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
         return ContactState(float(x_r[0]), float(v_r[0]), float(z[0]))
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         _, _, integrate = kernels(self.law)
         x2, v2, x_dd2, power, sliding_distance, stuck, *hits = integrate(
             *self.scene, begin, end
@@ -244,26 +255,26 @@ class PiecewiseTrajectory(EventDriven):
 
     @property
     def scene(self) -> tuple[Any, ...]:
-        """What every kernel wants first."""
+        """Leading arguments of every kernel."""
         base, segments = self._kernel_arrays
         return self.plant, kernel_law(self.law), self.waves, base, self.base[1], segments
 
     @cached_property
     def _kernel_arrays(self) -> tuple[Any, Segments]:
-        """Base and trail as the engine takes them."""
+        """Base acceleration and segments as arrays of the engine."""
         return as_engine_array(self.base[0]), Segments(*map(as_engine_array, self.segments))
 
     @cached_property
     def _segment_starts(self) -> Floats:
-        """Where the pieces begin [s], as the kernel works it out."""
+        """Times at which the segments begin [s], computed as in the kernels."""
         return np.asarray(self.segments.n * self.base[1] + self.segments.s)
 
 
-# What each law's kernels are, and want to begin with.
+# Kernels of each law and their arguments.
 
 
 def kernels(law: PiecewiseLaw) -> tuple[Kernel, Kernel, Kernel]:
-    """Give the kernels that follow a motion, and read and integrate it between its steps."""
+    """Return the kernels that march, evaluate and integrate the motion under a law."""
     if isinstance(law, EndStopLaw):
         return march_stops, evaluate_stops, integrate_stops
     if isinstance(law, ElasticContactLaw):
@@ -272,7 +283,7 @@ def kernels(law: PiecewiseLaw) -> tuple[Kernel, Kernel, Kernel]:
 
 
 def kernel_law(law: PiecewiseLaw) -> Any:
-    """Give a law as its kernels want it."""
+    """Return a law as its kernels take it."""
     if not isinstance(law, NormalForceLaw):
         return law
     force_record = law.force_record
@@ -289,7 +300,7 @@ def initial_state(
     slope: float,
     start: AnyState,
 ) -> tuple[Any, ...]:
-    """Give x_r, v_r, the state of the contact and its mode at t = 0, for its kernel."""
+    """Return x_r, v_r, the state of the contact and its mode at t = 0."""
     x_r, v_r = start[:2]
     if isinstance(law, EndStopLaw):
         set_phases(waves, plant, law, 0.0, 0)
@@ -310,7 +321,7 @@ def initial_state(
 
 
 def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
-    """Give the smallest relative margin of a decision at a stop; infinity for none."""
+    """Return the smallest relative margin of a decision between stick and slip [-]."""
     if not isinstance(law, NormalForceLaw):
         return math.inf
     F_fs, F_L = law.F_fs * law.load(events.t), np.abs(events.F_L)

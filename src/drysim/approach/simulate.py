@@ -1,6 +1,6 @@
-"""One call from arrays to arrays, for those who need no scenario file.
+"""`simulate`: one call from arrays to arrays, without a scenario file.
 
-What `simulate` is given becomes numbers, or earns a sentence.
+Most of this module validates and converts the arguments.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from drysim.errors import SolverError, UsageError
 from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE, shorten
 
 NUMERIC_KINDS = "iuf"
-"""Kinds of integers and floats; all other arrays are looked at one by one."""
+"""numpy kinds of integers and floats; arrays of other kinds are checked element by element."""
 
 
 def simulate(
@@ -39,7 +39,7 @@ def simulate(
     b_s: float = 0.0,
     e: float | None = None,
 ) -> Response:
-    """Give the motion of the oscillator on a base that moves by sampled acceleration.
+    """Simulate the oscillator on a base with sampled acceleration.
 
     Parameters
     ----------
@@ -51,17 +51,17 @@ def simulate(
     u_dd : array_like, shape (n,)
         Base acceleration [m/s²], linear between samples.
     dt : float
-        Distance of the samples [s].
+        Step of the samples [s].
     x_r, v_r : float
         State at the first sample [m, m/s].
     approach : str
-        Name on the shelf of approaches.
+        Name of an approach.
     x_rM : float or None
-        Where end stops are [m], at |x_r| = x_rM; default: there are none.
+        Position of the end stops [m], at |x_r| = x_rM; None for no stops.
     k_s, b_s : float
-        Stiffness [N/m] and damping [N·s/m] of the stops, where they are bumpers.
+        Stiffness [N/m] and damping [N·s/m] of elastic stops.
     e : float or None
-        Restitution [-], 0 to 1, where they are rigid.
+        Coefficient of restitution [-] of rigid stops, 0 to 1.
 
     Returns
     -------
@@ -72,10 +72,9 @@ def simulate(
     Raises
     ------
     UsageError
-        When a number is not one, has a value that no oscillator has, or is one that the
-        approach cannot use.
+        If an argument is not a number, is not physical, or is not supported by the approach.
     SolverError
-        When events follow each other without end or the motion leaves the numbers.
+        If events do not advance in time, or the motion is not finite.
     """
     samples = to_samples("u_dd", u_dd)
     law = CoulombLaw(to_float("F_fk", F_fk), to_float("F_fs", F_fk if F_fs is None else F_fs))
@@ -84,7 +83,7 @@ def simulate(
     check_arguments(plant, law, to_float("dt", dt), start)
     if not isinstance(approach, str) or approach not in APPROACHES_BY_NAME:
         raise UsageError(
-            f"there is no approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
+            f"unknown approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
         )
     if (
         law.F_fs > law.F_fk
@@ -92,7 +91,7 @@ def simulate(
         and not APPROACHES_BY_NAME[approach].supports_static
     ):
         raise UsageError(
-            f"{approach} knows no static limit: F_fs = {law.F_fs:g} N must equal F_fk",
+            f"{approach} does not model a static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
@@ -100,13 +99,13 @@ def simulate(
         stopped = stop_law(law, x_rM, k_s, b_s, e, start)
         if not APPROACHES_BY_NAME[approach].supports_stops:
             raise UsageError(
-                f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
+                f"{approach} does not model end stops", "leave x_rM out, or choose `stick-slip`"
             )
         check_samples(samples)
         return APPROACHES_BY_NAME[approach]().solve(plant, stopped, motion, start, motion.dt)
     if law.F_fs == 0.0 or not APPROACHES_BY_NAME[approach].supports_friction:
         return solve_linear(plant, motion, start)
-    if approach != EXACT:  # it comes upon one by itself: to look for one costs a twentieth
+    if approach != EXACT:  # the exact solver finds faults itself; a search costs 5 %
         check_samples(samples)
     try:
         return APPROACHES_BY_NAME[approach]().solve(plant, law, motion, start, motion.dt)
@@ -123,9 +122,9 @@ def stop_law(
     e: float | None,
     start: State,
 ) -> EndStopLaw:
-    """Give friction between end stops; raise UsageError where the stops make no sense."""
+    """Return the law of friction and end stops; raise UsageError for invalid stops."""
     if x_rM is None or (k_s is None) == (e is None):
-        raise UsageError("end stops need x_rM and one of both: k_s of bumpers, or e")
+        raise UsageError("end stops need x_rM and either k_s (bumpers) or e (rigid)")
     x_rM, b_s = to_float("x_rM", x_rM), to_float("b_s", b_s)
     k_s, e = (
         None if one is None else to_float(name, one) for name, one in (("k_s", k_s), ("e", e))
@@ -135,7 +134,7 @@ def stop_law(
             raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
         check_magnitude(name, value)
     if not (math.isfinite(b_s) and b_s >= 0.0 and (b_s == 0.0 or e is None)):
-        raise UsageError(f"b_s must be at least 0, and 0 beside e, not {b_s:g}")
+        raise UsageError(f"b_s must be at least 0, and 0 with e, not {b_s:g}")
     check_magnitude("b_s", b_s)
     if e is not None and not 0.0 <= e <= 1.0:
         raise UsageError(f"e must lie between 0 and 1, not {e:g}")
@@ -146,7 +145,10 @@ def stop_law(
 
 
 def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
-    """Give the motion without dry friction, and nothing more: no turning points, no metrics."""
+    """Return the motion without dry friction by one affine map per step.
+
+    Turning points and metrics are not computed.
+    """
     from drysim.core.compile import as_engine_array, engine
     from drysim.core.oscillator import linear_recursion
 
@@ -159,7 +161,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
-    why = "no dry friction: one affine map a step, no event code"
+    why = "no dry friction: one affine map per step, no events"
     modes = np.ones(n, dtype=np.int8)
     grid = StoredGrid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
     return Response(
@@ -169,7 +171,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
 
 
 def to_float(name: str, argument: ArrayLike) -> float:
-    """Give a number; raise UsageError where it is none."""
+    """Convert an argument to a float; raise UsageError if it is not a number."""
     number = to_array(name, argument, "a number in SI")
     if number.ndim:
         raise UsageError(f"{name} must be a number in SI, not {shorten(repr(argument))}")
@@ -177,18 +179,20 @@ def to_float(name: str, argument: ArrayLike) -> float:
 
 
 def to_samples(name: str, argument: ArrayLike) -> Floats:
-    """Give samples as numbers; raise UsageError where they are none, or fewer than two."""
-    samples = to_array(name, argument, "a row of numbers")
+    """Convert an argument to an array of at least two samples, or raise UsageError."""
+    samples = to_array(name, argument, "a one-dimensional array of numbers")
     if samples.ndim != 1 or len(samples) < 2:
         shape = f"not of shape {samples.shape}"
-        raise UsageError(f"{name} must be a row of at least 2 samples, {shape}")
+        raise UsageError(
+            f"{name} must be a one-dimensional array of at least 2 samples, {shape}"
+        )
     return samples
 
 
 def to_array(name: str, argument: ArrayLike, what: str) -> Floats:
-    """Give integers and floats as an array; raise UsageError where there is anything else.
+    """Convert integers and floats to an array; raise UsageError for anything else.
 
-    Words, truth values, dates, complex numbers and masked values are none.
+    Strings, booleans, dates, complex numbers and masked values are rejected.
     """
     try:
         array = np.asarray(argument)
@@ -202,14 +206,14 @@ def to_array(name: str, argument: ArrayLike, what: str) -> Floats:
                     )
         mask = getattr(argument, "mask", None) if isinstance(argument, np.ndarray) else None
         if mask is not None and np.any(mask):
-            raise UsageError(f"{name} has masked values; fill them, or cut them out")
+            raise UsageError(f"{name} has masked values; fill them or remove them")
         return np.asarray(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as fault:
         raise UsageError(f"{name} must be {what}: {fault}") from None
 
 
 def check_arguments(plant: Plant, law: CoulombLaw, dt: float, start: State) -> None:
-    """Raise UsageError, naming the argument, where the arguments describe no oscillator."""
+    """Raise UsageError with the name of the first argument that is not physical."""
     named = {**plant._asdict(), "F_fk": law.F_fk, "F_fs": law.F_fs, "dt": dt, **start._asdict()}
     for name, value in named.items():
         if not math.isfinite(value):
@@ -225,14 +229,14 @@ def check_arguments(plant: Plant, law: CoulombLaw, dt: float, start: State) -> N
 
 
 def check_magnitude(name: str, value: float) -> None:
-    """Raise UsageError where a number is out of the bounds of a scenario file."""
+    """Raise UsageError for a number outside the bounds of a scenario file."""
     if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
         span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g}"
         raise UsageError(f"{name} must lie between {span} in size, or be 0, not {value:g}")
 
 
 def check_samples(u_dd: Floats) -> None:
-    """Raise UsageError, naming the first, where samples are not finite or beyond all bounds."""
+    """Raise UsageError for the first sample that is not finite or too large."""
     if not (u_dd.min() >= -MAX_MAGNITUDE and u_dd.max() <= MAX_MAGNITUDE):
         at = int(np.flatnonzero(~(np.abs(u_dd) <= MAX_MAGNITUDE))[0])
         if not math.isfinite(u_dd[at]):

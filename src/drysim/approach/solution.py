@@ -1,8 +1,9 @@
-"""What every approach gives, as plain values that know no file and no metric.
+"""Results of every approach: response, events, trajectory, periodic orbit.
 
-A `Response` is the motion on a grid, whole or part by part, with its `Events` and with how the
-numbers were made (`Numerics`). Behind it is a `Trajectory`, the continuous solution that knows no
-grid: any instant, any window. An `Orbit` is the motion that repeats itself.
+A `Response` is the motion on a grid, as a whole or in blocks, with its `Events` and a report on
+the numerical method (`Numerics`). Behind it is a `Trajectory`, the continuous solution: state
+at any time, integrals over any window (compare `scipy.integrate.OdeSolution`). An `Orbit` is a
+periodic motion. These are plain values without reference to files or metrics.
 """
 
 from __future__ import annotations
@@ -39,24 +40,13 @@ EVENT_NAMES = {
     0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-", 3: "lift",
     4: "contact+", -4: "contact-", 5: "release+", -5: "release-", 6: "impact+", -6: "impact-",
 }  # fmt: skip
-"""Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
+"""Names of the event codes. The sign is the direction of v_r after the event; stick and lift
+have none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Stops, break-aways and reversals in the order of time; the first is the state at t = 0.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n_events,)
-        Time [s].
-    kind : ndarray of int8, shape (n_events,)
-        Code, see `EVENT_NAMES`.
-    x_r : ndarray, shape (n_events,)
-        Relative displacement [m].
-    F_L : ndarray, shape (n_events,)
-        Limit force m·ü + k_x·x_r [N], Eq. (9).
-    """
+    """Stops, break-aways and reversals in order of time; the first one is the start."""
 
     t: Floats
     kind: Int8Array
@@ -64,69 +54,69 @@ class Events:
     F_L: Floats
 
     def __len__(self) -> int:
-        """Give the number of events."""
+        """Number of events."""
         return len(self.t)
 
     def __repr__(self) -> str:
-        """Give how many there are and the first few, in a line."""
+        """Number of events and the first three, in one line."""
         first = zip(self.t[:3].tolist(), self.kind[:3].tolist(), strict=True)
         few = ", ".join(f"{EVENT_NAMES[kind]} at {t:.6g} s" for t, kind in first)
         more = ", ..." if len(self) > 3 else ""
         return f"<Events: {len(self)}; {few}{more}>"
 
     def until(self, t: float) -> Events:
-        """Give the events up to an instant [s], itself included."""
+        """Return the events up to and including time t [s]."""
         count = int(np.searchsorted(self.t, t, side="right"))
         return Events(self.t[:count], self.kind[:count], self.x_r[:count], self.F_L[:count])
 
     def select(self, which: NDArray[np.bool_]) -> Events:
-        """Give some of the events, the first one always among them."""
+        """Return the events where a mask is true; the first event is always included."""
         which[0] = True
         return Events(self.t[which], self.kind[which], self.x_r[which], self.F_L[which])
 
     @property
     def names(self) -> list[str]:
-        """The names of the events, in order."""
+        """Names of the events, in order."""
         return [EVENT_NAMES[code] for code in self.kind.tolist()]
 
 
 def events_from_log(log: EventLog, count: int, dt: float) -> Events:
-    """Give what a kernel has written into a log, its times by steps of a length [s]."""
+    """Convert the first `count` rows of an event log to `Events`; `dt` is its step [s]."""
     n, s, kind, x_r, F_L = (np.asarray(column[:count]) for column in log)
     return Events(n * dt + s, kind.astype(np.int8), x_r, F_L)
 
 
 FIXED_STEP = "step"
-"""The core of the approaches that locate no event."""
+"""`Numerics.core` of the approaches with a fixed step, which locate no events."""
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """How the numbers were made.
+    """How a result was computed.
 
     Attributes
     ----------
     approach : str
-        Name on the shelf.
+        Name of the approach.
     core : str
-        Which core solved the scene.
+        Name of the algorithm that solved the scene.
     why : str
-        Why that core: a sentence.
+        Reason for this choice, one sentence.
     engine : str
         `plain` or `compiled`.
     steps : int
         Steps of the output grid.
     events : int
-        Number of events, the state at t = 0 included.
+        Number of events, including the state at t = 0.
     closest_decision : float or None
-        Smallest relative distance ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions at a stop
-        [-].
+        Smallest relative margin ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions between stick
+        and slip [-].
     closure : float or None
         Largest change of the scaled state over one repetition of a periodic orbit [-].
     period_multiple : int or None
-        Excitation periods in one repetition of the orbit.
+        Excitation periods per repetition of the orbit.
     error : float or None
-        Bound of the error of x_r relative to its peak [-], where the core has one to state.
+        Error bound of x_r relative to its peak [-], where the method provides one.
     """
 
     approach: str
@@ -142,7 +132,7 @@ class Numerics:
 
 
 class Points(NamedTuple):
-    """Neighbouring points of a grid, each array of shape (n,).
+    """Consecutive grid points; each array has shape (n,).
 
     Attributes
     ----------
@@ -151,9 +141,9 @@ class Points(NamedTuple):
     d : ndarray of int8
         Direction of sliding: -1, +1, or 0 where stuck.
     force : ndarray or None
-        Friction force as the approach had it [N]; None where the mode and the law give it.
+        Friction force [N]; None where it follows from `d` and the law.
     stop : ndarray or None
-        Force of an end stop, counted like friction [N]; None where none is met.
+        Force of an end stop [N], sign as for friction; None without end stops.
     """
 
     x_r: Floats
@@ -163,7 +153,7 @@ class Points(NamedTuple):
     stop: Floats | None = None
 
     def select(self, part: slice) -> Points:
-        """Give some of the points."""
+        """Return a slice of the points."""
         x_r, v_r, d, force, stop = self
         bare = Points(x_r[part], v_r[part], d[part])
         if stop is not None:
@@ -172,70 +162,70 @@ class Points(NamedTuple):
 
 
 class Grid(Protocol):
-    """Where the points of a response come from."""
+    """Source of the grid points of a response."""
 
     @property
     def dt(self) -> float:
-        """Distance of the points [s]."""
+        """Step of the grid [s]."""
 
     def __len__(self) -> int:
-        """Give their number."""
+        """Number of points."""
 
     def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        """Return ü [m/s²] at points `first` to `last` - 1."""
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class StoredGrid:
-    """Points that are there with the base's acceleration [m/s²], `dt` seconds apart."""
+    """Grid with stored points and base acceleration [m/s²]; `dt` is the step [s]."""
 
     dt: float
     u_dd: Floats
     points: Points
 
     def __len__(self) -> int:
-        """Give their number."""
+        """Number of points."""
         return len(self.points.x_r)
 
     def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        """Return ü [m/s²] at points `first` to `last` - 1."""
         return self.u_dd[first:last]
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         return self.points.select(slice(first, last))
 
 
 @dataclass(frozen=True, eq=False)
 class SlidingGrid:
-    """The points of another grid, none of them stuck."""
+    """Another grid with every point marked as sliding, for scenes without friction."""
 
     grid: Grid
 
     @property
     def dt(self) -> float:
-        """Distance of the points [s]."""
+        """Step of the grid [s]."""
         return self.grid.dt
 
     def __len__(self) -> int:
-        """Give their number."""
+        """Number of points."""
         return len(self.grid)
 
     def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        """Return ü [m/s²] at points `first` to `last` - 1."""
         return self.grid.base(first, last)
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         points = self.grid.part(first, last)
         return points._replace(d=points.d * 0 + 1)
 
 
 class Path(NamedTuple):
-    """Where the mass came by: arrays of shape (points,), in the order of time.
+    """Extreme points of x_r in order of time; arrays of shape (n,).
 
     Attributes
     ----------
@@ -250,84 +240,85 @@ class Path(NamedTuple):
 
 
 class Trajectory(Protocol):
-    """The continuous solution behind a response: any instant, any window."""
+    """Continuous solution behind a response: state at any time, integrals over any window."""
 
     @property
     def plant(self) -> Plant:
-        """The oscillator."""
+        """Oscillator."""
 
     @property
     def law(self) -> AnyLaw:
-        """Its friction."""
+        """Friction law."""
 
     @property
     def closest_decision(self) -> float:
-        """Smallest relative margin of a stop decision; infinite for none."""
+        """Smallest relative margin of a decision between stick and slip [-]."""
 
     @property
     def end(self) -> float:
-        """Last instant [s]."""
+        """Final time [s]."""
 
     def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]."""
+        """Return the state at time t [s]."""
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the points of x_r that tell all of its way in a window [s], from the start on.
+        """Return the extreme points of x_r from the start to the end of a window [s].
 
-        Between two of them x_r passes zero and a stroke limit x_rM [m] once at most, and goes
-        no farther from zero than at some of them in the same half cycle.
+        Between two neighbouring points x_r crosses zero and a stroke limit x_rM [m] at most
+        once, and its distance from zero does not exceed that of the points of the same half
+        cycle.
         """
 
     def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips twice within four steps [-]."""
+        """Return the share of a window with two sign changes of v_r in four steps [-]."""
 
 
 class HasTurningPoints(Protocol):
-    """A track that knows where it turns."""
+    """Trajectory with known turning points."""
 
     @property
     def turning_points(self) -> Events:
-        """The start and every zero of v_r: between two of them x_r is monotone."""
+        """The start and every zero of v_r: x_r is monotone between neighbours."""
 
 
 class EventDriven:
-    """A track whose stops are located: nothing is left to flip with a step."""
+    """Base of trajectories with located stops, whose velocity cannot chatter with a step."""
 
     def path(self: HasTurningPoints, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the start and every zero of v_r: between two of them x_r is monotone."""
+        """Return the start and every zero of v_r: x_r is monotone between neighbours."""
         return Path(self.turning_points.t, self.turning_points.x_r)
 
     def chatter(self, begin: float, end: float) -> float:
-        """Give 0."""
+        """Return 0: there is no step to chatter with."""
         return 0.0
 
 
 ALL_POINTS = (0, -1)
-"""Stands for all points among the parts of a response that are kept; no part ends there."""
+"""Key of the cached block that holds all points; no block ends at -1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Relative motion on an equidistant grid, with the events between its points.
+    """Relative motion on an equidistant grid, with the events between the grid points.
 
-    A long one that is not asked for as a whole never is one: `parts` cuts its grid into blocks,
-    `base`, `points`, `acceleration` and `friction` give what belongs to each. What is not asked
-    for is not computed.
+    Arrays are computed on first access. A long response need never be held as a whole: `parts`
+    cuts the grid into blocks, and `base`, `points`, `acceleration` and `friction` return the
+    values of one block.
 
     Attributes
     ----------
     plant, law, motion
         The scene.
     grid : Grid
-        Where its points come from.
+        Source of the grid points.
     events : Events
-    how : callable
-        Gives how the numbers were made.
-    track : Track or None
-        The solution between the grid points; None where only the motion was asked for.
+    compute_numerics : callable
+        Returns the `Numerics` of the result.
+    trajectory : Trajectory or None
+        Continuous solution; None where only the grid was computed.
     """
 
     plant: Plant
@@ -340,28 +331,28 @@ class Response:
     _cache: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
-        """Give the number of grid points."""
+        """Number of grid points."""
         return len(self.grid)
 
     def __repr__(self) -> str:
-        """Give how much there is of it, in a line."""
+        """Number of points, step and number of events, in one line."""
         grid = f"{len(self)} points at {self.dt:.6g} s"
         return f"<Response: {grid}, {len(self.events)} events>"
 
     @property
     def dt(self) -> float:
-        """Distance of the grid points [s]."""
+        """Step of the grid [s]."""
         return self.grid.dt
 
     @cached_property
     def numerics(self) -> Numerics:
-        """How the numbers were made."""
+        """How the result was computed."""
         return self.compute_numerics()
 
     @property
     def all_points(self) -> Points:
-        """All points."""
-        # Kept as a part is: a cached property would lock, some hundredths of a short run.
+        """All grid points."""
+        # Cached like a block: the lock of a cached_property costs some percent of a short run.
         if ALL_POINTS not in self._cache:
             self._cache[ALL_POINTS] = self.grid.part(0, len(self.grid))
         return self._cache[ALL_POINTS]
@@ -400,34 +391,34 @@ class Response:
 
     @cached_property
     def F_f(self) -> Floats:
-        """Friction force as it acts on the mass [N], shape (n,); balances F_L while stuck."""
+        """Friction force on the mass [N], shape (n,); balances F_L while stuck."""
         return self.friction(slice(None))
 
     @cached_property
     def F_stop(self) -> Floats:
-        """Force of an end stop, counted like F_f [N], shape (n,); an impact has none."""
+        """Force of the end stops [N], sign as F_f, shape (n,); impacts are not included."""
         return self.stop(slice(None))
 
     @cached_property
     def x_dd(self) -> Floats:
-        """Absolute acceleration of the mass [m/s²], shape (n,); equals ü while stuck."""
+        """Absolute acceleration [m/s²], shape (n,); equals ü while stuck."""
         return self.acceleration(slice(None))
 
     def parts(self) -> Iterator[slice]:
-        """Cut the grid into blocks, in the order of time."""
+        """Return the slices of consecutive blocks of the grid."""
         return (
             slice(at, min(at + BLOCK_SIZE, len(self))) for at in range(0, len(self), BLOCK_SIZE)
         )
 
     def base(self, part: slice) -> Floats:
-        """Give ü [m/s²] on a part of the grid."""
+        """Return ü [m/s²] on a slice of the grid."""
         if len(self) <= MAX_KEPT or "u_dd" in vars(self):
             return self.u_dd[part]
         first, last, _ = part.indices(len(self))
         return self.grid.base(first, last)
 
     def points(self, part: slice) -> Points:
-        """Give a part of the grid, so that long responses need not be held whole."""
+        """Return the points of a slice of the grid; a long response caches one slice."""
         if len(self) <= MAX_KEPT or ALL_POINTS in self._cache:
             return self.all_points.select(part)
         first, last, _ = part.indices(len(self))
@@ -437,7 +428,7 @@ class Response:
         return self._cache[first, last]
 
     def friction(self, part: slice) -> Floats:
-        """Give F_f [N] on a part of the grid."""
+        """Return F_f [N] on a slice of the grid."""
         x_r, _, d, force, _ = self.points(part)
         if force is not None:
             return force
@@ -451,7 +442,7 @@ class Response:
         return np.where(d == 0, -F_L, kinetic)
 
     def acceleration(self, part: slice) -> Floats:
-        """Give x_dd [m/s²] on a part of the grid."""
+        """Return x_dd [m/s²] on a slice of the grid."""
         m, k_x, b = self.plant
         x_r, v_r, d, force, stop = self.points(part)
         pull = k_x * x_r + b * v_r + self.friction(part)
@@ -461,33 +452,33 @@ class Response:
         return np.where(d == 0 if sticks else False, self.base(part), -pull / m)
 
     def stop(self, part: slice) -> Floats:
-        """Give F_stop [N] on a part of the grid; 0 where there is no end stop."""
+        """Return F_stop [N] on a slice of the grid; 0 without end stops."""
         x_r, *_, stop = self.points(part)
         return np.zeros_like(x_r) if stop is None else stop
 
 
 class Orbit(NamedTuple):
-    """The periodic orbit that a start leads to.
+    """Periodic orbit reached from a start.
 
     Attributes
     ----------
-    state : State or Deflected
-        At the beginning of the repetition.
+    state : State or ContactState
+        State at the beginning of the repetition.
     periods : int
-        Excitation periods in the repetition.
+        Excitation periods per repetition.
     closure : float
         Largest scaled change of the state over the repetition [-].
     settled : bool
-        Whether the scene closed at all.
+        Whether the motion converged to a periodic orbit.
     unique : bool
-        Whether neighbours are drawn to it; false for one of a continuum of orbits.
+        Whether the orbit is locally attracting; false for one of a continuum of orbits.
     run_up : float
         Time from the start to the beginning of the repetition [s].
     run_up_peak : float
-        Largest |x_r| on the way [m].
-    left : float
-        How far from the orbit the state still is, scaled as the closure [-]: what a motion that
-        is followed until it repeats itself would go on changing by, summed up.
+        Largest |x_r| during that time [m].
+    distance : float
+        Estimated distance of the state from the orbit, scaled as the closure [-]: the sum of
+        all remaining changes, where the motion is marched until it repeats.
     """
 
     state: AnyState

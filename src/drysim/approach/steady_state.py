@@ -1,8 +1,21 @@
-"""The periodic orbit that a start leads to, under any law.
+"""Periodic orbit reached from a start, under any friction law.
 
-Coulomb friction under sines has an algorithm of its own (`drysim.core.orbit`). Any other motion
-is followed period by period until it closes on itself; changes that die away are summed up on
-the way. Neighbours then tell whether the orbit is one, or one of a continuum.
+Problem
+    The state after a period of the excitation is a function of the state before it, the period
+    map. A periodic orbit of n periods is a fixed point of its n-th iterate.
+
+Method
+    Coulomb friction under sines has an algorithm of its own, which is faster
+    (`drysim.core.orbit`). All other motions are marched period by period until the state
+    repeats. Where its changes decay like geometric series, reduced rank extrapolation moves the
+    state close to the limit (Sidi, Vector Extrapolation Methods, SIAM 2017); it is
+    accepted only if the next period of the true motion changes less. The orbit itself is always
+    marched, never extrapolated.
+
+Uniqueness
+    Finite differences of the period map at the orbit estimate its Jacobian. Where its spectral
+    radius is not below 1, neighbours are not attracted: the orbit is one of a continuum
+    (Csernák, Stépán and Shaw 2007), or the motion still drifts.
 """
 
 from __future__ import annotations
@@ -47,7 +60,25 @@ if TYPE_CHECKING:
 def find_orbit(
     plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Follow a start to its periodic orbit with the core that fits the law."""
+    """Return the periodic orbit reached from a start, by the method that fits the law.
+
+    Parameters
+    ----------
+    plant, law, motion, start
+        The scene; the base motion is periodic.
+    period : float
+        Period of the excitation [s].
+
+    Returns
+    -------
+    Orbit
+        With `settled` false where the motion does not converge.
+
+    Raises
+    ------
+    SolverError
+        If events do not advance in time, or the motion is not finite.
+    """
     if isinstance(law, EndStopLaw):
         return find_orbit_with_stops(plant, law, motion, start, period)
     if not isinstance(law, CoulombLaw):
@@ -56,16 +87,16 @@ def find_orbit(
 
 
 STOP_SEARCH_PERIODS = 2_000
-"""Periods on the way to an orbit that are looked at for a stop."""
+"""Periods of the transient that are searched for contact with a stop, where damping is weak."""
 
 DECAY_TIMES = 40.0
-"""Decays after which what a start has left is below double precision."""
+"""Time constants after which the free response is below double precision."""
 
 
 def find_orbit_with_stops(
     plant: Plant, law: EndStopLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Follow a start to its periodic orbit, between the stops or without reaching them."""
+    """Return the periodic orbit of a scene with end stops, which may not be reached at all."""
     bare = coulomb.find_orbit(plant, law.coulomb, motion, start, period)
     if bare.settled and bare.run_up_peak < law.x_rM:
         decay = 0.5 * plant.b / plant.m * period
@@ -82,24 +113,25 @@ def find_orbit_with_stops(
     return find_orbit_by_marching(plant, law, motion, start, period)
 
 
-# The orbit of a motion that is followed step by step.
+# Orbit of a motion that is marched period by period.
 
 
 MAX_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""
 
 CLOSURE_TOLERANCE = 1e-12
-"""Scaled change of the state over a repetition that is none in closed form [-]."""
+"""Scaled change of the state over a repetition that counts as zero, for solutions in closed
+form [-]."""
 
 TOLERANCE_FACTOR = 10.0
-"""Tolerances of a series that two repetitions may differ by."""
+"""The same for Taylor series, in units of their tolerance: two repetitions differ by a few."""
 
 PERTURBATION = 1e-6
-"""How far a neighbour is put from the orbit, relative to the motion."""
+"""Relative perturbation of the state for finite differences of the period map [-]."""
 
 MAX_CONTRACTION = 1.0 - 1e-4
-"""A map that shrinks distances less than this would not have settled; slopes by neighbours are
-this sharp."""
+"""Largest spectral radius of an attracting orbit [-]. A map closer to 1 would not have settled,
+and finite differences are about this accurate."""
 
 ReturnMap = Callable[[float, float], AnyState]
 
@@ -111,23 +143,24 @@ def find_orbit_by_marching(
     start: AnyState,
     period: float,
 ) -> Orbit:
-    """Follow a start, period by period, to its periodic orbit.
+    """March a start period by period to its periodic orbit.
 
     Notes
     -----
-    A contact that holds all through a repetition has kept where it yielded last. No sum of
-    changes tells that, so the motion is then followed without any until it holds. So is one
-    that sums led to no orbit: where nothing settles, the start itself says what is told.
+    Extrapolation is dropped in two cases. A contact that holds throughout a repetition keeps
+    the position at which it last yielded; extrapolated changes do not determine it, so the
+    motion is marched again until the contact holds, without extrapolation. Where extrapolation
+    leads to no orbit, the motion is marched from the start as it is.
     """
     convergence = OrbitConvergence(closure_tolerance(law))
     orbit, events = march_to_orbit(plant, law, motion, start, period, convergence)
     if convergence.extrapolated and isinstance(law, ElasticContactLaw) and events == 0:
         convergence = OrbitConvergence(
-            closure_tolerance(law), eventless_periods=CHANGES_PER_EXTRAPOLATION
+            closure_tolerance(law), quiet_repetitions=CHANGES_PER_EXTRAPOLATION
         )
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     if convergence.extrapolated and not orbit.settled:
-        convergence = OrbitConvergence(closure_tolerance(law), eventless_periods=math.inf)
+        convergence = OrbitConvergence(closure_tolerance(law), quiet_repetitions=math.inf)
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     return orbit
 
@@ -140,7 +173,7 @@ def march_to_orbit(
     period: float,
     convergence: OrbitConvergence,
 ) -> tuple[Orbit, int]:
-    """Give the orbit that a start leads to, and how many events its last period has."""
+    """Return the orbit reached from a start, and the number of events in its last period."""
     state, peak, periods = start, 0.0, 0
     most = period_budget(plant, period, MAX_PERIODS)
     while True:
@@ -156,7 +189,7 @@ def march_to_orbit(
     settled, run_up = change <= convergence.closed, periods * period
     left, multiple = change * convergence.gain, multiple if settled else 1
 
-    # By a series that is not sharp neighbours would not be told apart.
+    # Finite differences need a smaller error than the tolerance of the law may allow.
     fine_law = law._replace(tolerance=CLOSURE_TOLERANCE) if isinstance(law, DynamicLaw) else law
 
     def return_map(dx: float, dv: float) -> AnyState:
@@ -171,7 +204,7 @@ def march_to_orbit(
         )
         left = max(left, remaining)
         if not unique and remaining > MAX_ORBIT_DISTANCE:
-            # Nothing draws it anywhere, and it does move on: slowly beside its own size.
+            # Neutrally stable and still moving: a slow drift, not an orbit.
             settled, multiple, unique = False, 1, True
     orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
     return orbit, len(trajectory.turning_points) - 1
@@ -180,7 +213,7 @@ def march_to_orbit(
 def march_period(
     plant: Plant, law: PiecewiseLaw | DynamicLaw, motion: Sines, state: AnyState, period: float
 ) -> PiecewiseTrajectory | TaylorTrajectory:
-    """Follow a state for one period."""
+    """Return the trajectory of one period from a state."""
     if isinstance(law, EndStopLaw):
         return end_stops.trajectory_with_stops(plant, law, motion, state, period)
     trajectory: Any = exact.compute_trajectory(plant, law, motion, state, period)
@@ -191,10 +224,10 @@ def march_period(
 def state_scales(
     trajectory: PiecewiseTrajectory | TaylorTrajectory, path: Path, period: float
 ) -> list[float]:
-    """Give the largest of each number of the state within a period.
+    """Return the largest value of each state component within a period.
 
-    One without events is a single piece, at whose ends the mass may be at rest: its mean speed
-    is a measure then.
+    Without events a period is one segment, and the mass may be at rest at both ends; the mean
+    speed then replaces the largest one.
     """
     sizes = [float(np.abs(column).max()) for column in trajectory.series]
     travelled = float(np.abs(np.diff(path.x_r)).sum())
@@ -204,7 +237,10 @@ def state_scales(
 def perturbed_state(
     law: PiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
 ) -> AnyState:
-    """Give a state beside another; a contact stays in its place, and bristles bend."""
+    """Return a state displaced by dx [m] and dv [m/s].
+
+    An elastic contact keeps its anchor; the deflection of a dynamic law moves along.
+    """
     x_r, v_r = state.x_r + dx, state.v_r + dv
     if isinstance(law, DynamicLaw) and isinstance(state, ContactState):
         return ContactState(x_r, v_r, state.z + dx, state.reversals)
@@ -212,7 +248,7 @@ def perturbed_state(
 
 
 def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
-    """Give the scaled change of the state over a repetition that counts as none [-]."""
+    """Return the scaled change over a repetition that counts as zero [-]."""
     if isinstance(law, DynamicLaw):
         return max(CLOSURE_TOLERANCE, TOLERANCE_FACTOR * law.tolerance)
     return CLOSURE_TOLERANCE
@@ -221,35 +257,38 @@ def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
 def check_attraction(
     return_map: ReturnMap, end: AnyState, has_spring: bool, scale: tuple[float, float]
 ) -> tuple[bool, float]:
-    """Tell whether neighbours in x_r and v_r come closer to an orbit, and how far off it is.
+    """Return whether an orbit attracts its neighbours, and its remaining distance.
 
     Parameters
     ----------
-    repeat : callable
-        Gives the state a repetition after that at the end, moved by dx_r [m] and dv_r [m/s].
-    end : State or Deflected
-        Of the orbit.
-    held : bool
-        Whether a spring holds the mass; without one no place is like another, and speeds count.
+    return_map : callable
+        Returns the state one repetition after the end, perturbed by dx_r [m] and dv_r [m/s].
+    end : State or ContactState
+        State at the end of a repetition.
+    has_spring : bool
+        Whether a spring acts on the mass; without one, all positions are equivalent and only
+        speeds count.
     scale : tuple of float
         Largest |x_r| [m] and |v_r| [m/s] of the motion.
 
     Returns
     -------
     unique : bool
-        Whether they do.
-    left : float
-        What the motion would go on changing by, summed up and scaled [-]; in a repetition,
-        where they do not.
+        Whether neighbours are attracted.
+    distance : float
+        Estimated distance from the fixed point, scaled [-]; the change over one repetition
+        where neighbours are not attracted.
     """
     image, slopes = return_map(0.0, 0.0), []
-    # Inwards, for beyond a rigid stop there is nothing.
+    # Perturb inwards: a state beyond a rigid stop does not exist.
     for dx, dv in ((-math.copysign(PERTURBATION, end.x_r), 0.0), (0.0, PERTURBATION)):
         moved = return_map(dx * scale[0], dv * scale[1])
         off = (moved.x_r - image.x_r) / scale[0], (moved.v_r - image.v_r) / scale[1]
         slopes.append([each / (dx or dv) for each in off])
     (a, c), (b, e) = slopes
     gap = (image.x_r - end.x_r) / scale[0], (image.v_r - end.v_r) / scale[1]
+    # Without a spring the position is a free integral of the velocity: only the derivative
+    # of the velocity by the velocity decides.
     if not has_spring:
         a, b, gap = 0.0, 0.0, (0.0, gap[1])
     if not spectral_radius(a, b, c, e) < MAX_CONTRACTION:
@@ -257,51 +296,50 @@ def check_attraction(
     return True, max(map(abs, fixed_point_offset(a, b, c, e, 1.0, *gap)))
 
 
-# How a motion that is followed period by period closes on itself.
+# Convergence of a motion that is marched period by period.
 
 
 MAX_MULTIPLE, USUAL_MULTIPLE = 64, 8
-"""Longest repetition that is looked for, in periods of the excitation; and the longest by which
-changes may be summed."""
+"""Longest repetition considered, in periods of the excitation, and the longest one used for
+extrapolation."""
 
 CHANGES_PER_EXTRAPOLATION = 4
-"""Changes that a sum is made of: one more than a state has numbers."""
+"""Changes used for one extrapolation: one more than the state has components."""
 
 DECAY_THRESHOLD = 1e-2
-"""Change below which a motion is taken to die away [-]."""
+"""Scaled change below which extrapolation may begin [-]."""
 
 MAX_CHANGE_RATIO = 0.5
-"""Share of the change before to which a sum must bring it: a motion that grows for ever changes
-as much wherever it is put, and less only beside its own size."""
+"""Largest ratio of the changes after and before an accepted extrapolation. A motion that grows
+without bound changes equally wherever it starts, and less only relative to its own size."""
 
 RANK_TOLERANCE = 1e-8
-"""Changes this much smaller than the others tell nothing [-]."""
+"""Relative size below which changes are rounding [-]."""
 
 ROUNDING_ERROR = 1e-15
-"""Of a change [-]: where changes fall so slowly that it adds up to more than the change itself,
-their sum is a guess."""
+"""Relative rounding error of a change [-]. Extrapolation is rejected where it magnifies this
+error to more than the last change."""
 
 
 class OrbitConvergence:
-    """The ends of the last periods, and where they lead to.
+    """States at the ends of the latest periods, their changes and their extrapolated limit.
 
-    Changes that die away like geometric series have a sum, to which the motion is moved on
-    (reduced rank extrapolation; Sidi, Vector Extrapolation Methods, SIAM 2017). From there it
-    is followed as before: an orbit is always followed, never extrapolated. `extrapolated` tells
-    whether that was done and kept, and `gain` by how much the state may be farther from the
-    orbit than its last change.
+    Changes that decay like geometric series are summed by reduced rank extrapolation (Sidi,
+    Vector Extrapolation Methods, SIAM 2017). The motion is then marched on from the limit.
+    `extrapolated` tells whether such a step was accepted; `gain` bounds the distance from the
+    orbit relative to the last change.
 
     Parameters
     ----------
     closed : float
-        Scaled change over a repetition that counts as none [-].
-    quiet : float, optional
-        Repetitions without events that a sum asks for; infinite for no sums at all.
+        Scaled change over a repetition that counts as zero [-].
+    quiet_repetitions : float, optional
+        Repetitions without events required before an extrapolation; infinite to disable it.
     """
 
-    def __init__(self, closed: float, eventless_periods: float = 0.0) -> None:
+    def __init__(self, closed: float, quiet_repetitions: float = 0.0) -> None:
         self.closed = closed
-        self.quiet_repetitions, self.extrapolated = eventless_periods, False
+        self.quiet_repetitions, self.extrapolated = quiet_repetitions, False
         self.eventless_periods = 0
         self.period_ends: list[AnyState] = []
         self.scale: Sequence[float] = ()
@@ -310,11 +348,11 @@ class OrbitConvergence:
         self.pending_gain = 1.0
 
     def add(self, end: AnyState, largest: Sequence[float], events: int = 0) -> bool:
-        """Add the state at the end of a period, and the largest of each number on the way.
+        """Add the state at the end of a period, and the scale of each component in it.
 
-        Gives whether it counts. The period after a sum shows whether that led to where the
-        motion changes less, in the scale from before. If not, the period is forgotten: the
-        motion goes on from where it was.
+        Return whether the period counts. The period after an extrapolation shows whether the
+        changes are smaller there, in the earlier scale. If not, it is discarded, and the motion
+        goes on from the state before the extrapolation.
         """
         if self.previous is not None:
             (least, last), self.previous = self.previous, None
@@ -331,10 +369,11 @@ class OrbitConvergence:
         return True
 
     def repetition(self) -> tuple[float, int]:
-        """Give the scaled change over a repetition [-], and of how many periods that is.
+        """Return the scaled change over a repetition [-], and its length in periods.
 
-        The shortest that is closed; where none is, the usual one that is closest to it. One
-        that is longer is none where the motion hardly changes over a usual one: it dies away.
+        This is the shortest repetition within the tolerance; where there is none, the one up to
+        `USUAL_MULTIPLE` with the smallest change. A longer one does not count while the change
+        over a usual one is small: such a motion decays and does not repeat.
         """
         if len(self.period_ends) < 2:
             return math.inf, 1
@@ -347,16 +386,16 @@ class OrbitConvergence:
         return float(changes[least]), least + 1
 
     def distance(self, one: AnyState, other: AnyState) -> float:
-        """Give how far two states are apart, scaled [-]."""
+        """Return the scaled distance of two states [-]."""
         period_ends = self.scaled((one, other))
         return float(np.abs(period_ends[0] - period_ends[1]).max())
 
     def scaled(self, states: Sequence[AnyState]) -> Floats:
-        """Return the numbers of states in units of their scale [-], a row each."""
+        """Return the components of states in units of their scale [-], one row per state."""
         return np.array([state[:3] for state in states]) / [size or 1.0 for size in self.scale]
 
     def next_state(self) -> AnyState:
-        """Give where to follow the motion from: its end, or where its changes add up to."""
+        """Return the state to march from: the last one, or its extrapolated limit."""
         change, periods = self.repetition()
         end = self.period_ends[0]
         period_ends = self.period_ends[: CHANGES_PER_EXTRAPOLATION * periods + 1 : periods]
@@ -372,16 +411,20 @@ class OrbitConvergence:
         return self.period_ends[0]
 
     def extrapolate(self, period_ends: Floats) -> Floats | None:
-        """Give where the changes between some ends add up to; None where they do not die away.
+        """Return the limit of a sequence of states; None where their changes do not decay.
 
         Parameters
         ----------
-        ends : ndarray, shape (changes + 1, numbers)
+        period_ends : ndarray, shape (changes + 1, components)
+            Scaled states in order of time.
         """
         changes = np.diff(period_ends, axis=0)
         sizes = np.abs(changes).max(axis=1)
         if not sizes[-1] < sizes[0]:
             return None
+        # Reduced rank extrapolation: the limit is a mean of the states whose weights sum to one
+        # and make the same mean of the changes as small as possible (least squares). Taking the
+        # last change out of the others eliminates the constraint.
         last = changes[-1]
         shares = np.linalg.lstsq((changes[:-1] - last).T, -last, rcond=RANK_TOLERANCE)[0]
         total: Floats = period_ends[-1] + shares @ (period_ends[1:-1] - period_ends[-1])

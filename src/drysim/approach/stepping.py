@@ -1,4 +1,4 @@
-"""What the approaches by fixed steps share: their grid, and a response that is known there."""
+"""Functions shared by the fixed-step approaches: input on the grid, response, trajectory."""
 
 from __future__ import annotations
 
@@ -37,25 +37,26 @@ from drysim.core.model import (
 from drysim.errors import SolverError
 
 MAX_STATE = 1e100
-"""Displacement [m] or velocity [m/s] from which on energies would leave the numbers."""
+"""Largest displacement [m] or velocity [m/s]; beyond it squares in the energies would
+overflow."""
 
 
 def input_on_grid(
     motion: Sines | Samples, step: float, duration: float | None
 ) -> tuple[Floats, Floats, float]:
-    """Give ü at the grid points and halfway between them [m/s²], and the step [s]."""
+    """Return ü at the grid points and at their midpoints [m/s²], and the step [s]."""
     if isinstance(motion, Samples):
         last = len(motion.u_dd) if duration is None else count_grid_points(duration, motion.dt)
         u_dd = motion.u_dd[:last]
         return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
-    assert duration is not None, "sines have no end of their own"
+    assert duration is not None, "sines need a duration"
     n = np.arange(count_grid_points(duration, step), dtype=float)
     at, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
     return at, between, step
 
 
 def refine_motion(motion: Sines | Samples, substeps: int) -> Sines | Samples:
-    """Give the same base motion on a grid of so many pieces a step."""
+    """Return the same base motion with each step divided into `substeps`."""
     if isinstance(motion, Sines):
         return motion
     n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * substeps + 1) / substeps
@@ -68,7 +69,7 @@ def refine_motion(motion: Sines | Samples, substeps: int) -> Sines | Samples:
 
 
 def decimate_response(response: Response, motion: Sines | Samples, substeps: int) -> Response:
-    """Give every so-manieth point of a response; its track keeps them all."""
+    """Return every `substeps`-th point of a response; its trajectory keeps all points."""
     every = slice(None, None, substeps)
     grid = StoredGrid(
         response.dt * substeps, response.u_dd[every], response.all_points.select(every)
@@ -77,7 +78,7 @@ def decimate_response(response: Response, motion: Sines | Samples, substeps: int
 
 
 def state_buffers(start: AnyState, n: int) -> tuple[Floats, Floats]:
-    """Give empty x_r and v_r of n points that begin with the start."""
+    """Return arrays for x_r and v_r at n points, with the start state in the first."""
     x_r, v_r = np.zeros(n), np.zeros(n)
     x_r[0], v_r[0] = start[:2]
     return as_engine_array(x_r), as_engine_array(v_r)
@@ -91,10 +92,19 @@ def solve_with_stick(
     grid: tuple[Floats, float],
     name_and_reason: tuple[str, str],
 ) -> Response:
-    """Give the response of a march whose mass may stick.
+    """Return the response of a fixed-step method in which the mass may stick.
 
-    `limits` are what its kernel wants of friction, `scene` is plant, law and base motion; grid
-    and how are those of `make_response`.
+    Parameters
+    ----------
+    kernel : callable
+        Marches the motion and writes x_r, v_r, F_f and the direction of sliding.
+    limits : tuple of float
+        Friction parameters of the kernel.
+    scene : tuple
+        Plant, law and base motion.
+    start : State
+    grid, name_and_reason
+        As in `make_response`.
     """
     u_dd, dt = grid
     n = len(u_dd)
@@ -115,23 +125,23 @@ def make_response(
     state: tuple[Floats, Floats, Floats, Int8Array],
     name_and_reason: tuple[str, str],
 ) -> Response:
-    """Give the response of a fixed-step approach.
+    """Return the response of a fixed-step approach.
 
     Parameters
     ----------
     plant, law, motion
         The scene.
     grid : tuple
-        ü at the grid points [m/s²], shape (n,), and their distance [s].
+        ü at the grid points [m/s²], shape (n,), and the step [s].
     state : tuple of ndarray, shape (n,)
         x_r [m], v_r [m/s], F_f [N] and direction of sliding.
-    how : tuple of str
-        Name of the approach, and why it is solved as it is.
+    name_and_reason : tuple of str
+        Name of the approach, and a sentence on its method.
 
     Raises
     ------
     SolverError
-        When the march has left the numbers.
+        If the motion diverges beyond `MAX_STATE` or is not finite.
     """
     u_dd, dt = grid
     x_r, v_r, force, d = state
@@ -139,8 +149,8 @@ def make_response(
         within = (np.abs(x_r) < MAX_STATE) & (np.abs(v_r) < MAX_STATE)
         at = int(np.flatnonzero(~within)[0])
         raise SolverError(
-            f"{name_and_reason[0]} with a step of {dt:.6g} s has left the numbers at t = {at * dt:.6g} s",
-            "take a smaller solver.step, or an approach that needs none",
+            f"{name_and_reason[0]} with a step of {dt:.6g} s diverges at t = {at * dt:.6g} s",
+            "use a smaller solver.step, or an exact approach",
         )
     events = mode_changes(plant, u_dd, dt, x_r, d)
     counts = len(x_r) - 1, len(events)
@@ -161,9 +171,10 @@ def make_response(
 
 
 def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Int8Array) -> Events:
-    """Give the grid points at which the mode changes as events; none is between them."""
+    """Return the grid points at which the mode changes as events."""
     n = np.concatenate(([0], np.flatnonzero(d[1:] != d[:-1]) + 1))
     kind = d[n].astype(np.int8)
+    # A direct change between +1 and -1 is a reversal, coded ±2.
     reverses = (d[n[1:]] != 0) & (d[n[1:] - 1] != 0)
     kind[1:][reverses] *= 2
     return Events(n * dt, kind, x_r[n], plant.m * u_dd[n] + plant.k_x * x_r[n])
@@ -171,7 +182,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Int8Arra
 
 @dataclass(frozen=True, eq=False)
 class FixedStepTrajectory:
-    """A response known at grid points only: straight lines in between, sums for integrals."""
+    """Solution known at grid points only: linear between them, sums in place of integrals."""
 
     plant: Plant
     law: AnyLaw
@@ -187,24 +198,25 @@ class FixedStepTrajectory:
 
     @property
     def end(self) -> float:
-        """Last instant [s]."""
+        """Final time [s]."""
         return (len(self.x_r) - 1) * self.dt
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the start and the local extremes of x_r on the grid."""
+        """Return the start and the local extremes of x_r on the grid."""
+        # An extreme is a change of the direction from one step to the next.
         rising = np.sign(np.diff(self.x_r))
         n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
         return Path(n * self.dt, self.x_r[n])
 
     def state(self, t: float) -> State:
-        """Give the state at time t [s], on a straight line between grid points."""
+        """Return the state at time t [s], interpolated linearly."""
         n = min(int(t / self.dt), len(self.x_r) - 2)
         q = t / self.dt - n
         x_r = (1.0 - q) * self.x_r[n] + q * self.x_r[n + 1]
         return State(float(x_r), float((1.0 - q) * self.v_r[n] + q * self.v_r[n + 1]))
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the sums over the grid points of a window [s]."""
+        """Return the integrals over a window [s] as sums over its grid points."""
         part = self._window_slice(begin, end)
         x_r, v_r, x_dd, u_dd = self.x_r[part], self.v_r[part], self.x_dd[part], self.u_dd[part]
         share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
@@ -217,8 +229,9 @@ class FixedStepTrajectory:
         return Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
 
     def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips twice within four steps [-]."""
+        """Return the share of a window with two sign changes of v_r in four steps [-]."""
         sign = np.sign(self.v_r[self._window_slice(begin, end)])
+        # Cumulative number of sign changes; its difference counts those within four steps.
         flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
         return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
 
@@ -226,7 +239,7 @@ class FixedStepTrajectory:
         return slice(round(begin / self.dt), round(end / self.dt))
 
     def _u2(self, part: slice) -> float | None:
-        """Give the integral of u² over the grid points of a window [m²s]."""
+        """Return the integral of u² over a slice of the grid [m²s]; None where u is unknown."""
         if isinstance(self.motion, Sines):
             begin: float = part.start * self.dt
             end: float = part.stop * self.dt

@@ -1,7 +1,7 @@
-"""What an approach declares, and those that are solved exactly.
+"""Base class of the approaches, and those that are exact.
 
-Stick-slip switches exactly between sticking and sliding (Eqs. 4, 7, 9); viscous is the same
-plant without dry friction, the reference curve.
+`StickSlip` switches exactly between sticking and sliding (Eqs. 4, 7, 9); `Viscous` is the same
+oscillator without dry friction, the reference curve.
 """
 
 from __future__ import annotations
@@ -15,43 +15,43 @@ from drysim.units import Block
 
 
 class ApproachBase(Block):
-    """An approach with its options; a scenario that names what it cannot use is at fault."""
+    """Approach with its options. A scenario that uses an unsupported feature is an error."""
 
     supports_friction: ClassVar[bool] = True
-    """Whether it can use dry friction at all."""
+    """Whether dry friction is modelled."""
     supports_static: ClassVar[bool] = False
-    """Whether it knows a static limit above kinetic friction."""
+    """Whether the static limit may exceed kinetic friction."""
     supports_variation: ClassVar[bool] = False
-    """Whether it knows a normal force that varies."""
+    """Whether the normal force may vary."""
     supports_dynamic: ClassVar[bool] = False
-    """Whether it knows other laws than Coulomb's."""
+    """Whether friction laws other than Coulomb's are modelled."""
     supports_stops: ClassVar[bool] = False
-    """Whether it knows end stops."""
+    """Whether end stops are modelled."""
 
     def substeps(self, plant: Plant, law: AnyLaw, dt: float) -> int:
-        """Give the number of points that are computed for a step of the output grid [s]."""
+        """Return the number of integration steps per step of the output grid [s]."""
         return 1
 
 
 @cache
 def solver() -> Any:
-    """Give the module that solves; it brings the kernels, so it is loaded when first used."""
+    """Return the module of the exact solvers; it and its kernels are imported on first use."""
     from drysim.approach import exact
 
     return exact
 
 
 class ExactApproach(ApproachBase):
-    """What the approaches do that follow a motion exactly; they differ in what rubs.
+    """Base of the exact approaches, which differ in the friction that acts.
 
-    They alone give a `trajectory` without a grid, and orbits; all others march by fixed steps.
+    Only they provide a `trajectory` without a grid, and periodic orbits.
     """
 
     supports_dynamic: ClassVar[bool] = True
     supports_stops: ClassVar[bool] = True
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
-        """Give what acts of a law: all of it."""
+        """Return the part of a friction law that acts: all of it."""
         return law
 
     def solve(
@@ -63,21 +63,21 @@ class ExactApproach(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response from t = 0 to `duration` [s], or to the end of the samples.
+        """Return the response from t = 0 to `duration` [s], or to the end of the samples.
 
         Parameters
         ----------
         plant, law, motion, start
             The scene.
         step : float
-            Distance of the output grid [s]; samples own their step, so it is not used for them.
+            Step of the output grid [s]; not used for samples, which have their own.
         duration : float or None
-            Length of the run [s]; samples may do without.
+            Length of the run [s]; optional for samples.
 
         Raises
         ------
         SolverError
-            When events follow each other without end or the motion leaves the numbers.
+            If events do not advance in time, or the motion is not finite.
         """
         law = self.effective_law(law)
         response: Response = solver().solve(plant, law, motion, start, step, duration, True)
@@ -92,7 +92,7 @@ class ExactApproach(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Response:
-        """Give the response as `solve` does; of a long one no more than a part is ever held."""
+        """Return the response as `solve` does, with only one block of a long one in memory."""
         law = self.effective_law(law)
         response: Response = solver().solve(plant, law, motion, start, step, duration, False)
         return response
@@ -106,9 +106,9 @@ class ExactApproach(ApproachBase):
         step: float,
         duration: float | None = None,
     ) -> Trajectory:
-        """Give the solution without its grid, which is all that metrics need.
+        """Return the trajectory without a grid; metrics need no more.
 
-        Parameters and errors as in `solve`; under sines no grid takes part.
+        Parameters and errors as in `solve`; under sines `step` is not used.
         """
         trajectory: Trajectory = solver().compute_trajectory(
             plant, self.effective_law(law), motion, start, duration
@@ -118,17 +118,17 @@ class ExactApproach(ApproachBase):
     def orbit(
         self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
-        """Give the periodic orbit that the start leads to; period of the excitation in s."""
+        """Return the periodic orbit reached from the start; period of the excitation in [s]."""
         from drysim.approach.steady_state import find_orbit
 
         return find_orbit(plant, self.effective_law(law), motion, start, period)
 
 
 class StickSlip(ExactApproach):
-    """The mass sticks below the friction limit and slides above it; both exactly.
+    """Stick below the friction limit and sliding above it, both exact.
 
-    Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
-    located and v_r is zero exactly.
+    Not to be confused with a fixed-step method with a velocity band: here the stop is located,
+    and v_r is exactly zero.
     """
 
     supports_static: ClassVar[bool] = True
@@ -141,9 +141,9 @@ NO_FRICTION = CoulombLaw(0.0, 0.0)
 
 
 class Viscous(ExactApproach):
-    """Spring and damper alone; what the friction of the scene would be is left out.
+    """Spring and damper alone, without the dry friction of the scene.
 
-    Not to be confused with an equivalent viscous damping: nothing stands in for the friction.
+    Not to be confused with equivalent viscous damping: nothing replaces the friction.
     """
 
     supports_friction: ClassVar[bool] = False
@@ -151,5 +151,5 @@ class Viscous(ExactApproach):
     approach: Literal["viscous"] = "viscous"
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
-        """Give no dry friction, between the same end stops."""
+        """Return no dry friction, between the same end stops."""
         return law._replace(F_fk=0.0, F_fs=0.0) if isinstance(law, EndStopLaw) else NO_FRICTION

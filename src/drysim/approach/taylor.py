@@ -1,8 +1,24 @@
-"""Exact solution of laws with a rate or a state of their own, by Taylor series.
+"""Solution of dynamic friction models by Taylor series: Stribeck, Dahl, LuGre, Leuven.
 
-A motion is followed leg by leg. Each can be followed again from the mark at its beginning, so a
-long motion holds no more than some legs; within a leg it is read and integrated between its
-steps. The error is stated from the distance of a coarser solution.
+Problem
+    Friction depends on the velocity, or on an internal state with a differential equation of
+    its own (mean bristle deflection z), for Leuven with hysteresis. There is no closed form,
+    but all functions are analytic between reversals.
+
+Method
+    `drysim.core.taylor` integrates with Taylor series of high order, whose step length follows
+    from their last coefficients, and locates zeros of v_r within each step. The solution is
+    stored as steps in blocks. The checkpoint at the beginning of each block holds the state and
+    the hysteresis stack; a long motion keeps a limited number of blocks in memory and marches
+    the others again when they are needed.
+
+Error
+    A second solution with a larger tolerance and half the hysteresis depth is computed. Its
+    distance bounds the error of the first, which is smaller by orders of magnitude.
+
+Source
+    Jorba and Zou, A software package for the numerical integration of ODEs by means of
+    high-order Taylor methods, Exp. Math. 14 (2005) 99.
 """
 
 from __future__ import annotations
@@ -66,10 +82,11 @@ from drysim.core.taylor import (
 )
 
 COARSENING_FACTOR = 1e3
-"""How much coarser the second solution is from whose distance the error is stated."""
+"""Ratio of the tolerances of the second and the first solution, whose distance states the
+error."""
 
 MAX_TOLERANCE = 1e-3
-"""Greatest tolerance that a series makes sense with [-]."""
+"""Largest tolerance for which the series converge reasonably [-]."""
 
 
 def solve(
@@ -80,7 +97,10 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and write it on its grid; the error is stated from a coarser solution."""
+    """Solve a scene and return its response on a grid, with an error bound.
+
+    Parameters as in `exact.solve`.
+    """
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
@@ -99,13 +119,13 @@ def solve(
 
 
 def coarsened_law(law: DynamicLaw) -> DynamicLaw:
-    """Give the law with the tolerance, and the memory, of the second solution."""
+    """Return the law with the tolerance and hysteresis depth of the second solution."""
     tolerance = min(COARSENING_FACTOR * law.tolerance, MAX_TOLERANCE)
     return law._replace(tolerance=tolerance, depth=law.depth // 2)
 
 
 def relative_distance(grid: Grid, other: TaylorTrajectory) -> float:
-    """Give how far another solution is from a grid at most, relative to its peak [-]."""
+    """Return the largest distance of another solution from a grid, relative to its peak [-]."""
     off, peak = 0.0, 0.0
     for first in range(0, len(grid), BLOCK_SIZE):
         last = min(first + BLOCK_SIZE, len(grid))
@@ -123,7 +143,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
 ) -> TaylorTrajectory:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     waves = make_waves(motion)
@@ -134,7 +154,7 @@ def compute_trajectory(
     log = march.follow()
     F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
     columns = log.n * dt + log.s, log.kind.astype(np.int8), log.x_r, log.F_L
-    # Bristles never stick: a mass at rest on them counts as going where it will go first.
+    # Bristles never stick: a mass at rest takes the direction in which it moves first.
     waits = checkpoint.state[3] == 0 and not law.can_stick
     first = log.kind[0] if waits and len(log.kind) else checkpoint.state[3]
     opening = 0.0, np.sign(first), start.x_r, F_L
@@ -146,7 +166,7 @@ def compute_trajectory(
 
 @dataclass(frozen=True, eq=False)
 class TaylorTrajectory(EventDriven):
-    """A solution by series: known between its steps, too; no more than some legs are held.
+    """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
     `turning_points` holds every change of mode and every zero of v_r.
     """
@@ -158,21 +178,21 @@ class TaylorTrajectory(EventDriven):
 
     @property
     def plant(self) -> Plant:
-        """The oscillator."""
+        """Oscillator."""
         return self.march.plant
 
     @property
     def law(self) -> DynamicLaw:
-        """Its friction."""
+        """Friction law."""
         return self.march.law
 
     @property
     def series(self) -> tuple[Floats, ...]:
-        """What each component of the state came to along the way, leg by leg."""
+        """Largest magnitude of each state component, block by block."""
         return tuple(np.array(column) for column in zip(*self.march.scales, strict=True))
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Int8Array]:
-        """Give x_r, v_r, z, F_f and the direction at ascending times [s]."""
+        """Return x_r, v_r, z, F_f and the direction at ascending times [s], shape (n,) each."""
         march, done = self.march, 0
         rows, d = np.empty((4, len(t))), np.empty(len(t), dtype=np.int8)
         while done < len(t):
@@ -185,13 +205,13 @@ class TaylorTrajectory(EventDriven):
         return rows[0], rows[1], rows[2], rows[3], d
 
     def state(self, t: float) -> ContactState:
-        """Give the state at time t [s], with the memory of bristles that have one."""
+        """Return the state at time t [s], with the hysteresis stack of a Leuven law."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
         reversals = self.march.hysteresis_at(t) if self.law.kind == LEUVEN else ()
         return ContactState(float(x_r[0]), float(v_r[0]), float(z[0]), reversals)
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
+        """Return the integrals over a window [s]."""
         march, sums = self.march, np.zeros(6)
         for number in range(march.block_index(begin), march.block_index(end) + 1):
             sums += march.integrate(number, begin, min(end, march.block_starts[number + 1]))
@@ -202,42 +222,41 @@ class TaylorTrajectory(EventDriven):
 
 @dataclass(frozen=True, eq=False)
 class TaylorGrid:
-    """The points of a solution by series, read where they are asked for."""
+    """Grid of `length` points, evaluated from the series on request."""
 
     trajectory: TaylorTrajectory
     dt: float
     length: int
 
     def __len__(self) -> int:
-        """Give their number."""
+        """Number of points."""
         return self.length
 
     def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        """Return ü [m/s²] at points `first` to `last` - 1."""
         return base_acceleration_on_grid(self.trajectory.march.motion, first, last, self.dt)
 
     def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
+        """Return points `first` to `last` - 1."""
         x_r, v_r, _, F_f, d = self.trajectory.at(grid_times(first, last, self.dt))
         return Points(x_r, v_r, d, F_f)
 
 
-# A motion leg by leg: each can be followed again from its first state.
+# March in blocks, each of which can be marched again from its checkpoint.
 
 
 FIRST_BLOCK_STEPS, BLOCK_STEPS = 1_024, 16_384
-"""Steps in the first leg and in a later one: a short motion takes little room, and at the end
-of each a kernel hands over, so that an interrupt is heard."""
+"""Steps of the first block and of later ones. A short motion needs little memory; between
+blocks Python can handle an interrupt."""
 
 MAX_CACHED_BLOCKS = 64
-"""Legs that are kept, some 80 MB; of a longer motion a leg is followed anew when it is asked
-for, which costs a microsecond a step."""
+"""Blocks kept in memory, about 80 MB; marching another one again takes about 1 µs per step."""
 
 
 class TaylorBlock(NamedTuple):
-    """One leg: the samples from its first on, its steps, and where each begins [s].
+    """Steps of a block: ü from its first sample on, the steps, and where each begins [s].
 
-    Times under samples count from the first of the leg, `first` s after the start.
+    Times under samples count from the first sample of the block, at `first` [s].
     """
 
     first: float
@@ -248,11 +267,26 @@ class TaylorBlock(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TaylorMarch:
-    """A motion over intervals of ü to the end of the last, as marks and the latest legs.
+    """March over intervals of ü as checkpoints, with the latest blocks in memory.
 
-    `dt` is the length of an interval [s] and `length` that of the last; `block_starts` is where the
-    legs begin and the last ends [s], `scales` the greatest |x_r|, |v_r| and |z| of each leg
-    [m, m/s, m], `hysteresis_cache` what was asked for of what bristles recalled, by time.
+    Attributes
+    ----------
+    plant, law, motion, waves
+        The scene.
+    dt, length : float
+        Length of an interval of ü and of the last one [s].
+    last : int
+        Index of the last interval.
+    checkpoints : list of Checkpoint
+        Beginning of each block, and the end of the last.
+    block_starts : list of float
+        Times at which the blocks begin and the last ends [s].
+    scales : list of tuple
+        Largest |x_r|, |v_r| and |z| of each block [m, m/s, m].
+    cached : dict
+        Blocks in memory, by number.
+    hysteresis_cache : dict
+        Hysteresis stacks computed before, by time.
     """
 
     plant: Plant
@@ -269,7 +303,7 @@ class TaylorMarch:
     hysteresis_cache: dict[float, tuple[float, ...]] = field(default_factory=dict)
 
     def follow(self) -> EventLog:
-        """Follow the motion to its end; gives the events, counted from the start."""
+        """March to the end of the motion; return the events, counted from the start."""
         logs: list[EventLog] = []
         while self.checkpoints[-1].n <= self.last:
             checkpoint, log = self.march_block(len(self.checkpoints) - 1)
@@ -279,7 +313,7 @@ class TaylorMarch:
         return EventLog(*(np.concatenate(column) for column in zip(*logs, strict=True)))
 
     def march_block(self, number: int) -> tuple[Checkpoint, EventLog]:
-        """Follow a leg and keep it; gives the mark at its end and its events."""
+        """March through a block and keep it; return the final checkpoint and the events."""
         first = self.checkpoints[number].n
         checkpoint, log, segments, base = self.march_steps(number, self.last, self.length)
         arrays = [np.asarray(column) for column in segments]
@@ -294,9 +328,18 @@ class TaylorMarch:
     def march_steps(
         self, number: int, last: int, length: float
     ) -> tuple[Checkpoint, EventLog, SeriesSegments, Any]:
-        """Follow a leg, at most for `length` [s] of interval `last`; gives what comes of it.
+        """March through a block, at most to `length` [s] within interval `last`.
 
-        That is the mark at the end, the events, the steps, and ü besides the waves [m/s²].
+        Returns
+        -------
+        checkpoint : Checkpoint
+            At the end of the block.
+        log : EventLog
+            Events of the block.
+        segments : SeriesSegments
+            Steps of the block.
+        base : ndarray
+            ü without the waves [m/s²].
         """
         checkpoint, size = (
             self.checkpoints[number],
@@ -337,9 +380,9 @@ class TaylorMarch:
         )
 
     def hysteresis_at(self, t: float) -> tuple[float, ...]:
-        """Give the turns that the bristles remember at time t [s], as deflections [m].
+        """Return the hysteresis stack at time t [s]: the deflections at the reversals [m].
 
-        Within a leg they are found by following it once more as far as that.
+        Within a block it is found by marching from the checkpoint to that time.
         """
         if t >= self.block_starts[-1]:
             return self.checkpoints[-1].reversals
@@ -353,29 +396,29 @@ class TaylorMarch:
         return self.hysteresis_cache[t]
 
     def base(self, n: int, size: int) -> Any:
-        """Give ü besides the waves [m/s²], from sample n on as far as a leg may come."""
+        """Return ü without the waves [m/s²] for `size` intervals from sample n on."""
         if isinstance(self.motion, Sines):
             return as_engine_array(np.zeros(2))
         return as_engine_array(self.motion.u_dd[n : min(n + size, self.last) + 2])
 
     def cache_block(self, number: int, block: TaylorBlock) -> None:
-        """Keep a leg, in place of another where there are too many."""
+        """Keep a block in memory; drop the oldest one if there are too many."""
         if len(self.cached) >= MAX_CACHED_BLOCKS:
             del self.cached[next(iter(self.cached))]
         self.cached[number] = block
 
     def block_index(self, t: float) -> int:
-        """Give the number of the leg that holds time t [s], at best the one that it begins."""
+        """Return the number of the block that contains time t [s]."""
         return min(max(bisect_right(self.block_starts, t) - 1, 0), len(self.checkpoints) - 2)
 
     def block(self, number: int) -> TaylorBlock:
-        """Give a leg."""
+        """Return a block; it is marched again if it is not in memory."""
         if number not in self.cached:
             self.march_block(number)
         return self.cached[number]
 
     def read(self, number: int, t: Floats) -> tuple[tuple[Any, ...], Any]:
-        """Give x_r, v_r, z and F_f, and the direction, at ascending times of a leg [s]."""
+        """Return x_r, v_r, z and F_f, and the direction, at ascending times of a block [s]."""
         block = self.block(number)
         within = t - block.first
         first, last = np.searchsorted(block.begins, (within[0], within[-1]), "right")
@@ -388,7 +431,7 @@ class TaylorMarch:
         return columns, d
 
     def integrate(self, number: int, begin: float, end: float) -> tuple[float, ...]:
-        """Give the integrals over a window of a leg [s]."""
+        """Return the integrals over a window within a block [s]."""
         block = self.block(number)
         kernel: Any = integrate_series
         sums: tuple[float, ...] = kernel(
@@ -397,18 +440,28 @@ class TaylorMarch:
         return sums
 
     def scene(self, block: TaylorBlock) -> tuple[Any, ...]:
-        """Give what kernels want first to read a leg."""
+        """Return the leading arguments of the kernels that read a block."""
         return self.plant, self.law, self.waves, block.u_dd, self.dt, workspace(self.law, 0.0)
 
 
-# Where a leg begins: the state, and what the law recalls.
+# Checkpoints: the state and the hysteresis stack at the beginning of a block.
 
 
 class Checkpoint(NamedTuple):
-    """Where a leg begins: sample and time within it, the state, and what the law recalls.
+    """Beginning of a block.
 
-    `state` is x_r [m], v_r [m/s], z [m] and the direction; `scale` the greatest speed so far
-    [m/s]; `reversals` and `branch` as in `TaylorSeries`.
+    Attributes
+    ----------
+    n : int
+        Interval of ü.
+    s : float
+        Time within it [s].
+    state : tuple
+        x_r [m], v_r [m/s], z [m] and the direction.
+    scale : float
+        Largest speed so far [m/s].
+    reversals, branch : tuple
+        Hysteresis stack and branch, as in `TaylorSeries`.
     """
 
     n: int
@@ -420,7 +473,7 @@ class Checkpoint(NamedTuple):
 
 
 def workspace(law: DynamicLaw, scale: float) -> TaylorSeries:
-    """Give what the kernels work in; a speed [m/s] to measure the motion by."""
+    """Return the arrays of the kernels; `scale` is a speed [m/s] typical of the motion."""
     short = {"scale": 1, "slope": 2, "reversals": law.depth if law.kind == LEUVEN else 0}
     values = {
         name: as_engine_array(np.zeros(short.get(name, ORDER + 2)))
@@ -434,7 +487,7 @@ def workspace(law: DynamicLaw, scale: float) -> TaylorSeries:
 def make_checkpoint(
     n: int, s: float, state: tuple[Any, ...], series: TaylorSeries
 ) -> Checkpoint:
-    """Give the mark of a state and of what the law recalls there."""
+    """Return the checkpoint of a state and of the hysteresis in the workspace."""
     reversals = tuple(float(z) for z in series.reversals[: series.branch[COUNT]])
     branch = tuple(int(value) for value in series.branch)
     return Checkpoint(n, s, state, float(series.scale[0]), reversals, branch)
@@ -444,7 +497,7 @@ def initial_checkpoint(
     plant: Plant, law: DynamicLaw, waves: Waves, base: Floats, dt: float, start: AnyState,
     speed: float,
 ) -> Checkpoint:  # fmt: skip
-    """Give the mark at t = 0, from the first two values of ü besides the waves."""
+    """Return the checkpoint at t = 0, from the first two values of ü without the waves."""
     x_r, v_r = start[:2]
     z = start[2] if len(start) > 2 else 0.0
     series, slope = workspace(law, speed), float(base[1] - base[0]) / dt
@@ -457,11 +510,11 @@ def initial_checkpoint(
 
 
 def restore_hysteresis(series: TaylorSeries, reversals: tuple[float, ...], z: float) -> None:
-    """Set the turns of a state at deflection z [m], and the branch that they lead to.
+    """Set the hysteresis stack and branch of a state at deflection z [m].
 
-    The direction of the branch follows from the turns alone: the first one ended the virgin
-    curve, which leads away from zero, and each one reverses the direction. The deflection does
-    not tell it: it may be that of the last turn to rounding.
+    The reversals alone determine the direction of the branch: the first one ended the virgin
+    curve, which leads away from zero, and each further one reverses the direction. The
+    deflection does not: up to rounding it may equal that of the last reversal.
     """
     for level in reversals:
         if series.branch[COUNT] == len(series.reversals):

@@ -1,7 +1,7 @@
-"""Checks: `T_a < 1.5` becomes a check, and a check with metrics becomes a verdict.
+"""Checks: text such as `T_a < 1.5` is parsed to a `Check`, which gives a `Verdict` on metrics.
 
-A check promises something of a metric, everywhere or, behind `at`, where conditions on keys of
-the scenario hold; a metric that is not known fails it.
+A check compares a metric with a limit, in all cases or, after `at`, in those whose scenario
+keys satisfy conditions. An unknown metric fails the check.
 """
 
 from __future__ import annotations
@@ -40,52 +40,53 @@ COMPARISONS: dict[str, Callable[[Any, float], Any]] = {
     "==": operator.eq,
 }
 COMPARISON_PATTERN = r"\s*+(?P<op>[<>=!]{1,2}+)\s*+(?P<limit>\S.*+)\s*"
-"""A comparison and what is compared with; possessive, lest a megabyte of blanks take hours."""
+"""A comparison and its limit. Possessive quantifiers prevent quadratic backtracking on long
+blanks."""
 
 AT_PATTERN = re.compile(r"\sat(?=\s|$)")
-"""What parts a promise from where it applies."""
+"""Separates a comparison from its conditions."""
 
 _CONDITION_PATTERN = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){COMPARISON_PATTERN}")
 _CHECK_PATTERN = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){COMPARISON_PATTERN}")
 
 STATUS, OK = "status", "ok"
-"""What a condition names to leave out cases without metrics: `at status == ok`."""
+"""Condition that selects cases with metrics: `at status == ok`."""
 
 _STATUS_OK_PATTERN = re.compile(rf"\s*+{STATUS}\s*+==\s*+{OK}\s*+")
 
 
 @dataclass(frozen=True)
 class Check:
-    """A promise about a metric, e.g. `x_r_peak < 25 mm`, everywhere or `at` some cases."""
+    """Comparison of a metric with a limit, e.g. `x_r_peak < 25 mm`, in all cases or in some."""
 
     text: str
-    """As it stands in the scenario."""
+    """Text in the scenario."""
     metric: str
-    """A name of `drysim.metrics.METRICS`."""
+    """A name of `drysim.metrics.table.METRICS`."""
     op: str
     """One of < <= > >= and ==."""
     limit: float
-    """In the unit of the metric."""
+    """Limit in the unit of the metric."""
     conditions: tuple[Condition, ...] = ()
-    """All must hold where the check applies."""
+    """Conditions, all of which must hold where the check applies."""
     unit: str = ""
-    """The unit that the limit is written in; empty where it is a bare number."""
+    """Unit in which the limit is written; empty for a bare number."""
 
     @classmethod
     def parse(cls, text: str, units: Mapping[str, str] | None = None) -> Check:
-        """Give the check that a text means: `metric op value [at key op value [and ...]]`.
+        """Parse `metric op value [at key op value [and ...]]`.
 
         Parameters
         ----------
         text : str
             Every value with or without unit.
         units : mapping, optional
-            Unit of every key that a condition may name; default: any key, without units.
+            Unit of every key allowed in a condition; default: any key, without units.
 
         Raises
         ------
         ValueError
-            With a sentence, when it means none.
+            If the text is not a check; the message says what to write.
         """
         where = AT_PATTERN.split(text, maxsplit=1)[1:]
         comparison = cls.comparison(text)
@@ -97,7 +98,7 @@ class Check:
 
     @classmethod
     def comparison(cls, text: str) -> Check:
-        """Give a check without its conditions; errors as in `parse`."""
+        """Parse a check without its conditions; errors as in `parse`."""
         comparison = AT_PATTERN.split(text, maxsplit=1)[0]
         form = _CHECK_PATTERN.fullmatch(comparison)
         if form is None:
@@ -113,27 +114,28 @@ class Check:
         return cls(text, metric, op, bound, unit=unit)
 
     def with_values(self, here: Mapping[str, float | None]) -> Check:
-        """Give the check of a scenario in which some keys have these values."""
+        """Return the check for a scenario in which some keys have these values."""
         known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
         return replace(self, conditions=tuple(known))
 
     def judge(self, metrics: Metrics) -> Verdict:
-        """Give the verdict on one case; a metric that is not known fails the check.
+        """Return the verdict on a single case; an unknown metric fails the check.
 
-        A check that does not apply to the case, by its `at`, is not judged.
+        A check whose conditions exclude the case is not judged.
         """
         if not self.applies({}):
-            return Verdict(self, None, None, reason="this case lies elsewhere")
+            return Verdict(self, None, None, reason="the condition is not met")
         return self.verdict(metrics.get(self.metric), None)
 
     def applicable(self, points: Mapping[str, Column], count: int) -> Column:
-        """Give which of so many cases the check applies to, as truth values of shape (count,).
+        """Return the cases to which the check applies, as booleans of shape (count,).
 
         Parameters
         ----------
         points : mapping
-            Column of every key that the cases have of their own, shape (count,).
+            Columns of the keys that differ between cases, shape (count,).
         count : int
+            Number of cases.
         """
         applies = np.ones(count, dtype=bool)
         for one in self.conditions:
@@ -144,14 +146,14 @@ class Check:
         return applies
 
     def worst(self, judged: Column, values: Column) -> int | None:
-        """Give the place of the case that decides; None where none is judged.
+        """Return the index of the case that decides; None where none is judged.
 
         Parameters
         ----------
         judged : ndarray of bool, shape (n,)
-            Cases that the check is about, whether they have metrics or not.
+            Cases to which the check applies, with or without metrics.
         values : ndarray, shape (n,)
-            Of the metric; NaN where it is not known, which fails the check.
+            Values of the metric; NaN where it is unknown, which fails the check.
         """
         if not judged.any():
             return None
@@ -159,17 +161,19 @@ class Check:
         return int(np.argmax(np.where(judged, bad, -np.inf)))
 
     def excess(self, value: Any) -> Any:
-        """Give how far a value, or a column, is from what was promised; below 0 it holds."""
+        """Return by how much a value, or a column, exceeds the limit; below 0 it holds."""
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
     def holds(self, value: float) -> bool:
-        """Whether a value of the metric is as promised."""
+        """Whether a value of the metric satisfies the check."""
         return bool(COMPARISONS[self.op](value, self.limit))
 
     @property
     def constant_result(self) -> bool | None:
-        """Whether every value that the metric may have holds (True) or fails (False), if so."""
+        """Result that all possible values of the metric have in common; None if they differ."""
+        # The result changes at the limit only: the ends of the range and the floats around the
+        # limit stand for all values.
         low = -math.inf if self.metric in SIGNED_METRICS else 0.0
         high = 1.0 if self.metric in SHARE_METRICS else math.inf
         answers = {
@@ -180,28 +184,28 @@ class Check:
         return answers.pop() if len(answers) == 1 else None
 
     def contradicts(self, other: Check) -> bool:
-        """Whether no value of the metric, which both are about, is as both promise."""
+        """Whether no value of the metric satisfies both this check and another."""
         values = (*self._values_at_limit, *other._values_at_limit)
         return not any(self.holds(value) and other.holds(value) for value in values)
 
     @property
     def _values_at_limit(self) -> tuple[float, float, float]:
-        """The limit and its neighbours: between two limits at least one of them lies."""
+        """The limit and its floating-point neighbours: one of them lies between two limits."""
         limit = self.limit
         return math.nextafter(limit, -math.inf), limit, math.nextafter(limit, math.inf)
 
     def no_case_verdict(self) -> Verdict:
         """Return the verdict where the check applies to none of many cases: it fails."""
-        return Verdict(self, False, None, reason="no case lies there")
+        return Verdict(self, False, None, reason="no case meets the condition")
 
     def applies(self, point: Point) -> bool:
-        """Whether a check is about the case at a point."""
+        """Whether the check applies to the case at a point."""
         return all(condition.holds(point) for condition in self.conditions)
 
     def verdict(self, value: float | None, where: Point | None, status: str = "") -> Verdict:
-        """Return the verdict on a case that the check applies to, by its metric.
+        """Return the verdict on a case to which the check applies, by its metric.
 
-        `status` says why a case has no metrics, where that is so.
+        `status` is the reason for missing metrics.
         """
         if value is None or math.isnan(value):
             here = "" if where else " here"
@@ -210,27 +214,27 @@ class Check:
         return Verdict(self, self.holds(value), value, where)
 
     def __str__(self) -> str:
-        """Give the text of the scenario."""
+        """Text in the scenario."""
         return self.text
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A check with what the metric turned out to be."""
+    """Result of a check."""
 
     check: Check
     passed: bool | None
     """None where the check was not judged."""
     value: float | None
-    """In the unit of the metric; None where there is none, for a reason."""
+    """Value of the metric in its unit; None where it is unknown, see `reason`."""
     where: Point | None = None
-    """Of many cases the one that decided, by its swept keys; None for a single case."""
+    """Swept keys of the case that decided; None for a single case."""
     reason: str = ""
-    """Why there is no value; empty where there is one."""
+    """Reason for a missing value; empty where there is one."""
     half_width: float | None = None
-    """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
+    """Half width of the 95 % confidence interval of a mean over several seeds."""
     seeds: int = 1
-    """How many seeds the value is a mean over."""
+    """Number of seeds in the mean."""
 
     @property
     def undecided(self) -> bool:
@@ -241,14 +245,14 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """What was asked, and what came out."""
+        """The check and its result."""
         outcome = {True: "holds", False: "fails", None: "not judged"}[self.passed]
         parted = ";" if self.reason else ""
         return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
 
     @property
     def found(self) -> str:
-        """What the metric turned out to be, in the unit that the check has; or the reason."""
+        """Value of the metric in the unit of the check, or the reason for its absence."""
         if self.value is None:
             return self.reason
         check, unit = self.check, UNITS[self.check.metric]
@@ -266,18 +270,18 @@ class Verdict:
 
     @property
     def place(self) -> str:
-        """The deciding case in words, such as ` at excitation.frequency = 8`."""
+        """The case that decided, such as ` at excitation.frequency = 8`."""
         point = self.where or {}
         values = [f"{key} = {format_number(value, digits=6)}" for key, value in point.items()]
         return f" at {', '.join(values)}" if values else ""
 
 
 USUAL_DIGITS, MAX_DIGITS = 6, 17
-"""Digits of a value beside the bound of its check; and all that it takes to tell them apart."""
+"""Digits of a value beside the limit of its check, and most digits to distinguish the two."""
 
 
 def _distinguishing_digits(value: float, limit: float) -> int:
-    """Give how many digits of a value tell it from a limit that it does not equal."""
+    """Return the digits needed to distinguish a value from a limit that it does not equal."""
     digits = USUAL_DIGITS
     while (
         value != limit
@@ -289,7 +293,7 @@ def _distinguishing_digits(value: float, limit: float) -> int:
 
 
 def violation(verdict: Verdict) -> float:
-    """Give how far a case is from what was promised; what is not known is the worst."""
+    """Return by how much a case violates its check; infinite for an unknown value."""
     if verdict.value is None or math.isnan(verdict.value):
         return math.inf
     return float(verdict.check.excess(verdict.value))
@@ -297,37 +301,37 @@ def violation(verdict: Verdict) -> float:
 
 @dataclass(frozen=True)
 class Condition:
-    """Where a check applies: a bound on a key of the scenario."""
+    """Condition on a scenario key, which restricts where a check applies."""
 
     key: str
     """Dotted key, such as `excitation.frequency`."""
     op: str
     """One of < <= > >= and ==."""
     limit: float
-    """In the SI unit of the key."""
+    """Limit in the SI unit of the key."""
     here: float | None = None
-    """Value of the key in the scenario itself, which counts where it is not swept."""
+    """Value of the key in the scenario itself, used where it is not swept."""
 
     def holds(self, point: Point) -> bool:
-        """Whether a point is where the check applies."""
+        """Whether a point satisfies the condition."""
         value = point.get(self.key, self.here)
         return value is not None and bool(COMPARISONS[self.op](value, self.limit))
 
 
 def has_condition(text: object) -> bool:
-    """Whether a text is that of a check with an `at`."""
+    """Whether a text is a check with `at`."""
     return isinstance(text, str) and AT_PATTERN.search(text) is not None
 
 
 def parse_conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
-    """Give the conditions in the text behind `at`, which `and` joins; `units` as in `parse`."""
+    """Parse the conditions after `at`, joined by `and`; `units` as in `Check.parse`."""
     return tuple(_parse_condition(part, units) for part in re.split(r"\sand(?=\s|$)", text))
 
 
 def _parse_condition(text: str, units: Mapping[str, str] | None) -> Condition:
-    """Give one condition."""
+    """Parse one condition."""
     if _STATUS_OK_PATTERN.fullmatch(text):
-        # Cases are told apart by the number of their status, of which that of `ok` is 0.
+        # Cases carry the code of their status; that of `ok` is 0.
         return Condition(STATUS, "==", 0.0, here=0.0)
     form = _CONDITION_PATTERN.fullmatch(text)
     if form is None:
@@ -342,26 +346,26 @@ def _parse_condition(text: str, units: Mapping[str, str] | None) -> Condition:
             next((other for other in units if _is_similar_key(key, other)), None)
         )
         raise ValueError(
-            f"{format_value(key)} behind `at` is no numeric key of this scenario{hint}"
+            f"{format_value(key)} after `at` is not a numeric key of this scenario{hint}"
         )
     check_operator(op)
     return Condition(key, op, parse_limit(form["limit"], units[key] if units else ""))
 
 
 def _is_similar_key(key: str, other: str) -> bool:
-    """Whether one dotted key may have been meant by another, step by step."""
+    """Whether a dotted key may be a misspelling of another, part by part."""
     pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
     return all(a == b or closest_match(a, [b]) for a, b in pairs)
 
 
 def check_operator(op: str) -> None:
-    """Make sure that there is such a comparison."""
+    """Raise ValueError for an unknown comparison."""
     if op not in COMPARISONS:
         raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(COMPARISONS)}")
 
 
 def parse_limit(text: str, unit: str) -> float:
-    """Give the number [unit] that a text compares with; a ValueError says why it has none."""
+    """Return the limit of a comparison [unit]; raise ValueError if it is not finite."""
     value = convert(text, unit)
     if not math.isfinite(value):
         raise ValueError(f"must compare with a finite number, not {format_value(text)}")

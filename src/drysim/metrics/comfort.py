@@ -1,7 +1,7 @@
-"""Comfort: what a person on the mass feels of its vibration, by ISO 2631-1.
+"""Whole-body vibration after ISO 2631-1: a_w, VDV, MTVV, crest factor and SEAT.
 
-The frequency weightings of whole-body vibration are in the filter form of ISO 8041. What they
-weigh are means over every step of a response, which `metrics.spectra` samples, too.
+The frequency weightings are the analogue filters of ISO 8041, applied in the frequency domain.
+They act on the mean acceleration in each step, which `metrics.spectra` uses as well.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from drysim.metrics.stroke import Values
 Complexes = NDArray[np.complex128]
 
 STEP_TOLERANCE = 1e-6
-"""A time this close to a grid point, in steps, is on it."""
+"""Distance from a grid point, in steps, within which a time counts as on it."""
 
 PADDING_TIME = 20.0
-"""Time [s] after which the weightings have forgotten: their slowest pole, in the high-pass,
-decays by exp(-1.78/s t), to 4e-16."""
+"""Zero padding [s] after which the weightings have decayed: the slowest pole, of the high-pass
+filter, decays as exp(-1.78/s t), to 4e-16."""
 
 RUNNING_RMS_TIME = 1.0
 """Integration time of the running RMS [s]."""
 
 HIGH_PASS, LOW_PASS = 0.4, 100.0
-"""Corners of the band limits that all weightings share, both Butterworth of order two [Hz]."""
+"""Corner frequencies of the band limits of all weightings, second-order Butterworth [Hz]."""
 
 
 class WeightingFilter(NamedTuple):
-    """A weighting inside its band limits.
+    """Frequency weighting without its band limits.
 
     Attributes
     ----------
@@ -53,26 +53,26 @@ WEIGHTINGS = {
     "Wd": WeightingFilter(2.0, 0.63),
     "Wc": WeightingFilter(8.0, 0.63),
 }
-"""Wk: a seat, vertical. Wd: a seat, horizontal. Wc: a backrest, fore and aft."""
+"""Wk: seat, vertical. Wd: seat, horizontal. Wc: backrest, fore and aft."""
 
 DIRECTIONS = {"vertical": ("Wk", 1.0), "horizontal": ("Wd", 1.4)}
-"""Weighting and multiplying factor k [-] of a seat's directions."""
+"""Weighting and multiplying factor k [-] for the directions of a seat."""
 
 UNVERIFIED_DIRECTIONS = ("horizontal",)
-"""Directions whose k is recalled and was not checked against the text of ISO 2631-1."""
+"""Directions whose k was not verified against the text of ISO 2631-1."""
 
 
 def comfort_metrics(
     response: Response, window: tuple[float, float], name: str, k: float, periodic: bool
 ) -> Values:
-    """Give a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor of a response; None where unknown.
+    """Return a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor; None where unknown.
 
     Parameters
     ----------
     response : Response
-        From t = 0 on. When it is periodic, its grid divides the repetition.
+        From t = 0. The grid of a periodic response divides its repetition.
     window : tuple of float
-        Begin and end of the window [s]; the steps that lie in it as a whole count.
+        Begin and end of the window [s]; steps wholly within it count.
     name : str
         Weighting, one of `WEIGHTINGS`.
     k : float
@@ -82,14 +82,14 @@ def comfort_metrics(
 
     Notes
     -----
-    ISO 2631-1: a_w is the RMS of the weighted acceleration of the mass times k; VDV is
-    (∫ a_w⁴ dt)^(1/4), so it grows with the window; MTVV is the greatest running RMS, here with
-    the linear integration of 1 s (not the exponential one), wholly within the window; the
-    crest factor is the greatest |a_w(t)| over a_w. SEAT and SEAT_VDV are a_w and VDV on the
-    mass over those of the base.
+    ISO 2631-1: a_w is k times the RMS of the weighted acceleration of the mass. VDV is (∫ a_w⁴
+    dt)^(1/4) and so grows with the window. MTVV is the largest running RMS within the window,
+    here with linear integration over 1 s (not the exponential one). The crest factor is the
+    largest |a_w(t)| over a_w. SEAT and SEAT_VDV are a_w and VDV on the mass over those of the
+    base.
 
-    A motion that is not periodic is weighted as an instrument would that is switched on at
-    t = 0, before which nothing moved: `settle` passes over the transients of both.
+    A motion that is not periodic is weighted as by an instrument that is switched on at t = 0,
+    with no motion before. `settle` excludes the transients of motion and filters.
     """
     part, dt = steps_in_window(response, window), response.dt
     base, mass = (
@@ -111,7 +111,7 @@ def comfort_metrics(
 
 
 def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
-    """Give the weighted series of an acceleration, in the middles of the steps.
+    """Return the weighted acceleration at the midpoints of the steps.
 
     Parameters
     ----------
@@ -122,12 +122,13 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
     name : str
         Weighting.
     periodic : bool
-        Whether the series repeats; else it is taken to be preceded and followed by nothing.
+        Whether the series repeats; else it is zero before its beginning and after its end.
 
     Notes
     -----
-    By FFT, with the exact gain at every line: a periodic series needs no padding, any other
-    is followed by `PADDING_TIME` of nothing, so that its end does not reach round to its beginning.
+    By FFT, with the exact gain at every line. A series that is not periodic is padded with
+    zeros for `PADDING_TIME`, so that the filter's response to its end does not wrap around to
+    its beginning.
     """
     from scipy import fft
 
@@ -140,22 +141,24 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
 
 
 def rms(series: Floats) -> float:
-    """Give the RMS of a series."""
+    """Return the RMS of a series."""
     return math.sqrt(float(np.mean(np.square(series))))
 
 
 def _vibration_dose(series: Floats, dt: float) -> float:
-    """Give the fourth root of the integral of the fourth power."""
+    """Return the fourth root of the integral of the fourth power."""
     return math.sqrt(math.sqrt(float(np.sum(np.square(np.square(series)))) * dt))
 
 
 def max_running_rms(series: Floats, dt: float, periodic: bool = False) -> float | None:
-    """Give the greatest RMS over 1 s of a series; None for one that is shorter and ends."""
+    """Return the largest RMS over 1 s; None for a shorter series that does not repeat."""
     span = RUNNING_RMS_TIME / dt
     if periodic:
         series = np.tile(series, 1 + math.ceil(span / len(series)))
     if len(series) < span:
         return None
+    # Differences of the cumulative energy; a window that begins within a step takes a share
+    # of it.
     energy = np.concatenate(([0.0], np.cumsum(np.square(series))))
     ends = np.arange(len(energy))
     begins = ends - span
@@ -165,14 +168,14 @@ def max_running_rms(series: Floats, dt: float, periodic: bool = False) -> float 
 
 
 def weighting_gain(name: str, f: Floats) -> Complexes:
-    """Give the complex gain W of a weighting at frequencies.
+    """Return the complex gain W of a weighting.
 
     Parameters
     ----------
     name : str
         One of `WEIGHTINGS`.
     f : ndarray
-        Frequencies [Hz]; 0 has gain 0.
+        Frequencies [Hz]; the gain at 0 is 0.
 
     Returns
     -------
@@ -181,8 +184,8 @@ def weighting_gain(name: str, f: Floats) -> Complexes:
 
     Notes
     -----
-    The analogue formula itself. Not to be confused with the rounded tables of the standard, or
-    with a digital filter, which departs from both towards half of its sampling rate.
+    The analogue formula itself, not the rounded tables of the standard and not a digital
+    filter, which departs from both towards half of its sampling rate.
     """
     f_3, Q_4, step = WEIGHTINGS[name]
     j: Complexes = (1j * f).astype(np.complex128)  # s/2π
@@ -195,12 +198,12 @@ def weighting_gain(name: str, f: Floats) -> Complexes:
 
 
 def _second_order(j: Complexes, f_i: float, Q: float) -> Complexes:
-    """Give s² + s ω/Q + ω², all divided by 4π²."""
+    """Return (s² + s ω/Q + ω²)/(4π²)."""
     return j * j + j * (f_i / Q) + f_i**2
 
 
 def step_means(response: Response) -> tuple[Floats, Floats]:
-    """Give the mean accelerations of base and mass over every step.
+    """Return the mean accelerations of base and mass in every step.
 
     Parameters
     ----------
@@ -214,10 +217,10 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
 
     Notes
     -----
-    ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, wherever in
-    it ẍ jumps. A point sample would miss up to half a step of each jump by 2 F_fk/m; what
-    remains here is aliasing, which a mean over the step keeps small. A mean has the gain
-    sin(π f dt)/(π f dt), which `averaging_gain` gives so that it can be taken back.
+    ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, even if ẍ
+    jumps within it. Point samples would be wrong by up to half a step at each jump of 2 F_fk/m.
+    What remains is aliasing, which averaging keeps small. Averaging has the gain sin(π f dt)/(π
+    f dt), see `averaging_gain`, which can be divided out.
     """
     dt, motion = response.dt, response.motion
     if isinstance(motion, Samples):
@@ -230,12 +233,12 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
 
 
 def averaging_gain(f: Floats, dt: float) -> Floats:
-    """Give the gain of a mean over a step [s] at frequencies [Hz]: sin(π f dt)/(π f dt)."""
+    """Return the gain sin(π f dt)/(π f dt) of a mean over a step [s] at frequencies [Hz]."""
     return np.asarray(np.sinc(f * dt), dtype=np.float64)
 
 
 def steps_in_window(response: Response, window: tuple[float, float]) -> slice:
-    """Give the steps that lie in a window [s] as a whole."""
+    """Return the steps that lie wholly within a window [s]."""
     first = int(np.ceil(window[0] / response.dt - STEP_TOLERANCE))
     last = int(np.floor(window[1] / response.dt + STEP_TOLERANCE))
     return slice(first, max(first, min(last, len(response) - 1)))

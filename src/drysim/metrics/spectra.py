@@ -1,4 +1,4 @@
-"""Spectra of base and mass by Welch: PSD, the transmissibility H1 between them, coherence."""
+"""Spectra of base and mass by Welch's method: PSD, transmissibility H1, coherence."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from drysim.core.model import Plant
 from drysim.metrics.comfort import Complexes, averaging_gain, step_means, steps_in_window
 
 MIN_SEGMENTS = 8
-"""Fewest segments end to end in a window unless the scenario says otherwise."""
+"""Fewest segments in a window, without overlap, unless the scenario says otherwise."""
 
 PERIODS_PER_SEGMENT, MIN_SEGMENT_TIME = 8.0, 5.0
-"""Natural periods in a segment of a long window, and the least length of one [s]."""
+"""Natural periods per segment of a long window, and the shortest segment [s]."""
 
 MIN_SEGMENT_STEPS = 16
-"""Steps of the shortest segment: eight lines are no spectrum."""
+"""Steps of the shortest segment, which gives eight spectral lines."""
 
 HANN_BANDWIDTH = 1.5
 """Noise bandwidth of the Hann window [lines]."""
 
 
 class Spectra(NamedTuple):
-    """One-sided spectra at the lines above 0 Hz, each array of shape (n,).
+    """One-sided spectra at the lines above 0 Hz; each array has shape (n,).
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class Spectra(NamedTuple):
     H1 : ndarray of complex
         Transmissibility from ü to ẍ [-], cross spectrum over G_u.
     coherence : ndarray
-        Share of G_x that a linear system would owe to ü [-].
+        Share of G_x that is linearly related to ü [-].
     segment : float
         Length of a segment [s].
     segments : int
-        How many of them were averaged, half overlapping.
+        Number of segments averaged, half overlapping.
     """
 
     f: Floats
@@ -52,7 +52,7 @@ class Spectra(NamedTuple):
 
 
 def spectra(response: Response, window: tuple[float, float], segment: float) -> Spectra:
-    """Give the spectra of a response in a window.
+    """Return the spectra of a response in a window.
 
     Parameters
     ----------
@@ -64,11 +64,12 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
 
     Notes
     -----
-    Welch: Hann windows that overlap by half, the mean of the window taken off. H1 = G_ux/G_u
-    is unbiased by what friction adds to ẍ, which lowers the coherence instead. A segment count
-    n leaves a standard error of about 1/√(0.95 n) of a PSD. The accelerations are means over
-    the steps, and their fading towards half of the sampling rate is taken back. So G_u is that
-    of straight lines between the samples, less than that of the samples by (2/3) (π f dt)².
+    Welch's method with Hann windows, half overlap, and the mean of the window removed. H1 =
+    G_ux/G_u is unbiased by the part of ẍ that friction adds, which lowers the coherence
+    instead. With n segments the standard error of a PSD is about 1/√(0.95 n). The accelerations
+    are means over the steps, and the gain of averaging is divided out. G_u is therefore that of
+    the linear interpolation between the samples, less than that of the samples by (2/3) (π f
+    dt)².
     """
     dt, part = response.dt, steps_in_window(response, window)
     u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))
@@ -78,13 +79,14 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     G_ux = _cross_spectrum(u_dd, x_dd, n, dt)
     with np.errstate(invalid="ignore", divide="ignore"):
         H1, coherence = G_ux / G_u, np.square(np.abs(G_ux)) / (G_u * G_x)
+    # H1 and coherence are ratios: the gain of averaging cancels in them.
     fading = np.square(averaging_gain(f, dt))
     count = 1 + (len(u_dd) - n) // (n - n // 2)
     return Spectra(f, G_u / fading, G_x / fading, H1, coherence, n * dt, count)
 
 
 def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
-    """Give the one-sided cross spectrum of two series above 0 Hz, by segments of n steps."""
+    """Return the one-sided cross spectrum of two series above 0 Hz, segments of n steps."""
     from scipy import signal
 
     _, G = signal.csd(
@@ -94,7 +96,10 @@ def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
 
 
 def viscous_transmissibility(plant: Plant, f: Floats) -> Floats:
-    """Give T_a of spring and damper alone at frequencies [Hz], in closed form [-]."""
+    """Return T_a without dry friction at frequencies [Hz], in closed form [-].
+
+    |T_a| = |(k_x + j b ω)/(k_x + j b ω - m ω²)|.
+    """
     m, k_x, b = plant
     omega = 2.0 * np.pi * f
     carried = k_x + 1j * b * omega

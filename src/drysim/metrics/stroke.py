@@ -1,8 +1,8 @@
-"""The stroke: how often and how long |x_r| is beyond its limit, Eq. (5), and what would do.
+"""Stroke metrics: excursions beyond the stroke limit, Eq. (5), contacts and extremes.
 
-`excursions` cover the whole run and `impact_metrics` the end stops in a window; `stroke_statistics`
-counts crossings, and extrapolates to what an hour of the same motion would need. All of it is
-taken from the path of the continuous solution, which tells every passage and every peak.
+`excursions` covers the whole run and `impact_metrics` the end stops in a window;
+`stroke_statistics` counts crossings and extrapolates to the largest stroke in an hour. All of
+them use the path of the continuous solution, which contains every crossing and every peak.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ if TYPE_CHECKING:
     from drysim.approach.end_stops import EndStopTrajectory, UnreachedStopsTrajectory
 
 Values = dict[str, float | int | None]
-"""Metrics by name; None for one that is not known."""
+"""Metrics by name; None where unknown."""
 
 MAX_NEWTON_STEPS = 100
-"""Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
+"""Newton's method needs about 5 steps; a bracket halved 60 times is one float wide."""
 
 
 HOUR = 3600.0
 
 MIN_HALF_CYCLES = 150
-"""Half cycles below which nothing is extrapolated."""
+"""Fewest half cycles for an extrapolation."""
 
 MIN_TAIL_PEAKS, TAIL_SHARE = 30, 0.1
-"""Peaks in the tail: that many at least, and that share of all."""
+"""Peaks in the tail: at least this many, and at least this share of all."""
 
 
 class Excursions(NamedTuple):
-    """Stretches of time with |x_r| at or beyond the limit.
+    """Intervals of time with |x_r| at or beyond the limit.
 
     Attributes
     ----------
     times : int
-        Number of stretches.
+        Number of intervals.
     t_first : float or None
         Beginning of the first [s].
     t_beyond : float
-        Time beyond the limit in all [s].
+        Total length [s].
     """
 
     times: int
@@ -55,21 +55,22 @@ class Excursions(NamedTuple):
 def excursions(
     trajectory: Trajectory, path: Path, x_rM: float, repeats: bool = False
 ) -> Excursions:
-    """Give the excursions of a whole run, settling included; reaching the limit is one.
+    """Return the excursions in a whole run, settling time and touching included.
 
     Parameters
     ----------
-    track : Track
+    trajectory : Trajectory
     path : Path
-        Of the track, up to its end and for this limit.
+        Of the trajectory, up to its end and for this limit.
     x_rM : float
         Stroke limit [m], above 0.
     repeats : bool
-        Whether the end goes on at the start, as on a periodic orbit.
+        Whether the end continues at the start, as on a periodic orbit.
 
     Notes
     -----
-    Between two points of the path the limit is passed once at most: nothing hides there.
+    Between two points of the path the limit is passed at most once, so that no excursion is
+    missed.
     """
     t = np.append(path.t, trajectory.end)
     x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
@@ -78,7 +79,7 @@ def excursions(
     leaves = []
     for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
         bracket = float(t[i]), float(t[i + 1])
-        # A rigid stop is met at the limit itself: there is nothing to search for then.
+        # x_r equals the limit at a rigid stop: no root to find.
         if side[i]:
             at = abs(x_r[i]) == x_rM
             leaves.append(
@@ -93,14 +94,29 @@ def excursions(
             )
     if len(leaves) < len(enters):
         leaves.append(trajectory.end)
-    # An excursion across the seam of an orbit is one, unless there is nothing else.
+    # On an orbit, an excursion at the end and one at the start are the same.
     joined = bool(repeats and side[0] and side[-1] == side[0] and len(enters) > 1)
     beyond = max(float(sum(leaves) - sum(enters)), 0.0)
     return Excursions(len(enters) - joined, min(enters, default=None), beyond)
 
 
 def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: float) -> float:
-    """Give the time at which x_r, from lo to hi, passes a level [m] in between."""
+    """Return the time at which x_r passes a level once between two times.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    level : float
+        Level of x_r [m].
+    lo, hi : float
+        Times on either side of the crossing [s].
+
+    Returns
+    -------
+    float
+        Time [s], accurate to rounding.
+    """
+    # Newton's method, with bisection where it leaves the bracket.
     rising = trajectory.state(hi).x_r > trajectory.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(MAX_NEWTON_STEPS):
@@ -120,19 +136,19 @@ def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: flo
 def impact_metrics(
     trajectory: Trajectory, window: tuple[float, float], repeats: bool
 ) -> Values:
-    """Give how often and how hard the mass came to its end stops in a window.
+    """Return number and severity of the contacts with the end stops in a window.
 
     Parameters
     ----------
-    track : Track
+    trajectory : Trajectory
         Of a scene with end stops.
     window : tuple of float
         Begin and end [s].
     repeats : bool
-        Whether the end goes on at the start, as on a periodic orbit.
+        Whether the end continues at the start, as on a periodic orbit.
     """
     law = trajectory.law
-    assert isinstance(law, EndStopLaw), "asked where there are stops only"
+    assert isinstance(law, EndStopLaw), "only called with end stops"
     solution = cast("EndStopTrajectory | UnreachedStopsTrajectory", trajectory)
     begin, end = window
     t, v_r = solution.hits()
@@ -149,7 +165,7 @@ def impact_metrics(
 
 
 def bumper_energy(law: AnyLaw, state: AnyState) -> float:
-    """Give the energy that a bumper holds in a state [J]; 0 where there is none."""
+    """Return the elastic energy of the bumper in a state [J]; 0 without contact."""
     if not isinstance(law, EndStopLaw) or abs(state.x_r) < law.x_rM:
         return 0.0
     from drysim.core.modes import TOUCHING, stop_coordinates
@@ -161,18 +177,19 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
 def stroke_statistics(
     path: Floats, length: float, x_rM: float | None, stationary: bool
 ) -> Values:
-    """Give crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
+    """Return crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
 
     Parameters
     ----------
     path : ndarray
-        x_r [m] at both ends of the window and where it came by in it, in order.
+        x_r [m] at both ends of the window and at the extreme points in it, in order.
     length : float
-        Of the window [s].
+        Length of the window [s].
     x_rM : float or None
         Stroke limit [m].
-    goes_on : bool
-        Whether the motion may be taken to go on as in the window, as noise and records are.
+    stationary : bool
+        Whether the motion may be assumed to continue as in the window, as for noise and
+        records.
     """
     values: Values = {"crossing_rate": count_upcrossings(path) / length}
     if x_rM is not None:
@@ -183,7 +200,7 @@ def stroke_statistics(
 
 
 def path_in_window(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> Floats:
-    """Give x_r [m] at the ends of a window and where its path comes by in it, in order."""
+    """Return x_r [m] at the ends of a window and at the extreme points in it, in order."""
     begin, end = window
     inside = path.x_r[(path.t > begin) & (path.t < end)]
     ends = trajectory.state(begin).x_r, trajectory.state(end).x_r
@@ -191,19 +208,29 @@ def path_in_window(trajectory: Trajectory, path: Path, window: tuple[float, floa
 
 
 def count_upcrossings(path: Floats) -> int:
-    """Give how often x_r passes zero upwards."""
+    """Return the number of upward zero crossings of x_r."""
     sides = np.sign(path[path != 0.0])
     return int(np.count_nonzero((sides[1:] > 0) & (sides[:-1] < 0)))
 
 
 def count_limit_entries(path: Floats, x_rM: float) -> int:
-    """Give how often |x_r| reaches a limit [m] from below, on either side."""
+    """Return how often |x_r| reaches a limit [m] from below, on either side."""
     sides = np.where(np.abs(path) >= x_rM, np.sign(path), 0.0)
     return int(np.count_nonzero((sides[1:] != 0) & (sides[1:] != sides[:-1])))
 
 
 def half_cycle_peaks(path: Floats) -> Floats:
-    """Give the greatest |x_r| [m] between every two passages of zero, in order."""
+    """Return the largest |x_r| [m] between consecutive zero crossings, in order.
+
+    Parameters
+    ----------
+    path : ndarray
+        Extreme points of x_r in order [m].
+
+    Returns
+    -------
+    ndarray, shape (half cycles,)
+    """
     moved: Floats = path[path != 0.0]
     if not len(moved):
         return moved
@@ -213,14 +240,14 @@ def half_cycle_peaks(path: Floats) -> Floats:
 
 
 def hourly_stroke(heights: Floats, length: float) -> float | None:
-    """Give the stroke that is met once an hour on average, extrapolated [m].
+    """Return the stroke exceeded once an hour on average, extrapolated [m].
 
     Parameters
     ----------
     heights : ndarray
         Peaks of the half cycles [m].
     length : float
-        Time in which they were seen [s].
+        Time in which they were observed [s].
 
     Returns
     -------
@@ -229,13 +256,13 @@ def hourly_stroke(heights: Floats, length: float) -> float | None:
 
     Notes
     -----
-    Peaks over threshold: the squares of the greatest tenth of all peaks (30 at least), less
-    that of the next lower one, are taken as exponential, with their mean. That is a Weibull
-    tail of exponent 2, exact for the peaks of narrow-band Gaussian motion (Rice), here fitted
-    to the tail that friction has left and not to its RMS. With n peaks in the tail and s their
-    mean excess, the standard error of the squared stroke is s ln(n HOUR/length)/√n, more where
-    peaks come in clusters. Coles, An Introduction to Statistical Modeling of Extreme Values
-    (2001), chapter 4. It is an extrapolation, not a bound.
+    Peaks over threshold: the threshold is the next peak below the largest tenth (at least 30
+    peaks). The excess of the squared peaks over the squared threshold is taken as exponential
+    with its mean s. This is a Weibull tail of exponent 2, exact for peaks of narrow-band
+    Gaussian motion (Rice), fitted to the tail that friction leaves and not to its RMS. With n
+    peaks in the tail the standard error of the squared stroke is s ln(n HOUR/length)/√n, and
+    more where peaks cluster. Coles, An Introduction to Statistical Modeling of Extreme Values
+    (2001), chapter 4. The result is an extrapolation, not a bound.
     """
     if len(heights) < MIN_HALF_CYCLES:
         return None

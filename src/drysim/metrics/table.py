@@ -1,9 +1,9 @@
-"""Metrics: what engineers ask of a response, from its continuous solution.
+"""Table of metrics, and their computation from the continuous solution.
 
-`METRICS` is the table of all of them and `measure` gives them; what they are made of follows:
-means and energies from integrals over a window, of one case or of columns of many. What
-concerns the stroke is in `stroke`, what needs a grid in `comfort` and `spectra`, and what
-a scenario promises of them in `checks`.
+`METRICS` lists all metrics and `measure` computes them. RMS values and energies follow from
+integrals over a window, of one case or of columns of many cases. Stroke metrics are in
+`stroke`, those that need a grid in `comfort` and `spectra`, and the checks of a scenario in
+`checks`.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from drysim.metrics.stroke import (
 )
 
 Metrics = Mapping[str, float | int | None]
-"""Values by name, None where one is not known; not to be changed."""
+"""Values by name, None where unknown; read-only."""
 
 
 class Metric(NamedTuple):
-    """A name that checks and reports may use, its SI unit and what it is."""
+    """Name of a metric for checks and reports, its SI unit and its meaning."""
 
     name: str
     unit: str
@@ -42,8 +42,8 @@ METRICS = (
     Metric("a_x", "m/s2", "RMS acceleration of the mass"),
     Metric("T_a", "-", "acceleration transmissibility a_x/a_u"),
     Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
-    Metric("x_r_rms", "m", "RMS relative displacement, mean kept"),
-    Metric("x_r_peak", "m", "stroke: greatest |x_r| in the window"),
+    Metric("x_r_rms", "m", "RMS relative displacement, mean included"),
+    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window"),
     Metric("v_r_rms", "m/s", "RMS relative velocity"),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
     Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
@@ -53,44 +53,46 @@ METRICS = (
         "share of the window without relative motion; 0 under laws that never stick",
     ),
     Metric(
-        "chatter_share", "-", "share of the window in which v_r flips twice within four steps"
+        "chatter_share",
+        "-",
+        "share of the window with two sign changes of v_r within four steps",
     ),
-    Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
-    Metric("t_first_violation", "s", "when it did so first"),
+    Metric("violations", "-", "how often |x_r| reaches the stroke limit, settling included"),
+    Metric("t_first_violation", "s", "time of the first violation"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
     Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
-    Metric("limit_rate", "1/s", "times per second that |x_r| reaches the stroke limit anew"),
+    Metric("limit_rate", "1/s", "how often |x_r| reaches the stroke limit, per second"),
     Metric(
         "stroke_suffices",
         "m",
-        "the stroke that would suffice for this motion: greatest |x_r|, settling included",
+        "stroke needed for this motion: largest |x_r|, settling included",
     ),
     Metric(
         "stroke_once_an_hour",
         "m",
-        "stroke met once an hour if noise or record went on as in the window: extrapolated "
-        "from the tail of its peaks (Weibull, exponent 2), at most where rigid stops are; not "
-        "known below 150 half cycles",
+        "stroke exceeded once an hour if noise or record continues as in the window: "
+        "extrapolated from the tail of its peaks (Weibull, exponent 2), at most the position "
+        "of rigid stops; unknown below 150 half cycles",
     ),
-    Metric("contacts", "-", "times that the mass came to an end stop in the window"),
-    Metric("impact_speed", "m/s", "greatest |v_r| with which it did so, in the window"),
-    Metric("stop_force_peak", "N", "greatest force between mass and bumper"),
-    Metric("impulse_peak", "N·s", "greatest impulse of an impact on a rigid stop"),
+    Metric("contacts", "-", "contacts with an end stop in the window"),
+    Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window"),
+    Metric("stop_force_peak", "N", "largest force between mass and bumper"),
+    Metric("impulse_peak", "N·s", "largest impulse of an impact on a rigid stop"),
     Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
     Metric("SEAT", "-", "a_w of the mass over that of the base"),
     Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
     Metric("SEAT_VDV", "-", "VDV of the mass over that of the base"),
-    Metric("MTVV", "m/s2", "greatest running RMS of a_w, linear over 1 s"),
-    Metric("crest_factor", "-", "greatest |a_w| over its RMS, of the mass"),
+    Metric("MTVV", "m/s2", "largest running RMS of a_w, linear over 1 s"),
+    Metric("crest_factor", "-", "largest |a_w| over its RMS, of the mass"),
     Metric("energy_input", "J", "work of the base on the relative motion in the window"),
-    Metric(
-        "energy_stored", "J", "change of kinetic energy and of energy in springs, bumpers too"
-    ),
+    Metric("energy_stored", "J", "change of kinetic and elastic energy, bumpers included"),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
     Metric("energy_viscous", "J", "loss in the damper"),
     Metric("energy_stops", "J", "loss at the end stops"),
     Metric(
-        "energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"
+        "energy_residual",
+        "-",
+        "residual of the energy balance, relative to the energy exchanged",
     ),
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
 )
@@ -99,13 +101,13 @@ UNITS = {metric.name: metric.unit for metric in METRICS}
 """Unit of every metric, by name."""
 
 SHARE_METRICS = ("stuck_share", "chatter_share")
-"""Those that are shares of the window, from 0 to 1."""
+"""Metrics that are shares of the window, from 0 to 1."""
 
 SIGNED_METRICS = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
-"""Those that may be below zero: bristles and spring contacts give energy back."""
+"""Metrics that may be negative: bristles and elastic contacts return energy."""
 
 COMFORT_METRICS = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
-"""Those that only a weighting gives."""
+"""Metrics that need a frequency weighting."""
 
 END_STOP_METRICS = (
     "contacts",
@@ -114,7 +116,7 @@ END_STOP_METRICS = (
     "impulse_peak",
     "energy_stops",
 )
-"""Those that only end stops give."""
+"""Metrics that need end stops."""
 
 STROKE_LIMIT_METRICS = (
     "stroke_used",
@@ -123,7 +125,7 @@ STROKE_LIMIT_METRICS = (
     "t_beyond",
     "limit_rate",
 )
-"""Those that only a stroke limit gives."""
+"""Metrics that need a stroke limit."""
 
 
 def measure(
@@ -133,22 +135,23 @@ def measure(
     closure: float | None = None,
     stationary: bool = False,
 ) -> Values:
-    """Give every metric of `METRICS` by name; None where it is not known.
+    """Return every metric of `METRICS` by name; None where unknown.
 
-    The weighted ones never are here: they need a grid, and `drysim.metrics.comfort` gives them.
+    Weighted metrics need a grid and are None here; see `drysim.metrics.comfort`.
 
     Parameters
     ----------
-    track : Track
-        Of a response, or of an orbit that never was on a grid.
+    trajectory : Trajectory
+        Solution, of a run or of a periodic orbit.
     window : tuple of float
         Begin and end of the window [s].
     x_rM : float or None
-        Stroke limit [m]; the metrics of the stroke need it.
+        Stroke limit [m], needed by the stroke metrics.
     closure : float or None
-        What a periodic orbit closes to [-]; None where the window is no orbit.
-    goes_on : bool
-        Whether the motion may be taken to go on as in the window, as noise and records are.
+        Closure of a periodic orbit [-]; None for any other motion.
+    stationary : bool
+        Whether the motion may be assumed to continue as in the window, as for noise and
+        records.
     """
     totals = trajectory.totals(*window)
     path = trajectory.path(window, x_rM)
@@ -170,7 +173,7 @@ def measure(
         values |= impact_metrics(trajectory, window, repeats=closure is not None)
         values["energy_stops"] = totals.hits - (held[1] - held[0])
         hourly = values.get("stroke_once_an_hour")
-        if trajectory.law.rigid and hourly is not None:  # its tail is cut off there
+        if trajectory.law.rigid and hourly is not None:  # rigid stops bound the stroke
             values["stroke_once_an_hour"] = min(hourly, trajectory.law.x_rM)
     if x_rM is not None:
         times, t_first, t_beyond = excursions(
@@ -182,34 +185,40 @@ def measure(
 
 
 def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> float:
-    """Give the greatest |x_r| in a window [m]: where its path comes by or at an end."""
+    """Return the largest |x_r| in a window [m], at an extreme point or at an end."""
     begin, end = window
     inside = (path.t >= begin) & (path.t <= end)
     turning = np.abs(path.x_r[inside]).max(initial=0.0)
     return float(max(turning, abs(trajectory.state(begin).x_r), abs(trajectory.state(end).x_r)))
 
 
-# Means and energies from integrals over a window: of one case, or of columns of many.
+# RMS values and energies from integrals over a window, of one case or of columns of many.
 
 ENERGY_FLOOR_SHARE = 1e-9
-"""Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
+"""Share of force times displacement below which energies are rounding, which is about 1e-15."""
 
 ENERGY_FLOOR = 1e-292
-"""What is less counts as no energy [J]: rounding of it is below the least normal number."""
+"""Energy [J] below which rounding falls under the smallest normal number."""
 
 
 def mean_metrics(totals: Totals, length: Any) -> dict[str, Any]:
-    """Give RMS values, their ratios and the stuck share from the integrals over a window.
+    """Return RMS values, their ratios and the stuck share from integrals over a window.
 
     Parameters
     ----------
     totals : Totals
-        Of numbers, or of arrays of one shape; then so is what comes out, NaN for not known.
+        Numbers, or arrays of one shape.
     length : float or ndarray
-        Of the window [s].
+        Length of the window [s].
+
+    Returns
+    -------
+    dict
+        Metrics by name, of the same type as the integrals; NaN (None for numbers) where
+        unknown.
     """
     a_u = sqrt(totals.u_dd2 / length)
-    # A mass that never moves has the base's motion to the last bit, not to rounding.
+    # While the mass is stuck throughout, a_x equals a_u exactly, without rounding.
     a_x = where(totals.stuck >= length, a_u, sqrt(totals.x_dd2 / length))
     x_r = sqrt(totals.x2 / length)
     u = None if totals.u2 is None else sqrt(totals.u2 / length)
@@ -233,16 +242,31 @@ def energy_metrics(
     last: AnyState,
     bumpers: tuple[float, float] = (0.0, 0.0),
 ) -> dict[str, Any]:
-    """Give the energy balance of a window, audited; numbers or arrays as in `mean_metrics`.
+    """Return the energy balance of a window and its residual.
 
-    `bumpers` is what end stops hold as springs at both ends [J].
+    Parameters
+    ----------
+    plant : Plant
+    F_fk : float or ndarray
+        Kinetic friction force [N].
+    totals : Totals
+        Integrals over the window; numbers or arrays, as in `mean_metrics`.
+    first, last : State
+        At both ends of the window.
+    bumpers : tuple of float
+        Elastic energy of the end stops at both ends of the window [J].
+
+    Returns
+    -------
+    dict
+        Metrics by name: energies [J] and the residual [-].
 
     Notes
     -----
-    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
-    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
-    at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r|, lest rounding be held against a contact that
-    rests away from the middle, and at least to `ENERGY_FLOOR`.
+    Each term is integrated independently, so the residual certifies the solution. It is
+    relative to the largest term or to m·RMS{ü}·RMS{v_r}·t, the energy that base and mass may
+    exchange; and at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r| and to
+    `ENERGY_FLOOR`, so that rounding does not count where a contact rests away from the origin.
     """
     work = -plant.m * totals.power
     begin = mechanical_energy(plant, first) + bumpers[0]
@@ -265,35 +289,35 @@ def energy_metrics(
 
 
 def mechanical_energy(plant: Plant, state: AnyState) -> Any:
-    """Give the spring and kinetic energy of a state of relative motion [J]."""
+    """Return the elastic and kinetic energy of a relative motion [J]."""
     v_r, x_r = state.v_r, state.x_r
     return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
 
 
-# Arithmetic on numbers, or on columns of them, where both are not written alike.
+# Arithmetic on numbers or columns, where the two need different functions.
 
 
 def sqrt(value: Any) -> Any:
-    """Give the square root; numpy alone would give that of a number ten times slower."""
+    """Return the square root; numpy's is ten times slower for a single number."""
     return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
 
 
 def ratio(a: Any, b: Any) -> Any:
-    """Give a over b; None, or NaN in a column, where b is 0 or not known."""
+    """Return a/b; None, or NaN in a column, where b is 0 or unknown."""
     if not isinstance(b, np.ndarray):
         return a / b if b else None
     return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
 
 
 def where(which: Any, one: Any, other: Any) -> Any:
-    """Give one of two by a condition."""
+    """Return one of two values, by a condition."""
     if isinstance(which, np.ndarray):
         return np.where(which, one, other)
     return one if which else other
 
 
 def maximum(*values: Any) -> Any:
-    """Give the greatest of several."""
+    """Return the largest of several values."""
     if any(isinstance(value, np.ndarray) for value in values):
         return np.maximum.reduce(np.broadcast_arrays(*values))
     return max(values)
