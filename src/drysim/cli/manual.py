@@ -75,7 +75,7 @@ def manual(name: Name = None, listed: List = False) -> int:
 
 
 def explain(word: Word) -> int:
-    """Explain a word: a key, metric, column, warning, exit code, approach, law or event."""
+    """Explain a word: key, metric, column, warning, exit code, law."""
     from drysim.console.pages import show_entries
     from drysim.manual.words import explain as meanings
     from drysim.manual.words import similar
