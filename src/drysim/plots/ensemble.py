@@ -1,4 +1,4 @@
-"""Plot ensemble.png: distribution of the main metrics over the seeds, and their running means."""
+"""Plot ensemble.png: distribution of the main metrics over the seeds, and running means."""
 
 from __future__ import annotations
 

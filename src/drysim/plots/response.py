@@ -338,7 +338,7 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
 
 
 def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
-    """Return axis limits for a mass that does not move; otherwise (None, None) for automatic."""
+    """Return axis limits for a mass that does not move, otherwise (None, None): automatic."""
     low, high = float(x_r.min()), float(x_r.max())
     return (low - 1, high + 1) if low == high else (None, None)
 

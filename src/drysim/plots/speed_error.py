@@ -1,8 +1,8 @@
 """Plot speed_error.png: error of every benchmark entry over its computing time per sample.
 
-A thick line is the Pareto front. Curves are labelled directly: a label is placed next to a point
-of its curve, at the candidate position with the lowest cost (overlaps, distance, leaving the
-panel). Curves with fewer points come first, as they have fewer candidates.
+A thick line is the Pareto front. Curves are labelled directly: a label is placed next to a
+point of its curve, at the candidate position with the lowest cost (overlaps, distance, leaving
+the panel). Curves with fewer points come first, as they have fewer candidates.
 """
 
 from __future__ import annotations

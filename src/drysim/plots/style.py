@@ -286,8 +286,8 @@ CLAUSE_BREAK = r"(?<=[,;]) "
 """Where generated text may be wrapped, so that a number stays with its name and unit."""
 
 Heading = tuple[str, list[str], list[str]]
-"""Title; lines printed literally (text of the user); lines in which x_r and the like are typeset
-as symbols."""
+"""Title; lines printed literally (text of the user); lines in which x_r and the like are
+typeset as symbols."""
 
 
 def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> Heading:
