@@ -107,7 +107,9 @@ def judge(
         word = HELD if answer.checks else NO_CHECKS
         return HardCaseResult(name, WRONG if failed else word, how, {}, *found)
     if isinstance(exact, str):
-        return HardCaseResult(name, FAILED, f"nothing to hold it to: {exact}", {}, *found)
+        return HardCaseResult(
+            name, FAILED, f"no exact solution to compare with: {exact}", {}, *found
+        )
     off = largest_deviations(answer, exact, free)
     worst = max(off, key=lambda metric: abs(off[metric]), default="")
     if not worst or abs(off[worst]) <= TOLERANCE:

@@ -105,7 +105,7 @@ def integrate_stick_slip(work: Work, slip: SlipIntegrator) -> Answer:
             d = slip_direction(work, state) if stopped else d
         event_count = event_count + 1 if state.n == n else 0
         if event_count > MAX_EVENTS_PER_SAMPLE:
-            raise SolverError(f"events follow each other without end at t = {state.t:.6g} s")
+            raise SolverError(f"events accumulate at t = {state.t:.6g} s")
     return Answer(x_out, v_out, lambda: friction_force(work, x_out, d_out), stops=stops)
 
 

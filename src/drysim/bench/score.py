@@ -209,7 +209,7 @@ class Reference:
         """
         points = work.samples + 1
         if answer.x_r.shape != (points,) or not np.isfinite(answer.x_r).all():
-            raise SolverError("the answer is not a finite number at every sample")
+            raise SolverError("the result has missing or non-finite values")
         off = float(np.abs(answer.x_r - self.x_r[:points]).max()) / self.scale
         own, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
         return off, own / exact - 1.0 if exact else None

@@ -203,11 +203,11 @@ def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     length = format_number(work.end, "s")
     yield (
         "work",
-        f"{work.samples} samples of {format_number(work.step, 's')}, {length} from the start",
+        f"{work.samples} samples of {format_number(work.step, 's')}: the first {length}",
     )
     yield (
         "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
     )
 
 
@@ -241,7 +241,7 @@ def with_uncertainty(score: Score, one: ReadyEntry, reference: Reference) -> Sco
     """
     again = try_within(lambda: second_run(one.work), TIME_LIMIT)
     if isinstance(again, str):
-        words = f"failed, its second run: {again}"
+        words = f"failed, second run: {again}"
         return replace(score, error_x_r=None, error_T_a=None, verdict=words)
     score = replace(score, uncertainty=reference.max_difference(one.answer, again))
     if score.in_doubt:
@@ -277,10 +277,12 @@ def score_exact(
         return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
     if stated_error is not None:
         word = verdict((stated_error, None), (False, False), False).partition(",")[0]
-        words = f"{word}, by the error that it states"
+        words = f"{word}, by its own error bound"
         return replace(exact, error_x_r=stated_error, error_T_a=None, verdict=words)
     closed = (exact.energy_residual or 0.0) <= EXACT_BELOW
-    words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
+    words = (
+        "exact by its energy balance" if closed else "wrong, its energy balance is not closed"
+    )
     return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
 
 
@@ -295,8 +297,9 @@ def reference_warnings(exact: Score, reference_score: Score | None) -> Iterator[
     if reference_score is not None and reference_score.in_doubt:
         off = format_number(100.0 * (reference_score.error_x_r or 0.0), "%", 2)
         sentence = (
-            f"the reference, {reference_score.approach} {reference_score.setting}, is in doubt: {describe_difference(reference_score)}, "
-            f"it and {exact.approach} by {off}; the error of {exact.approach} is not known here"
+            f"the reference, {reference_score.approach} {reference_score.setting}, is in "
+            f"doubt: {describe_difference(reference_score)}, the reference and "
+            f"{exact.approach} by {off}; the error of {exact.approach} is unknown"
         )
         numbers = {
             "uncertainty": reference_score.uncertainty or 0.0,
@@ -313,7 +316,9 @@ def work_warnings(work: Work, all_entries: Sequence[Entry]) -> Iterator[WarningM
     ):
         yield WarningMessage("left-out", sentence)
     if what := unsupported_law(work.law):
-        yield WarningMessage("no-peers", f"no peer knows {what}: none takes part")
+        yield WarningMessage(
+            "no-peers", f"no other program supports {what}: only drysim's approaches run"
+        )
 
 
 # Steady states.
@@ -409,8 +414,8 @@ def prepare_sweep(scenario: Scenario) -> Case:
     case = prepare(scenario.copy_with({"reference": None}), compared=True)
     if not scenario.sweep or case.period is None:
         raise UsageError(
-            f"{scenario.name} has no steady states to sweep",
-            "name a scenario with a sweep block and `measure: {steady: true}`",
+            f"{scenario.name} has no sweep of steady states",
+            "use a scenario with a `sweep` block and `measure: {steady: true}`",
         )
     return case
 
@@ -472,11 +477,11 @@ def describe_steady_work(
     for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
-    others = f"the others march through up to {len(works)} of them"
-    yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
+    others = f"the others integrate up to {len(works)} cases"
+    yield "work", f"{total} steady states, {each} each; {EXACT} finds all orbits, {others}"
     yield (
         "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
     )
 
 
@@ -510,7 +515,7 @@ def require_short_time(entry: Entry, work: Work) -> None:
     run()
     whole = time_once(run)[1] * SETTLING_PERIODS / TRIAL_PERIODS
     if whole > MAX_CASE_TIME:
-        raise SolverError(f"a case would take some {format_number(whole, 's', 1)}")
+        raise SolverError(f"a case would take about {format_number(whole, 's', 1)}")
 
 
 def march_entry(

@@ -140,7 +140,7 @@ def time_limit(seconds: float) -> Iterator[None]:
         if is_compiling():
             signal.setitimer(signal.ITIMER_REAL, seconds)
             return
-        raise SolverError(f"given up after {format_number(seconds, 's')}")
+        raise SolverError(f"time limit of {format_number(seconds, 's')} exceeded")
 
     before = signal.signal(signal.SIGALRM, over)
     signal.setitimer(signal.ITIMER_REAL, seconds)

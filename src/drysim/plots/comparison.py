@@ -412,7 +412,7 @@ def repeat_time(response: Response) -> float:
     """Return the period of a periodic orbit [s]; infinity for any other response."""
     if response.numerics.period_multiple is None:
         return inf
-    assert response.trajectory is not None, "an orbit is measured by its track"
+    assert response.trajectory is not None, "a periodic orbit has a trajectory"
     return response.trajectory.end
 
 

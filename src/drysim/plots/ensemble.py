@@ -64,7 +64,7 @@ def draw(result: Ensemble) -> Figure:
     figure, grid = style.panel_grid(len(shown), 2, left=0.085)
     for at, quantity in enumerate(shown):
         found = result.statistics[quantity.metric]
-        assert found is not None, "only what is known is shown"
+        assert found is not None, "only known metrics are drawn"
         values = np.array(
             [row.metrics.get(quantity.metric) for row in result.rows], dtype=float
         )
@@ -93,18 +93,16 @@ def _draw_distribution(
     axes: Axes, values: Floats, found: Statistic, quantity: Quantity, last: bool
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
-    sweep.set_title(axes, f"{quantity.symbol}: share of the seeds below [%]")
+    sweep.set_title(axes, f"{quantity.symbol}: cumulative distribution [%]")
     ordered, n = np.sort(values), len(values)
     marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
     mean, half_width = found.mean * quantity.scale, (found.half_width or 0.0) * quantity.scale
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
     for value in found.quantiles:
-        axes.axvline(value * quantity.scale, **QUANTILE_STYLE, label="5, 50 and 95 %")
+        axes.axvline(value * quantity.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
-    axes.plot(
-        ordered, shares, **SEEDS_STYLE, **marker_style, label="distribution over the seeds"
-    )
+    axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")
     axes.set_yticks([100 * share for share in QUANTILES])
     axes.set_ylim(0.0, 100.0)
     if last:
@@ -113,10 +111,10 @@ def _draw_distribution(
 
 def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> None:
     """Draw the mean of the first n seeds and its confidence interval over n."""
-    sweep.set_title(axes, f"{quantity.symbol}: mean of the first seeds")
+    sweep.set_title(axes, f"{quantity.symbol}: running mean")
     n = np.arange(1, len(values) + 1)
     if len(values) <= MAX_MARKED_SEEDS:
-        axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="one seed")
+        axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="single seed")
     # Centred at the final mean: the sum of squares would cancel otherwise.
     centred = values - values.mean()
     sums, squares = np.cumsum(centred), np.cumsum(centred * centred)
@@ -136,7 +134,7 @@ def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: boo
     axes.set_ylim(low - margin, high + margin)
     axes.set_xlim(0, len(values) + 1)
     if last:
-        axes.set_xlabel("seeds")
+        axes.set_xlabel("number of seeds")
 
 
 def _draw_check_limits(
@@ -150,7 +148,7 @@ def _draw_check_limits(
         if check.metric == quantity.metric and verdict.passed is not None:
             if min(abs(values - limit)) > MAX_LIMIT_DISTANCE * scatter:
                 continue
-            label = f"limit of a check: {wording.sanitise(check.text)}"
+            label = f"limit of check {wording.sanitise(check.text)}"
             left.axvline(limit, **response.LIMIT_STYLE, label=label)
             right.axhline(limit, **response.LIMIT_STYLE, label=label)
             low, high = right.get_ylim()

@@ -97,7 +97,7 @@ def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
     _draw_interval(
         figure, _panel_grid(figure, 0.9, 4.15, 2), part, outcome, MAX_LIMIT_RATIO_ZOOMED
     )
-    figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
+    figure.axes[-2].set_xlabel("time $t$ [s], framed interval")
 
 
 def _draw_interval(
@@ -237,14 +237,14 @@ def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None
 
 def stuck_label(law: AnyLaw) -> str:
     """Return the label of shaded phases: with an elastic contact the mass moves in them."""
-    return "contact holds" if isinstance(law, ElasticContactLaw) else "stuck"
+    return "no slip" if isinstance(law, ElasticContactLaw) else "stuck"
 
 
 def mark_settling_end(above: Axes, below: Axes, begin: float) -> None:
     """Mark the end of the settling time, if there is one."""
     if begin > 0:
         for axes in (above, below):
-            axes.axvline(begin, **SETTLING_STYLE, label="metrics begin")
+            axes.axvline(begin, **SETTLING_STYLE, label="end of settling time")
 
 
 def draw_limit(
@@ -270,7 +270,7 @@ def draw_limit(
         unit.units_per_metre,
     )
     if len(marked):
-        label = "stop met" if hits else "limit met"
+        label = "stop hit" if hits else "limit exceeded"
         style = (
             {**VIOLATION_STYLE, "markersize": 3.5}
             if len(marked) > CROWDED_MARKERS

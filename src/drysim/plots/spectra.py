@@ -48,7 +48,7 @@ def spectra(outcome: Outcome, folder: Path) -> None:
 def draw(outcome: Outcome) -> Figure:
     """Return the figure of the spectra of an outcome, not yet rendered."""
     found = outcome.spectra
-    assert found is not None, "only what was asked for is drawn"
+    assert found is not None, "only requested spectra are drawn"
     excited = _excited_lines(found.G_u)
     figure, grid = style.panel_grid(2, 2)
     _draw_psd(figure.add_subplot(grid[:, 0]), found)
@@ -67,8 +67,9 @@ def draw(outcome: Outcome) -> Figure:
             sweep.set_log_ticks(axes.xaxis, low, high)
     title, words, symbols = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
-    method = f"Welch, {averages} of {found.segment:.3g} s, Hann, half overlapping"
-    cut = f"; H1 where the base has {wording.format_percent(MIN_POWER_SHARE)} of its peak PSD and more"
+    method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
+    least = wording.format_percent(MIN_POWER_SHARE)
+    cut = f"; H1 where the base PSD is at least {least} of its peak"
     caption = f"spectra: {method}{'' if excited.all() else cut}"
     style.finish_figure(figure, grid, (title, [*words, caption], symbols))
     return figure

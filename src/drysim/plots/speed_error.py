@@ -55,14 +55,12 @@ LFILTER_STYLE: Style = {
     "zorder": 1,
 }
 
-CAPTION = (
-    "filled: approaches of drysim; hollow: other programs; broad line: what no other beats"
-)
+CAPTION = "filled: approaches of drysim; hollow: other programs; thick line: Pareto front"
 
 ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
-    ("error of $x_r$ / peak [–]", lambda score: score.error_x_r),
+    ("error of $x_r$ over peak [–]", lambda score: score.error_x_r),
     (
-        "error of $T_a$, relative [–]",
+        "relative error of $T_a$ [–]",
         lambda score: None if score.error_T_a is None else abs(score.error_T_a),
     ),
 )
@@ -118,14 +116,14 @@ def _draw_panel(
             axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **line_style})
             name = scores[0].approach
             before = known[name].lines if name in known else ()
-            label = f"{name}: exact, no error" if any(map(_is_exact, scores)) else name
+            label = f"{name}: exact" if any(map(_is_exact, scores)) else name
             known[name] = LabelledCurve(label, (*before, tuple(shown)), line_style["color"])
     axes.axvline(panel.lfilter, **LFILTER_STYLE)
     axes.text(
         panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
         rotation=90, ha="right", va="top",
     )  # fmt: skip
-    axes.set_xlabel("time a sample [ns]")
+    axes.set_xlabel("time per sample [ns]")
     axes.margins(x=0.1, y=0.15)
     axes.autoscale_view()
     axes.autoscale(False)

@@ -343,7 +343,7 @@ def table_heading(
         )
         base += f"; swept: {'; '.join(groups)}"
     if left_out:
-        base += f" ({left_out} {what} are not drawn)"
+        base += f" ({left_out} {what} not drawn)"
     known: dict[str, Any] = {
         "terms": scenario.terms,
         "swept": varied,
@@ -433,7 +433,7 @@ def _main_results(outcome: Outcome) -> str:
     """Return the main results on one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     peak = metrics[PEAK_STROKE]
-    limit = f" of {wording.format_length(stroke.limit, peak)}" if stroke else ""
+    limit = f" (limit {wording.format_length(stroke.limit, peak)})" if stroke else ""
     parts = [
         f"{name} {wording.format_number(metrics[name])}"
         for name in ("T_a", "T_x")
@@ -442,13 +442,13 @@ def _main_results(outcome: Outcome) -> str:
     parts.append(f"peak |x_r| {wording.format_length(peak)}{limit}")
     parts.append(f"stuck {wording.format_percent(metrics['stuck_share'])}")
     if metrics["contacts"]:
-        parts.append(f"stops met {metrics['contacts']}×")
+        parts.append(f"stops hit {metrics['contacts']}×")
     elif metrics["violations"]:
-        parts.append(f"limit met {metrics['violations']}×")
+        parts.append(f"limit exceeded {metrics['violations']}×")
     multiple = outcome.response.numerics.period_multiple
     if multiple:
         periods = "one period" if multiple == 1 else f"{multiple} periods"
-        parts.append(f"steady orbit over {periods}")
+        parts.append(f"periodic orbit over {periods}")
     return ", ".join(parts)
 
 

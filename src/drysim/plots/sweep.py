@@ -147,7 +147,7 @@ def _draw_limit(
         for curve_styles, own in zip(line_styles(drawn), levels, strict=True):
             style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
-                _draw_level(axes, level, max_level, style, "stroke limit of each")
+                _draw_level(axes, level, max_level, style, "stroke limit per line")
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
@@ -162,7 +162,12 @@ def _mark_violations(axes: Axes, drawn: View, panel: Panel, selected: Quantity) 
     if rows:
         x, y = [drawn.x(row) for row in rows], [selected.of(row) or nan for row in rows]
         axes.plot(
-            x, y, **response.VIOLATION_STYLE, linestyle="none", clip_on=False, label="limit met"
+            x,
+            y,
+            **response.VIOLATION_STYLE,
+            linestyle="none",
+            clip_on=False,
+            label="limit exceeded",
         )
 
 
@@ -267,7 +272,7 @@ def sweep_view(table: Table) -> View:
 
 
 def comparison_view(comparison: Comparison) -> View:
-    """Return the view of a comparison: one line per approach, with a panel of the shown case."""
+    """Return the view of a comparison: a line per approach, with a panel of the shown case."""
     table = comparison.table
     along, label, beside, others = _split_axes(table.axes)
     curves = [RowGroups(table.of(name), beside) for name in table.approaches]
@@ -407,7 +412,8 @@ def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
     """Return the label of a point of the sweep, with symbols of the paper."""
     units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
     return ", ".join(
-        f"{SYMBOLS.get(key, wording.short_key(key, units))} {wording.format_number(value, units[key])}"
+        f"{SYMBOLS.get(key, wording.short_key(key, units))} "
+        f"{wording.format_number(value, units[key])}"
         for key, value in point.items()
     )
 
@@ -444,7 +450,7 @@ GAP_STYLES: dict[str, Style] = {
 OTHER_GAP_STYLE: Style = {"marker": "1", "color": "black"}
 INTERVAL_STYLE: Style = {
     "alpha": 0.3, "linewidth": 0.0, "zorder": 1.5,
-    "label": "95 % confidence interval of a mean over seeds",
+    "label": "95 % confidence interval of the mean",
 }  # fmt: skip
 
 LOG_SCALE_RATIO = 100.0
@@ -788,7 +794,7 @@ def tick_label(x: float) -> str:
 
 QUANTILE_BANDS = (
     (0.05, 0.95, "#c9d8e8", "90 % of the cases"),
-    (0.25, 0.75, "#8fb0d0", "half of them"),
+    (0.25, 0.75, "#8fb0d0", "50 % of the cases"),
 )
 MEDIAN_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 
@@ -800,7 +806,7 @@ MAP_GAP = 0.4
 
 
 def needs_quantiles(table: Table) -> bool:
-    """Whether a table is drawn as quantile bands: random samples, or too many cases for lines."""
+    """Whether a table is drawn as quantile bands: random samples, or too many for lines."""
     return len(table.rows) > MAX_CACHED_ROWS or any(
         isinstance(axis.values, SampledValues) for axis in table.axes
     )
@@ -1008,7 +1014,7 @@ class Histogram:
     @property
     def map(self) -> Floats:
         """Mean of the metric, shape (bins across, bins along); NaN in cells without cases."""
-        assert self.across is not None, "asked for where there is something across"
+        assert self.across is not None, "a map has two axes"
         with np.errstate(invalid="ignore", divide="ignore"):
             means = self.sums / self.cell_counts
         return np.asarray(means.reshape(len(self.along), len(self.across)).T)

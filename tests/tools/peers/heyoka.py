@@ -102,7 +102,7 @@ class TaylorSolver:
             stopped = self.advance(way, begin, x_out, v_out)
         x_r, v_r = way.state.tolist()
         if not np.isfinite(x_r):
-            raise SolverError(f"heyoka has left the numbers at t = {begin.t:.6g} s")
+            raise SolverError(f"heyoka returned non-finite values at t = {begin.t:.6g} s")
         if stopped:
             n = int(np.searchsorted(self.grid, way.time, side="right")) - 1
             return SlipState(way.time, x_r, 0.0, n), True
