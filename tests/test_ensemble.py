@@ -160,7 +160,7 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     assert f"{format_number(most, unit)}; most with seed" in " ".join(told.split())
     figure = draw(made)
     titles = [panel.get_title("left") for panel in figure.axes]
-    assert f"peak |$x_r$| [{unit}]: mean of the first seeds" in titles
+    assert f"peak |$x_r$| [{unit}]: running mean" in titles
     low, high = figure.axes[-1].get_ylim()
     assert low < most < high
     assert any(f" {unit}" in text.get_text() for text in figure.texts)

@@ -289,7 +289,7 @@ def legend(figure):
 def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
     made = outcome(ElasticContactLaw(30.0, 20e3))
     assert made.metrics["stuck_share"] == 0.0
-    assert {"contact holds", "friction limit ±$F_{fk}$"} <= legend(draw(made))
+    assert {"no slip", "friction limit ±$F_{fk}$"} <= legend(draw(made))
     assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(CoulombLaw(45.0, 54.0))))
 
 
@@ -302,7 +302,10 @@ def test_framed_stretch_is_less_than_half_of_the_run():
 def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
     figure = draw(outcome(CoulombLaw(15.0, 15.0), record(24_000), None, limit=0.001))
     crosses = [
-        line for axes in figure.axes for line in axes.lines if line.get_label() == "limit met"
+        line
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_label() == "limit exceeded"
     ]
     sizes = {len(line.get_xdata()) > CROWDED_MARKERS: line.get_markersize() for line in crosses}
     assert sizes[True] < VIOLATION_STYLE["markersize"]

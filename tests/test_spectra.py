@@ -182,7 +182,7 @@ def test_picture_says_where_it_draws_h1_if_that_is_not_everywhere(seat):
     white = made.spectra._replace(G_u=np.ones_like(made.spectra.f))
     for one, cut in ((made, True), (replace(made, spectra=white), False)):
         told = " ".join(text.get_text() for text in draw(one).texts)
-        assert ("H1 where the base has 0.1 % of its peak PSD and more" in told) is cut
+        assert ("H1 where the base PSD is at least 0.1 % of its peak" in told) is cut
 
 
 def test_files_of_spectra_are_written_when_asked_for(drysim, seat):

@@ -1,3 +1,3 @@
-"""Every approach and scipy on the same work: how fast, and how far off; and the hard cases."""
+"""Benchmarks: speed and error of every approach and of scipy, and the hard cases."""
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""`drysim bench --hard`: every approach through the hard cases of the gallery.
+"""`drysim bench --hard`: every approach on the hard cases of the gallery.
 
-The exact approach is held to the checks of every case, the others to the exact one: which
-hold, which are wrong and how, which fail.
+The exact approach is judged by the checks of the case, every other approach by its deviation
+from the exact one. The verdict is `held`, `wrong` or `failed`.
 """
 
 from __future__ import annotations
@@ -31,34 +31,34 @@ if TYPE_CHECKING:
 HELD, WRONG, FAILED = "held", "wrong", "failed"
 
 NO_CHECKS = "no checks"
-"""What the exact approach comes to where nothing is promised: it is held to nothing then."""
+"""Verdict on the exact approach in a case without checks."""
 
 TOLERANCE = 0.01
-"""How far T_a, the RMS and the peak of x_r may be off [-]: what nobody minds."""
+"""Largest accepted deviation of T_a, RMS and peak of x_r [-]: negligible in practice."""
 
 COMPARED_METRICS = ("T_a", "x_r_peak", "x_r_rms")
-"""The metrics by which an answer is told from the exact one."""
+"""Metrics that are compared with those of the exact approach."""
 
 FACTOR_ABOVE, BLOW_UP_ABOVE = 10.0, 1e6
-"""Errors [-] from which a multiple says more than percents, and no number says anything."""
+"""Deviations above which a factor is printed instead of per cent, and "blows up" [-]."""
 
 
 class HardCaseResult(NamedTuple):
-    """One approach on one hard case.
+    """Result of one approach on one hard case.
 
     Attributes
     ----------
     approach : str
     word : str
-        `held`, `wrong` or `failed`; `no checks` of the exact one where nothing is promised.
+        `held`, `wrong` or `failed`; `no checks` for the exact approach in a case without any.
     how : str
-        The worst metric and by how much it is off, or why the approach failed.
+        The metric with the largest deviation and its deviation, or the reason of the failure.
     deviations : mapping
-        The greatest deviation of every compared metric [-], where it is known.
+        Largest deviation of every compared metric [-], where known.
     checks, passed : int
-        Checks that apply to the case, and those that passed.
+        Number of checks that apply to the case, and of those that passed.
     time : float
-        Time of all its points [s].
+        Computing time of all points [s].
     """
 
     approach: str
@@ -71,7 +71,7 @@ class HardCaseResult(NamedTuple):
 
 
 class CaseMetrics(NamedTuple):
-    """What an approach made of every point of a case: metrics, and checks as (all, passed)."""
+    """Metrics of an approach at every point of a case, and the numbers of its checks."""
 
     metrics: list[Metrics]
     checks: int
@@ -85,7 +85,19 @@ def judge(
     exact: CaseMetrics | str,
     free: CaseMetrics | str,
 ) -> HardCaseResult:
-    """Give the verdict on one approach: held to the checks, or to the exact one."""
+    """Return the verdict on one approach.
+
+    Parameters
+    ----------
+    name : str
+        The approach.
+    answer : CaseMetrics or str
+        Its metrics, or the reason of its failure.
+    time : float
+        Its computing time [s].
+    exact, free : CaseMetrics or str
+        The same of the exact approach, and of the oscillator without friction.
+    """
     if isinstance(answer, str):
         return HardCaseResult(name, FAILED, answer, {}, 0, 0, time)
     found = (answer.checks, answer.passed, time)
@@ -95,7 +107,9 @@ def judge(
         word = HELD if answer.checks else NO_CHECKS
         return HardCaseResult(name, WRONG if failed else word, how, {}, *found)
     if isinstance(exact, str):
-        return HardCaseResult(name, FAILED, f"nothing to hold it to: {exact}", {}, *found)
+        return HardCaseResult(
+            name, FAILED, f"no exact solution to compare with: {exact}", {}, *found
+        )
     off = largest_deviations(answer, exact, free)
     worst = max(off, key=lambda metric: abs(off[metric]), default="")
     if not worst or abs(off[worst]) <= TOLERANCE:
@@ -106,10 +120,10 @@ def judge(
 def largest_deviations(
     answer: CaseMetrics, exact: CaseMetrics, free: CaseMetrics | str
 ) -> dict[str, float]:
-    """Give the greatest deviation of every compared metric over all points of a case.
+    """Return the largest deviation of every compared metric over all points of a case [-].
 
-    A mass that should never move is off by what it moves, relative to the motion without
-    friction.
+    Where the exact value is zero, as for a mass that never slips, the deviation is relative to
+    the value without friction.
     """
     frees: list[Metrics] = (
         [{} for _ in exact.metrics] if isinstance(free, str) else free.metrics
@@ -126,7 +140,7 @@ def largest_deviations(
 
 
 def format_deviation(metric: str, off: float) -> str:
-    """Give a deviation in words, e.g. `T_a +84 %`."""
+    """Format a deviation, e.g. `T_a +84 %`."""
     word = metric.replace("x_r_peak", "peak").replace("x_r_rms", "x_r")
     if off > BLOW_UP_ABOVE:
         return "blows up"
@@ -137,7 +151,7 @@ def format_deviation(metric: str, off: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class HardCase:
-    """A hard case with its trials, one for every approach of the shelf."""
+    """A hard case with the results of all approaches."""
 
     scenario: Scenario
     results: tuple[HardCaseResult, ...]
@@ -151,7 +165,7 @@ class HardCases:
     engine: str
 
     def exit_code(self) -> int:
-        """Give 3 when the exact approach failed, 1 when it was wrong; others are findings."""
+        """Return the exit code: 3 if the exact approach failed, 1 if it was wrong, else 0."""
         words = {
             one.word for case in self.cases for one in case.results if one.approach == EXACT
         }
@@ -161,12 +175,18 @@ class HardCases:
 
 
 def load_scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
-    """Give the hard cases of the gallery, or the one that is named, ready to be solved.
+    """Load and validate the hard cases of the gallery, or the given file.
+
+    Parameters
+    ----------
+    file : str or None
+    changes : sequence of str
+        Changes as KEY=VALUE.
 
     Raises
     ------
     ScenarioError
-        With every problem of a file.
+        With all errors of a file.
     """
     files = (
         [file]
@@ -180,13 +200,22 @@ def load_scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
 
 
 def run(cases: Sequence[Scenario], patience: float, finished: Callable[[], None]) -> HardCases:
-    """Put every approach through every case; each may take so long [s] for one of them."""
+    """Run every approach on every case.
+
+    Parameters
+    ----------
+    cases : sequence of Scenario
+    patience : float
+        Time limit of one approach on one case [s].
+    finished : callable
+        Called after every approach.
+    """
     choose_engine(MAX_PLAIN_STEPS + 1)
     return HardCases(tuple(run_case(case, patience, finished) for case in cases), engine())
 
 
 def run_case(scenario: Scenario, patience: float, finished: Callable[[], None]) -> HardCase:
-    """Put every approach through one case."""
+    """Run every approach on one case; parameters as of `run`."""
     answers: dict[str, tuple[CaseMetrics | str, float]] = {}
     for name in (EXACT, *(name for name in APPROACHES_BY_NAME if name != EXACT)):
         begin = perf_counter()
@@ -201,8 +230,8 @@ def run_case(scenario: Scenario, patience: float, finished: Callable[[], None]) 
 
 
 def solve_case(scenario: Scenario, name: str) -> CaseMetrics:
-    """Give the metrics of every point of a case under an approach, and what the checks say."""
-    from drysim.study.run import solve  # files are written without it
+    """Return metrics and checks of an approach at every point of a case."""
+    from drysim.study.run import solve  # needed to solve, not to write files
 
     motions, checks = MotionCache(), []
     found: list[Metrics] = []

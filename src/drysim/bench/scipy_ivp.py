@@ -1,9 +1,10 @@
-"""scipy's `solve_ivp`, which people know: restarted at events, and on a smoothed law.
+"""scipy's `solve_ivp` as a benchmark peer: restarted at events, and with smoothed friction.
 
-It is a peer of drysim, and the reference that the exact approach is held to. What every peer
-needs around its integrator is here, too: a state machine that slides from an instant to the
-stop or to the end, and sticks without an integrator (what a careful person writes around a
-general solver; nothing of drysim's core is in it), and tanh(c v) for the sign of v, Eq. (8).
+With located events and tight tolerances it is also the reference for the exact approach. The
+state machine around an integrator is here as well and serves all peers: it integrates a slip
+phase up to the next stop, and advances a stick phase without an integrator, from the condition
+|F_L| <= F_fs alone. It uses no code of drysim's core, so that both are independent. The
+smoothed law replaces sign(v_r) by tanh(c v_r), Eq. (8) of the paper.
 """
 
 from __future__ import annotations
@@ -26,20 +27,20 @@ if TYPE_CHECKING:
 # The state machine around an integrator.
 
 LOOKAHEAD = 512
-"""Samples looked at together while the mass sticks."""
+"""Samples tested at a time for break-away."""
 
 BREAK_AWAY_TOLERANCE = 1e-15
-"""What the instant of a break-away is sought to, relative to it."""
+"""Relative tolerance of the break-away time [-]."""
 
 INITIAL_SLIP_VELOCITY = 1e-300
-"""Velocity [m/s] with which slip begins: above zero, so that its beginning is no stop."""
+"""Initial velocity of a slip phase [m/s]: nonzero, so that its beginning is not an event."""
 
 MAX_EVENTS_PER_SAMPLE = 100
-"""Events between two samples after which a peer counts as caught."""
+"""Events between two samples above which a peer has failed to progress."""
 
 
 class SlipState(NamedTuple):
-    """An instant of sliding: time [s], state, and the last sample that is known."""
+    """Time [s], x_r [m], v_r [m/s], and the index of the last completed sample."""
 
     t: float
     x_r: float
@@ -48,16 +49,44 @@ class SlipState(NamedTuple):
 
 
 class SlipIntegrator(Protocol):
-    """How a peer slides."""
+    """Integrator of a slip phase."""
 
     def __call__(
         self, begin: SlipState, d: int, x_out: Floats, v_out: Floats
     ) -> tuple[SlipState, bool]:
-        """Slide in direction d, write the samples passed, tell whether the mass has stopped."""
+        """Integrate a slip phase in direction d up to a stop or a point of the grid.
+
+        Parameters
+        ----------
+        begin : SlipState
+        d : int
+            Direction of slip, 1 or -1.
+        x_out, v_out : ndarray, shape (samples + 1,)
+            x_r [m] and v_r [m/s] on the grid; the passed samples are written.
+
+        Returns
+        -------
+        SlipState
+            State at the end.
+        bool
+            Whether the mass has stopped.
+        """
 
 
 def integrate_stick_slip(work: Work, slip: SlipIntegrator) -> Answer:
-    """Give the motion from the start to the last sample, sliding and sticking in turns."""
+    """Integrate the motion as an alternation of slip and stick phases.
+
+    Parameters
+    ----------
+    work : Work
+    slip : SlipIntegrator
+        Integrates one slip phase.
+
+    Raises
+    ------
+    SolverError
+        If events accumulate between two samples.
+    """
     x_out, v_out = np.zeros(work.samples + 1), np.zeros(work.samples + 1)
     d_out = np.zeros(work.samples + 1)
     state = SlipState(0.0, *work.start, 0)
@@ -76,26 +105,26 @@ def integrate_stick_slip(work: Work, slip: SlipIntegrator) -> Answer:
             d = slip_direction(work, state) if stopped else d
         event_count = event_count + 1 if state.n == n else 0
         if event_count > MAX_EVENTS_PER_SAMPLE:
-            raise SolverError(f"events follow each other without end at t = {state.t:.6g} s")
+            raise SolverError(f"events accumulate at t = {state.t:.6g} s")
     return Answer(x_out, v_out, lambda: friction_force(work, x_out, d_out), stops=stops)
 
 
 def limit_force(work: Work, state: SlipState) -> float:
-    """Give the force that holds the mass [N], Eq. (9)."""
+    """Return the force that holds the mass in stick [N], Eq. (9)."""
     return work.plant.m * work.base(state.t) + work.plant.k_x * state.x_r
 
 
 def slip_direction(work: Work, state: SlipState) -> int:
-    """Give the direction in which a mass at rest starts to slide, 0 where it sticks."""
+    """Return the direction of slip of a mass at rest, 0 if it sticks."""
     F_L = limit_force(work, state)
     return 0 if abs(F_L) <= work.law.F_fs else -int(np.sign(F_L))
 
 
 def advance_stick(work: Work, state: SlipState, x_out: Floats) -> SlipState:
-    """Stick until the limit force meets the static limit, or to the end.
+    """Advance a stick phase to its break-away, or to the end.
 
-    The limit force is monotone wherever ü is, so looking at the ends of such stretches misses
-    no break-away.
+    x_r is constant in stick, so the limit force is monotone between the extrema of ü: testing
+    it there cannot miss a break-away.
     """
     m, F_k = work.plant.m, work.plant.k_x * state.x_r
     t, u_dd = work.extrema
@@ -121,7 +150,7 @@ def advance_stick(work: Work, state: SlipState, x_out: Floats) -> SlipState:
 
 
 def break_away_time(work: Work, state: SlipState, begin: float, end: float) -> float:
-    """Return the instant at which the limit force passes the static limit [s]."""
+    """Return the time at which |F_L| exceeds the static limit, between two times [s]."""
     from scipy.optimize import brentq
 
     m, F_k, F_fs, base = work.plant.m, work.plant.k_x * state.x_r, work.law.F_fs, work.base
@@ -142,33 +171,33 @@ def break_away_time(work: Work, state: SlipState, begin: float, end: float) -> f
         brentq(excess, begin, end, xtol=BREAK_AWAY_TOLERANCE * end, rtol=BREAK_AWAY_TOLERANCE)
     )
     ahead = BREAK_AWAY_TOLERANCE * end
-    while excess(t) <= 0.0:  # below the limit the mass would stop at once
+    while excess(t) <= 0.0:  # at or below the limit the mass would stick again
         t, ahead = min(t + ahead, end), 2.0 * ahead
     return t
 
 
 def friction_force(work: Work, x_r: Floats, d: Floats) -> Floats:
-    """Give F_f on the grid [N]: kinetic where the mass slides, what holds it elsewhere."""
+    """Return F_f on the grid [N]: kinetic in slip, -F_L in stick."""
     F_L = work.plant.m * work.u_dd + work.plant.k_x * x_r
     F_f: Floats = np.where(d == 0, -F_L, d * work.law.F_fk)
     return F_f
 
 
-# What else peers share.
+# Shared by all peers.
 
 
 def smoothed_answer(work: Work, x_r: Floats, v_r: Floats, c: float) -> Answer:
-    """Give the answer of a peer on the smoothed law of sharpness c [s/m]."""
+    """Return the answer of a peer with smoothed friction of sharpness c [s/m]."""
     return Answer(x_r, v_r, lambda: work.law.F_fk * np.tanh(c * v_r))
 
 
 def omitted(work: Work) -> tuple[str, ...]:
-    """Give what of a scene a peer leaves out that knows one friction force only."""
+    """Return what a peer with a single friction force omits of a scene."""
     return ("a static limit above kinetic friction",) if work.law.F_fs > work.law.F_fk else ()
 
 
 def unsupported_law(law: AnyLaw) -> str:
-    """Say what the peers do not know: any but Coulomb's friction under a constant force."""
+    """Return what the peers do not support in a law; empty for Coulomb friction."""
     if isinstance(law, EndStopLaw):
         return "end stops"
     if isinstance(law, CoulombLaw | NormalForceLaw):
@@ -178,10 +207,9 @@ def unsupported_law(law: AnyLaw) -> str:
 
 
 def motion_scale(work: Work) -> Floats:
-    """Give the size of x_r [m] and v_r [m/s] to which absolute tolerances are relative.
+    """Return the scales of x_r [m] and v_r [m/s] for absolute tolerances.
 
-    A person knows about how far the mass moves: as far as the base pulls a block in half the
-    natural period, or in a tenth of a second where there is no spring.
+    The peak of ü acts for 1/omega_0, or for 0.1 s without a spring.
     """
     m, k_x, _ = work.plant
     time = sqrt(m / k_x) if k_x else 0.1
@@ -200,27 +228,27 @@ EVENT_SETTINGS: tuple[tuple[Method, float], ...] = (
     ("DOP853", 1e-9),
     ("DOP853", 1e-12),
 )
-"""Methods and relative tolerances with located events; the first is what scipy takes alone."""
+"""Methods and relative tolerances with located events; the first is scipy's default."""
 
 REFERENCE_SETTING: tuple[Method, float] = ("DOP853", 1e-13)
-"""The tightest that double precision allows with some room: what `stick-slip` is held to."""
+"""Method and relative tolerance of the reference: close to the limit of double precision."""
 
 SECOND_RUN_SETTING: tuple[Method, float, int] = ("DOP853", 1e-12, 3)
-"""Method, tolerance and how many times shorter steps: the second run of the reference. What
-both runs differ by tells the error of the reference itself."""
+"""Method, relative tolerance and divisor of the maximum step of the second run. The difference
+of both runs estimates the error of the reference."""
 
 SMOOTHED_SETTINGS: tuple[tuple[Method, float, float], ...] = (
     ("RK45", 1e-3, 1e3), ("LSODA", 1e-6, 1e4), ("Radau", 1e-6, 1e4), ("BDF", 1e-6, 1e5)
 )  # fmt: skip
-"""Methods, relative tolerances and sharpnesses [s/m] on the smoothed law."""
+"""Methods, relative tolerances and sharpnesses [s/m] with smoothed friction."""
 
 CHUNK_SAMPLES = 200
-"""Samples that one call may slide over: a stop is looked for in no more than that."""
+"""Maximum number of samples per call of `solve_ivp`, which ends at a stop."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give scipy at several tolerances, with events and on the smoothed law."""
-    # Under samples every sample is a restart, which makes all tolerances alike.
+    """Yield scipy at several tolerances, with events and with smoothed friction."""
+    # A record restarts the integrator at every sample, which makes all tolerances equal.
     for method, tolerance in EVENT_SETTINGS[:: 3 if isinstance(work.motion, Samples) else 1]:
         words = f"{method}, {format_number(tolerance)}"
         yield Entry("solve_ivp events", words, with_events(method, tolerance))
@@ -231,14 +259,14 @@ def entries(work: Work) -> Iterator[Entry]:
 
 
 def reference_entry() -> Entry:
-    """Give the entry that the exact approach is held to."""
+    """Return the entry that is the reference for the exact approach."""
     method, tolerance = REFERENCE_SETTING
     words = f"{method}, {format_number(tolerance)}"
     return Entry("solve_ivp events", words, with_events(method, tolerance))
 
 
 def second_run(work: Work) -> Answer:
-    """Return the answer of the reference with another tolerance and shorter steps."""
+    """Return the answer of the reference with another tolerance and a smaller maximum step."""
     method, tolerance, step_divisor = SECOND_RUN_SETTING
     return with_events(method, tolerance, step_divisor)(work)()
 
@@ -246,9 +274,19 @@ def second_run(work: Work) -> Answer:
 def with_events(
     method: Method, tolerance: float, step_divisor: int = 1
 ) -> Callable[[Work], Run]:
-    """Return an entry that restarts at every stop, and under samples at every sample.
+    """Return the preparation of an entry that restarts at every stop.
 
-    Its steps may be made so many times shorter than `longest_step`.
+    Parameters
+    ----------
+    method : str
+    tolerance : float
+        Relative tolerance [-].
+    step_divisor : int
+        `longest_step` over the maximum step.
+
+    Notes
+    -----
+    A record restarts the integrator at every sample, where the slope of ü jumps.
     """
 
     def ready(work: Work) -> Run:
@@ -259,7 +297,7 @@ def with_events(
 
 
 class RestartedSolver:
-    """How solve_ivp slides: to the stop, to the next sample, or over a chunk of a grid."""
+    """`solve_ivp` as `SlipIntegrator`: to the stop, the next sample, or over a chunk."""
 
     def __init__(self, work: Work, method: Method, tolerance: float, max_step: float) -> None:
         self.work, self.sampled = work, isinstance(work.motion, Samples)
@@ -272,7 +310,7 @@ class RestartedSolver:
     def __call__(
         self, begin: SlipState, d: int, x_out: Floats, v_out: Floats
     ) -> tuple[SlipState, bool]:
-        """Slide in direction d; see `SlipIntegrator`."""
+        """Integrate a slip phase in direction d; see `SlipIntegrator`."""
         last = min(begin.n + (1 if self.sampled else CHUNK_SAMPLES), self.work.samples)
         found = self._solve(begin, d, last)
         if not found.success:
@@ -284,7 +322,7 @@ class RestartedSolver:
                 x_out[n], v_out[n] = found.y[:, -1]
         else:
             n = begin.n + len(found.t)
-            if n > begin.n:  # scipy gives lists in place of arrays where a stop comes first
+            if n > begin.n:  # scipy returns lists instead of arrays if a stop comes first
                 x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
         if stopped:
             t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
@@ -292,11 +330,11 @@ class RestartedSolver:
         return SlipState(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
 
     def _solve(self, begin: SlipState, d: int, last: int) -> Any:
-        """Return what solve_ivp finds from an instant to a point of the grid, or to the stop.
+        """Return the result of solve_ivp up to a point of the grid, or to the stop.
 
-        solve_ivp finds an event by its sign at the ends of a step, so it overlooks a v_r that
-        vanishes twice within one. In between lies a minimum of d·v_r, which is an event as
-        well: where d·v_r is below zero there, the mass has stopped before.
+        solve_ivp detects events by a sign change over a step and misses two roots of v_r in
+        one step. Between them d·v_r has a minimum, which is an event as well: if d·v_r < 0
+        there, the mass has stopped before, and the integration is repeated up to the minimum.
         """
         from scipy.integrate import solve_ivp
 
@@ -335,9 +373,9 @@ class RestartedSolver:
 
 
 def longest_step(work: Work) -> float:
-    """Return a step [s] within which v_r has one extremum at most: a quarter of a period.
+    """Return a step [s] in which v_r has at most one extremum: a quarter of the least period.
 
-    Between samples dv_r/dt swings at the damped natural frequency, under sines at theirs, too.
+    dv_r/dt oscillates at the damped natural frequency, under sines also at their frequencies.
     """
     m, k_x, _ = work.plant
     fastest = max([sqrt(k_x / m), *(omega for _, omega, _ in work.sines)])
@@ -345,7 +383,7 @@ def longest_step(work: Work) -> float:
 
 
 def local_base(work: Work, n: int) -> Callable[[float], float]:
-    """Give the base acceleration near sample n: of samples the straight line from there."""
+    """Return the base acceleration near sample n; for a record its linear segment there."""
     if not isinstance(work.motion, Samples):
         return work.base
     u_0, t_0 = float(work.u_dd[n]), n * work.step
@@ -354,7 +392,16 @@ def local_base(work: Work, n: int) -> Callable[[float], float]:
 
 
 def on_smoothed_law(method: Method, tolerance: float, c: float) -> Callable[[Work], Run]:
-    """Give an entry on tanh(c v) in place of the sign, in one call."""
+    """Return the preparation of an entry with tanh(c v_r) for sign(v_r), in a single call.
+
+    Parameters
+    ----------
+    method : str
+    tolerance : float
+        Relative tolerance [-].
+    c : float
+        Sharpness [s/m].
+    """
 
     def ready(work: Work) -> Run:
         from scipy.integrate import solve_ivp

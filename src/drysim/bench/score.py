@@ -1,7 +1,7 @@
-"""What a bench gives: scores by the error against the exact answer, verdicts in a few words.
+"""Results of a benchmark: scores from the error against the exact solution, and verdicts.
 
-The judge knows the exact answer on the whole work. Below stand the entries of drysim's own
-shelf: every approach at several steps, methods and sharpnesses.
+`Reference` holds the exact solution of the whole work. `entries` yields drysim's own entries:
+every approach with several steps, methods and sharpnesses.
 """
 
 from __future__ import annotations
@@ -33,43 +33,44 @@ if TYPE_CHECKING:
 
 
 EXACT_BELOW = 1e-9
-"""Error [-] up to which an answer counts as exact: rounding and tight tolerances."""
+"""Error up to which an answer is exact [-]: rounding and tight tolerances."""
 
 MAX_UNCERTAINTY_SHARE = 0.1
-"""Share of a deviation below which the reference's own error leaves no doubt whose it is."""
+"""Uncertainty of the reference over a deviation, up to which the deviation is attributed to the
+exact approach [-]."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """One entry, measured.
+    """Measured time and error of an entry.
 
     Attributes
     ----------
     approach, setting : str
-        Which entry it is.
+        The entry.
     own : bool
-        Whether it stands on drysim's shelf.
+        Whether it is an approach of drysim.
     step : float or None
-        Step of its march [s]; None where it chooses its own.
+        Time step [s]; None if adaptive.
     samples : int
-        Stretch of the work that it was timed on, from the start on.
+        Number of samples it was timed on, from the start of the work.
     repeats : int
-        Runs behind the median; 0 where it failed.
+        Number of runs of the median; 0 if it failed.
     time : float or None
-        Time a sample [ns].
+        Computing time per sample [ns].
     ratio : float or None
-        The same over that of scipy's lfilter [-].
+        `time` over that of scipy's lfilter [-].
     error_x_r : float or None
-        Greatest error of x_r over the peak of |x_r| [-].
+        Maximum error of x_r over the peak of |x_r| [-].
     error_T_a : float or None
-        Error of T_a on the stretch, relative and signed [-].
+        Relative error of T_a over these samples, signed [-].
     energy_residual : float or None
-        What its energy balance leaves [-]; None where it keeps none.
+        Relative residual of the energy balance [-]; None if not computed.
     uncertainty : float or None
-        Of the reference: what its two runs differ by [-], relative as `error_x_r` is.
+        Of the reference: difference of its two runs, relative as `error_x_r` [-].
     verdict : str
         `exact`, `close`, `fine`, `coarse`, `wrong`, `chatters`, `creeps`, `another law`,
-        `failed` or `in doubt` (not known, as the reference is in doubt), with what is wrong.
+        `failed` or `in doubt` (unknown, as the reference is uncertain), with the reason.
     """
 
     approach: str
@@ -88,30 +89,29 @@ class Score:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether a reference may itself be what it differs by from the exact approach."""
+        """Whether the error of the reference itself may explain its deviation."""
         off = self.error_x_r or 0.0
         return off > EXACT_BELOW and (self.uncertainty or 0.0) > MAX_UNCERTAINTY_SHARE * off
 
 
 @dataclass(frozen=True, eq=False)
 class BenchCase:
-    """One scene of a bench with the scores of all entries.
+    """A scenario of a benchmark with the scores of all entries.
 
     Attributes
     ----------
     scenario : Scenario
-        What was asked.
     motion : Sines or Samples or None
-        How the base moved; None where it moved differently from case to case.
+        Base motion; None if it differs from case to case.
     words : tuple of (str, str)
-        What every entry solves: heads and sentences.
+        Description of the work: labels and text.
     scores : tuple of Score
-        drysim's shelf first, then the peers.
+        drysim's approaches first, then the peers.
     lfilter : float
-        Time a sample of scipy's lfilter on a record of that length [ns].
+        Computing time per sample of scipy's lfilter on a record of the same length [ns].
     reference : Score or None
-        What the exact approach was held to: its errors are those of the reference against it.
-    warnings : tuple of Caution
+        Score of the reference; its errors are relative to the exact approach.
+    warnings : tuple of WarningMessage
     """
 
     scenario: Scenario
@@ -124,17 +124,17 @@ class BenchCase:
 
     @property
     def checks(self) -> tuple[Verdict, ...]:
-        """None: a bench judges approaches, not the scenario."""
+        """Empty: a benchmark judges approaches, not the scenario."""
         return ()
 
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Speed against error of every approach, on one scene or several.
+    """Speed and error of every approach on one or several scenarios.
 
     Attributes
     ----------
-    panels : tuple of Panel
+    cases : tuple of BenchCase
     engine : str
         `plain` or `compiled`.
     """
@@ -144,29 +144,30 @@ class Bench:
 
     @property
     def warnings(self) -> tuple[WarningMessage, ...]:
-        """The warnings of all scenes, each sentence once."""
+        """Warnings of all cases, without duplicates."""
         return tuple(
             {one.sentence: one for panel in self.cases for one in panel.warnings}.values()
         )
 
 
 CLOSE_BELOW, FINE_BELOW, COARSE_BELOW = 1e-4, 1e-2, 1e-1
-"""Errors [-] up to which an answer counts as close, fine and coarse: what no measurement tells
-apart, what nobody minds, what misleads nobody."""
+"""Errors up to which an answer is close (below any measurement error), fine (negligible in
+practice) and coarse (conclusions still hold) [-]."""
 
 SATURATION_SHARE, CHATTER_SHARE = 0.99, 0.5
-"""Share of F_fk [-] that counts as all of it, and of the time that counts as most of it."""
+"""An answer chatters where |F_f| exceeds the first share of F_fk in more than the second share
+of the stuck samples [-]."""
 
 STOP_KINDS = (0, 2, -2)
-"""Kinds of events at which the mass comes to a stop: it sticks or turns."""
+"""Kinds of events at which v_r reaches zero: stick or reversal."""
 
 ErrorPair = tuple[float | None, float | None]
-"""Of x_r and of T_a [-]."""
+"""Errors of x_r and T_a [-]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The exact answer on the whole work, and what errors are relative to.
+    """Exact solution of a work, from which errors are computed.
 
     Attributes
     ----------
@@ -174,9 +175,9 @@ class Reference:
         Relative displacement [m], absolute acceleration [m/s²].
     stuck : ndarray of bool, shape (samples + 1,)
     scale : float
-        Greatest |x_r| [m], or where the mass never moves that without dry friction.
+        Peak of |x_r| [m]; of a mass that never moves the peak without dry friction.
     stops : ndarray
-        Instants at which the mass comes to a stop [s].
+        Times at which v_r reaches zero [s].
     """
 
     x_r: Floats
@@ -187,7 +188,7 @@ class Reference:
 
     @classmethod
     def of(cls, work: Work) -> Self:
-        """Give the exact answer to a work."""
+        """Solve a work exactly."""
         scene = (work.motion, work.start, work.step)
         duration = None if isinstance(work.motion, Samples) else work.end
         exact = StickSlip().solve(work.plant, work.law, *scene, duration)
@@ -199,29 +200,29 @@ class Reference:
         return cls(exact.x_r, exact.x_dd, exact.stuck, scale or 1.0, stops)
 
     def errors(self, work: Work, answer: Answer) -> ErrorPair:
-        """Give the errors of an answer on a stretch of the work.
+        """Return the errors of x_r and T_a of an answer to the first samples of the work [-].
 
         Raises
         ------
         SolverError
-            When the answer is no row of numbers of the right length.
+            If the answer has the wrong length or is not finite.
         """
         points = work.samples + 1
         if answer.x_r.shape != (points,) or not np.isfinite(answer.x_r).all():
-            raise SolverError("the answer is not a finite number at every sample")
+            raise SolverError("the result has missing or non-finite values")
         off = float(np.abs(answer.x_r - self.x_r[:points]).max()) / self.scale
         own, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
         return off, own / exact - 1.0 if exact else None
 
     def max_difference(self, one: Answer, other: Answer) -> float:
-        """Return how far x_r of two answers is apart at most [-], relative as errors are."""
+        """Return the maximum difference of x_r of two answers, relative to `scale` [-]."""
         return float(np.abs(one.x_r - other.x_r).max()) / self.scale
 
     def symptoms(self, work: Work, answer: Answer) -> tuple[bool, bool]:
-        """Tell whether an answer chatters, and whether it moves, where the mass should stick.
+        """Return whether an answer chatters and whether it moves in stick phases.
 
-        Friction balances what pulls there. It is as large as it can be only where it drives
-        the mass to and fro.
+        In stick the friction force balances the limit force. It has its full kinetic value
+        only in an answer whose velocity alternates in sign.
         """
         stuck = self.stuck[: work.samples + 1]
         if not stuck.any():
@@ -232,16 +233,16 @@ class Reference:
 
 
 def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> str:
-    """Give the verdict on an answer in a few words.
+    """Return the verdict on an answer.
 
     Parameters
     ----------
     errors : tuple
-        Of x_r and T_a [-]; None where there is none.
+        Errors of x_r and T_a [-]; None where unknown.
     symptoms : tuple of bool
-        Whether it chatters, and moves, where the mass should stick.
-    lacks : bool
-        Whether it leaves something of the scene out.
+        Whether it chatters, and whether it moves, in stick phases.
+    omitted : bool
+        Whether the entry omits something of the scene.
     """
     off, T_a = errors[0] or 0.0, errors[1] or 0.0
     worst = max(off, abs(T_a))
@@ -268,11 +269,11 @@ def _rms(series: Floats) -> float:
 
 
 SUBSTEPS = (1, 4, 16, 64)
-"""Pieces of a sample that fixed steps are tried with."""
+"""Numbers of fixed steps per sample."""
 
 
 class Setting(NamedTuple):
-    """An approach with its options, in words, and the pieces of a sample to try."""
+    """An approach, its options as text, and the numbers of steps per sample."""
 
     approach: Approach
     words: str
@@ -280,7 +281,7 @@ class Setting(NamedTuple):
 
 
 def approach_settings() -> Iterator[Setting]:
-    """Give every setting of every approach that is worth a row."""
+    """Yield all settings of all approaches in a benchmark."""
     yield Setting(StickSlip(), "")
     yield Setting(Switch(), "", SUBSTEPS)
     yield Setting(Moreau(), "", SUBSTEPS)
@@ -300,7 +301,7 @@ def approach_settings() -> Iterator[Setting]:
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give the entries of the shelf for a work; what an approach cannot use is left out."""
+    """Yield drysim's entries for a work; each solves the law its approach supports."""
     for approach, words, substeps in approach_settings():
         name = approach.approach
         law = work.scenario.with_approach(name).law()
@@ -317,7 +318,21 @@ def make_entry(
     omitted: tuple[str, ...],
     count: int,
 ) -> Entry:
-    """Give one approach with one setting, each sample of the work cut into so many pieces."""
+    """Return the entry of an approach with one setting and `count` steps per sample.
+
+    Parameters
+    ----------
+    work : Work
+    approach : Approach
+    words : str
+        The setting as text.
+    law : AnyLaw
+        The law that the approach solves.
+    omitted : tuple of str
+        What this law omits of the scene.
+    count : int
+        Steps per sample.
+    """
 
     def ready(work: Work) -> Run:
         motion = refine_motion(work.motion, count)

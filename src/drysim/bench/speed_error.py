@@ -1,8 +1,9 @@
-"""`drysim bench` and `drysim bench --steady`: speed against error of every entry.
+"""`drysim bench` and `drysim bench --steady`: speed and error of every entry.
 
-A bench times and judges all entries on one motion a scenario. With `--steady` the work is a
-sweep of steady states: the exact approach finds all orbits, the others march through some cases
-until these settle, and their last periods are held to the orbits.
+Without `--steady` all entries solve the same time history of each scenario, and are timed and
+compared with the exact solution. With `--steady` the work is a sweep of steady states: the
+exact approach computes all periodic orbits directly; the other entries integrate some of the
+cases until they settle, and their last periods are compared with the orbits.
 """
 
 from __future__ import annotations
@@ -48,15 +49,24 @@ BENCH_SCENARIOS = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
     ("paper-random", ("friction.static_ratio=1.2", "excitation.rms=0.67")),
 )
-"""Scenarios of the gallery, and what is changed in them: a sine at which the mass sticks twice
-a period, and noise under 45 N that is 54 N at rest."""
+"""Scenarios of the gallery with changes: a sine with two stick phases per period, and noise
+with friction of 45 N (kinetic) and 54 N (static)."""
 
 STEADY_SCENARIOS = (("paper-low-friction", ()), ("paper-high-friction", ()))
 """The paper's Figs. 3 and 4."""
 
 
 class PreparedBench(NamedTuple):
-    """A bench that is ready to be run: its cases in words, and the work."""
+    """A benchmark to be run.
+
+    Attributes
+    ----------
+    cases : list of dict
+        Name, size and number of entries of every case.
+    warnings : list of WarningMessage
+    run : callable
+        Runs the benchmark; calls its argument after every entry.
+    """
 
     cases: list[dict[str, Any]]
     warnings: list[WarningMessage]
@@ -64,12 +74,20 @@ class PreparedBench(NamedTuple):
 
 
 def load_scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
-    """Give the scenarios to bench: the one named, else those of the gallery.
+    """Load the scenarios of a benchmark: the given file, else those of the gallery.
+
+    Parameters
+    ----------
+    file : str or None
+    changes : sequence of str
+        Changes as KEY=VALUE.
+    swept : bool
+        Whether the benchmark is of steady states.
 
     Raises
     ------
     ScenarioError
-        With every problem of a file.
+        With all errors of a file.
     """
     if file is not None:
         return [load(file, list(changes))]
@@ -78,7 +96,7 @@ def load_scenarios(file: str | None, changes: Sequence[str], swept: bool) -> lis
 
 
 def time_history_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
-    """Give the bench of one motion a scenario."""
+    """Prepare the benchmark of one time history per scenario."""
     works = [make_work(one, terms.samples) for one in inputs]
     cases = [
         {"name": work.scenario.name, "samples": work.samples, "step": work.step,
@@ -90,7 +108,7 @@ def time_history_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> Prepa
 
 
 def steady_state_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
-    """Give the bench of the steady states of every scenario's sweep."""
+    """Prepare the benchmark of the steady states in the sweep of every scenario."""
     ready = [prepare_sweep(one) for one in inputs]
     cases = [
         {"name": case.scenario.name, "steady_states": count_points(case.scenario.sweep),
@@ -106,7 +124,7 @@ def bench_runner(
     inputs: Sequence[object],
     terms: BenchOptions,
 ) -> Callable[[Job], Bench]:
-    """Give the function that holds a bench, a panel for each of what is asked."""
+    """Return the function that runs a benchmark, with one case per input."""
 
     def run(finished: Job) -> Bench:
         choose_engine(MAX_PLAIN_STEPS + 1)
@@ -116,11 +134,11 @@ def bench_runner(
     return run
 
 
-# One motion.
+# Time histories.
 
 
 def entries(work: Work, terms: BenchOptions) -> list[Entry]:
-    """Give all entries on a work: the exact one first, the reference last."""
+    """Return all entries on a work: the exact one first, the reference last."""
     own = list(score.entries(work))
     return (
         own
@@ -130,25 +148,25 @@ def entries(work: Work, terms: BenchOptions) -> list[Entry]:
 
 
 def peer_entries(work: Work, terms: BenchOptions) -> Iterator[Entry]:
-    """Give the entries of all peers that take part."""
+    """Yield the entries of all peers."""
     for peer in terms.peers:
         yield from peer.entries(work)
 
 
 def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
-    """Give the scores on one work.
+    """Time and score all entries on one work.
 
     Parameters
     ----------
     work : Work
-    terms : Terms
+    terms : BenchOptions
     finished : callable
-        Called when an entry has been made ready.
+        Called after the preparation of every entry.
 
     Raises
     ------
     SolverError
-        When the exact approach fails; whatever happens to another is its score.
+        If the exact approach fails; the failure of any other entry is its verdict.
     """
     all_entries, reference = entries(work, terms), Reference.of(work)
     last = None if unsupported_law(work.law) else all_entries[-1]
@@ -160,7 +178,7 @@ def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
         scores.append(score_answer(entry, one, reference))
         if isinstance(one, ReadyEntry) and entry is last:
             scores[-1] = with_uncertainty(scores[-1], one, reference)
-        # The answer itself, with all its points, is let go here.
+        # Only the score is kept, to free the memory of the answer.
         if isinstance(one, ReadyEntry):
             stated_error = one.answer.error if entry is all_entries[0] else stated_error
             ready.append(TimedEntry(one.run, one.once, scores[-1]))
@@ -178,23 +196,23 @@ def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
 
 
 def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
-    """Give in words what every entry solves, and how long the filter takes [ns]."""
+    """Yield labels and text that describe a work and the time of the filter."""
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
     yield from wording.describe_scene(work.plant, work.law, defaulted, terms)
     yield "base", wording.describe_excitation(work.scenario.excitation, work.motion)
     length = format_number(work.end, "s")
     yield (
         "work",
-        f"{work.samples} samples of {format_number(work.step, 's')}, {length} from the start",
+        f"{work.samples} samples of {format_number(work.step, 's')}: the first {length}",
     )
     yield (
         "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
     )
 
 
 def score_answer(entry: Entry, one: ReadyEntry | str, reference: Reference) -> Score:
-    """Give the score of an entry, its time left open."""
+    """Return the score of an entry, without its time."""
     score = Score(entry.approach, entry.setting, entry.own, entry.step, 0)
     if isinstance(one, str):
         return replace(score, verdict=f"failed, {one}")
@@ -216,13 +234,14 @@ def score_answer(entry: Entry, one: ReadyEntry | str, reference: Reference) -> S
 
 
 def with_uncertainty(score: Score, one: ReadyEntry, reference: Reference) -> Score:
-    """Return the score of the reference with what a second run of it differs by.
+    """Return the score of the reference with its uncertainty from a second run.
 
-    Where both runs agree, yet not with the exact approach, the verdict counts the stops, too.
+    If both runs agree with each other but not with the exact approach, the verdict also has the
+    numbers of stops.
     """
     again = try_within(lambda: second_run(one.work), TIME_LIMIT)
     if isinstance(again, str):
-        words = f"failed, its second run: {again}"
+        words = f"failed, second run: {again}"
         return replace(score, error_x_r=None, error_T_a=None, verdict=words)
     score = replace(score, uncertainty=reference.max_difference(one.answer, again))
     if score.in_doubt:
@@ -234,7 +253,7 @@ def with_uncertainty(score: Score, one: ReadyEntry, reference: Reference) -> Sco
 
 
 def energy_residual_of(work: Work, answer: Answer) -> float | None:
-    """Give what the energy balance of an answer leaves [-], where it keeps one."""
+    """Return the relative residual of the energy balance of an answer [-], if computed."""
     from drysim.metrics.table import measure
 
     if answer.trajectory is None:
@@ -245,9 +264,9 @@ def energy_residual_of(work: Work, answer: Answer) -> float | None:
 def score_exact(
     exact: Score, reference_score: Score | None, stated_error: float | None = None
 ) -> Score:
-    """Give the score of the exact approach, whose errors are those of the reference.
+    """Return the score of the exact approach, whose errors are those of the reference.
 
-    Without a reference the error that it states itself counts, and else its energy balance.
+    Without a reference the verdict rests on its own error bound, or on its energy balance.
     """
     if reference_score is not None and reference_score.in_doubt:
         words = f"in doubt, {describe_difference(reference_score)}"
@@ -258,26 +277,29 @@ def score_exact(
         return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
     if stated_error is not None:
         word = verdict((stated_error, None), (False, False), False).partition(",")[0]
-        words = f"{word}, by the error that it states"
+        words = f"{word}, by its own error bound"
         return replace(exact, error_x_r=stated_error, error_T_a=None, verdict=words)
     closed = (exact.energy_residual or 0.0) <= EXACT_BELOW
-    words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
+    words = (
+        "exact by its energy balance" if closed else "wrong, its energy balance is not closed"
+    )
     return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
 
 
 def describe_difference(reference_score: Score) -> str:
-    """Say by how much two runs of a reference differ."""
+    """Describe the difference of two runs of the reference."""
     off = format_number(100.0 * (reference_score.uncertainty or 0.0), "%", 2)
     return f"two runs of the reference differ by {off} of the peak of x_r"
 
 
 def reference_warnings(exact: Score, reference_score: Score | None) -> Iterator[WarningMessage]:
-    """Warn where the reference is in doubt rather than the exact approach."""
+    """Yield a warning if the reference itself may be inaccurate."""
     if reference_score is not None and reference_score.in_doubt:
         off = format_number(100.0 * (reference_score.error_x_r or 0.0), "%", 2)
         sentence = (
-            f"the reference, {reference_score.approach} {reference_score.setting}, is in doubt: {describe_difference(reference_score)}, "
-            f"it and {exact.approach} by {off}; the error of {exact.approach} is not known here"
+            f"the reference, {reference_score.approach} {reference_score.setting}, is in "
+            f"doubt: {describe_difference(reference_score)}, the reference and "
+            f"{exact.approach} by {off}; the error of {exact.approach} is unknown"
         )
         numbers = {
             "uncertainty": reference_score.uncertainty or 0.0,
@@ -287,41 +309,53 @@ def reference_warnings(exact: Score, reference_score: Score | None) -> Iterator[
 
 
 def work_warnings(work: Work, all_entries: Sequence[Entry]) -> Iterator[WarningMessage]:
-    """Give what is to be said about a scene, and about approaches that leave something out."""
+    """Yield the warnings on a scene and on entries that omit something of it."""
     yield from work.warnings
     for sentence in dict.fromkeys(
         words for one in all_entries if one.own for words in one.omitted
     ):
         yield WarningMessage("left-out", sentence)
     if what := unsupported_law(work.law):
-        yield WarningMessage("no-peers", f"no peer knows {what}: none takes part")
+        yield WarningMessage(
+            "no-peers", f"no other program supports {what}: only drysim's approaches run"
+        )
 
 
 # Steady states.
 
 SETTLING_PERIODS, SAMPLES_PER_PERIOD = 100, 256
-"""What settling takes: after so many periods of so many samples the start is forgotten."""
+"""Periods to settle, after which the start has no influence, and samples per period."""
 
 MAX_CASES = 12
-"""Cases of a sweep, evenly spread, through which everything but the orbit search marches."""
+"""Maximum number of evenly spaced cases of a sweep that are integrated."""
 
 
 @dataclass(frozen=True, eq=False)
 class SteadyCase:
-    """A case of the sweep as work, one period of it, and the orbit that it must come to."""
+    """A case of a sweep.
+
+    Attributes
+    ----------
+    work : Work
+        The case from its start until it has settled.
+    period : Work
+        One period from a state on the orbit.
+    orbit : Reference
+        Exact solution of `period`.
+    """
 
     work: Work
     period: Work
     orbit: Reference
 
     def last(self, answer: Answer) -> Answer:
-        """Give the last period of an answer."""
+        """Return the last period of an answer."""
         part = slice(-SAMPLES_PER_PERIOD - 1, None)
         return Answer(answer.x_r[part], answer.v_r[part], lambda: answer.friction()[part])
 
 
 def steady_cases(case: Case) -> Iterator[SteadyCase]:
-    """Give some cases of a sweep, evenly spread; those whose orbit takes one period."""
+    """Yield evenly spaced cases of a sweep whose orbit has the period of the base."""
     motions, every = run.MotionCache.starting_with(case), list(iter_points(case.scenario.sweep))
     for at in range(min(MAX_CASES, len(every))):
         point = every[(2 * at + 1) * len(every) // (2 * min(MAX_CASES, len(every)))]
@@ -341,10 +375,10 @@ def steady_cases(case: Case) -> Iterator[SteadyCase]:
 
 
 def follow_orbits(known: Sequence[SteadyCase]) -> Score | None:
-    """Give the errors of the reference where it begins on the orbits and follows them once.
+    """Return the errors of the reference over one period that begins on the orbit.
 
-    What marches from the start may not have settled after all its periods; an orbit that the
-    reference comes back to is one. None where the reference itself fails.
+    Integration from the start may not have settled after `SETTLING_PERIODS`. An orbit to which
+    the reference returns after one period is confirmed. None if the reference fails.
     """
     entry = reference_entry()
     score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
@@ -365,29 +399,29 @@ def follow_orbits(known: Sequence[SteadyCase]) -> Score | None:
 
 
 TRIAL_PERIODS, MAX_CASE_TIME, STEADY_TIME_LIMIT = 4, 8.0, 60.0
-"""Periods that tell how long a case would take [s], from where on that is too long [s], and
-the time after which an entry has failed [s]."""
+"""Periods of the trial run of a case, largest accepted estimate of its time [s], and time limit
+of an entry [s]."""
 
 
 def prepare_sweep(scenario: Scenario) -> Case:
-    """Give a sweep of steady states, ready to be solved, its reference left aside.
+    """Prepare a sweep of steady states without its reference approach.
 
     Raises
     ------
     UsageError
-        When the scenario sweeps nothing, or measures no steady state.
+        If the scenario has no sweep or does not measure steady states.
     """
     case = prepare(scenario.copy_with({"reference": None}), compared=True)
     if not scenario.sweep or case.period is None:
         raise UsageError(
-            f"{scenario.name} has no steady states to sweep",
-            "name a scenario with a sweep block and `measure: {steady: true}`",
+            f"{scenario.name} has no sweep of steady states",
+            "use a scenario with a `sweep` block and `measure: {steady: true}`",
         )
     return case
 
 
 def steady_entries(work: Work, terms: BenchOptions) -> list[Entry]:
-    """Give what marches: the shelf at the step of the work, the peers, the reference last."""
+    """Return the integrating entries: drysim's at one step per sample, peers, the reference."""
     own = [one for one in score.entries(work) if one.points == 1 and one.approach != EXACT]
     return (
         own
@@ -397,13 +431,13 @@ def steady_entries(work: Work, terms: BenchOptions) -> list[Entry]:
 
 
 def count_entries(case: Case, terms: BenchOptions) -> int:
-    """Give the number of entries that march through a sweep."""
+    """Return the number of integrating entries of a sweep."""
     known = next(steady_cases(case), None)
     return 0 if known is None else len(steady_entries(known.work, terms))
 
 
 def steady_bench_case(case: Case, terms: BenchOptions, finished: Job) -> BenchCase:
-    """Give the scores on one sweep."""
+    """Time and score all entries on one sweep; parameters as of `bench_case`."""
     scenario, known = case.scenario, list(steady_cases(case))
     all_entries = list(zip(*(steady_entries(one.work, terms) for one in known), strict=True))
     tried = []
@@ -429,7 +463,7 @@ def steady_bench_case(case: Case, terms: BenchOptions, finished: Job) -> BenchCa
 def describe_steady_work(
     case: Case, works: Sequence[Work], total: int, lfilter_time: float
 ) -> Iterator[tuple[str, str]]:
-    """Give in words what is solved, and how long the filter takes [ns]."""
+    """Yield labels and text that describe a sweep and the time of the filter."""
     scenario, varied = case.scenario, [axis.key for axis in case.scenario.sweep]
     defaulted, terms = not scenario.static_given, scenario.terms
     shared = {
@@ -443,16 +477,16 @@ def describe_steady_work(
     for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
-    others = f"the others march through up to {len(works)} of them"
-    yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
+    others = f"the others integrate up to {len(works)} cases"
+    yield "work", f"{total} steady states, {each} each; {EXACT} finds all orbits, {others}"
     yield (
         "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
     )
 
 
 def time_orbit_search(case: Case, total: int) -> TimedEntry:
-    """Give the search of all orbits, as `drysim sweep` does it, metrics included."""
+    """Return the search of all orbits including metrics, as in `drysim sweep`, to be timed."""
 
     def run() -> object:
         return sweep.solve(case, workers=1)
@@ -466,7 +500,7 @@ def time_orbit_search(case: Case, total: int) -> TimedEntry:
 def try_steady_entry(
     variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
 ) -> TimedEntry | Score:
-    """March an entry through as many cases as patience allows; or say how it fails."""
+    """Integrate an entry through as many cases as time permits; return a score if it fails."""
     found = try_within(lambda: march_entry(variants, known, terms), STEADY_TIME_LIMIT)
     if isinstance(found, TimedEntry):
         return found
@@ -476,18 +510,18 @@ def try_steady_entry(
 
 
 def require_short_time(entry: Entry, work: Work) -> None:
-    """Raise where a few periods show that a case would take too long."""
+    """Raise SolverError if a case would take too long, estimated from a few periods."""
     run = entry.ready(work.first(TRIAL_PERIODS * SAMPLES_PER_PERIOD))
     run()
     whole = time_once(run)[1] * SETTLING_PERIODS / TRIAL_PERIODS
     if whole > MAX_CASE_TIME:
-        raise SolverError(f"a case would take some {format_number(whole, 's', 1)}")
+        raise SolverError(f"a case would take about {format_number(whole, 's', 1)}")
 
 
 def march_entry(
     variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
 ) -> TimedEntry:
-    """March an entry through as many cases as patience allows, and judge its last periods."""
+    """Integrate an entry through as many cases as time permits, and score the last periods."""
     first = variants[0]
     require_short_time(first, known[0].work)
     _, once = time_once(first.ready(known[0].work))

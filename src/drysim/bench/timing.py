@@ -1,9 +1,9 @@
-"""How entries are timed: medians of interleaved repeats, so that all meet the same machine.
+"""Timing of benchmark entries: medians of interleaved repeats.
 
-The clock counts the time of the processor, which other work on the machine disturbs little;
-where the system counts that too coarsely, the time that passes. An entry is made ready on as
-much of the work as patience allows, and what comes to no end is given up. Beside all entries a
-filter is timed that everybody has, in turns with them.
+All entries and scipy's lfilter run in turns, so that load and clock rate of the machine affect
+them equally. The clock is CPU time, which other processes hardly disturb, or wall time where
+the system counts CPU time too coarsely. An entry runs on as many samples as fit into its time,
+and is stopped at a time limit.
 """
 
 from __future__ import annotations
@@ -31,44 +31,51 @@ Job = Callable[[], Any]
 Given = TypeVar("Given")
 
 CLOCK_RESOLUTION = 1e-6
-"""Resolution [s] that a clock must have: the quickest jobs take some hundred of it."""
+"""Required resolution of the clock [s]: the fastest jobs take about 100 µs."""
 
 MIN_JOB_TIME = 1e-9
-"""What a job is taken to last at least [s], where the clock says nothing."""
+"""Lower bound of a measured time [s], which may be zero."""
 
 MIN_REPEATS = 3
-"""Repeats of the slowest jobs: the least that has a median."""
+"""Repeats of the slowest jobs: the least number with a median."""
 
 MAX_POINTS = 2_000_000
-"""Points that an entry with several a sample may compute in one run: some hundred megabytes."""
+"""Maximum number of points per run of an entry with several per sample: a few 100 MB."""
 
 TRIAL_SAMPLES = 200
-"""Samples of the stretch that tells how long a whole run would take."""
+"""Samples of the trial run from which the time of a full run is estimated."""
 
 TIME_LIMIT = 30.0
-"""Time [s] after which an entry has failed that was to run for the patience only."""
+"""Time after which an entry fails, in addition to its regular runs [s]."""
 
 FILTER_COEFFICIENTS = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
-"""The filter that is timed: a stable one of second order, as the oscillator is."""
+"""Coefficients of the timed filter: stable and of second order, like the oscillator."""
 
 clock = (
     process_time
     if get_clock_info("process_time").resolution <= CLOCK_RESOLUTION
     else perf_counter
 )
-"""Gives the time of the processor [s], counted from anywhere. How fine that is, is asked once:
-the question would fall into the time of the job, some hundredths of the quickest."""
+"""CPU time from an arbitrary origin [s]. The choice is made once, at import: the look-up takes
+a few per cent of the fastest job."""
 
 
 def time_once(job: Job) -> tuple[Any, float]:
-    """Run a job once; give what it gives, and the time it took [s]."""
+    """Run a job once; return its result and its time [s]."""
     begin = clock()
     made = job()
     return made, clock() - begin
 
 
 def interleaved_medians(jobs: Sequence[Job], times: Sequence[int]) -> list[float]:
-    """Give the median time of every job [s], each run so many times, in turns."""
+    """Return the median time of every job [s].
+
+    Parameters
+    ----------
+    jobs : sequence of callable
+    times : sequence of int
+        Number of runs of each job; the jobs run in turns.
+    """
     found: list[list[float]] = [[] for _ in jobs]
     with gc_disabled():
         for turn in range(max(times, default=0)):
@@ -79,13 +86,13 @@ def interleaved_medians(jobs: Sequence[Job], times: Sequence[int]) -> list[float
 
 
 def repeat_count(once: float, most: int, patience: float) -> int:
-    """Give how often a job is run that takes so long [s]: slow ones fewer times."""
+    """Return the number of runs of a job that takes `once` [s], at most `most`."""
     return max(min(MIN_REPEATS, most), min(most, int(patience / once) if once > 0.0 else most))
 
 
 @contextmanager
 def gc_disabled() -> Iterator[None]:
-    """Keep the collection of garbage from falling into the time of a job."""
+    """Disable garbage collection, which would count in the time of a job."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -96,33 +103,33 @@ def gc_disabled() -> Iterator[None]:
 
 
 def try_within(work: Callable[[], Given], seconds: float) -> Given | str:
-    """Give what some work gives within a time, or say how it fails: that is its verdict."""
+    """Return the result of `work`, or the reason of its failure within a time limit [s]."""
     try:
         with time_limit(seconds):
             return work()
     except DrysimError as fault:
         return failure_reason(fault)
-    except Exception as fault:  # whatever another program raises
+    except Exception as fault:  # other programs may raise anything
         return f"{type(fault).__name__}: {fault}"
 
 
 def failure_reason(fault: DrysimError) -> str:
-    """Give why numbers cannot be had: the fault itself, or the problem behind it."""
+    """Return the message of an error, or of the first problem behind it."""
     problems = getattr(fault, "problems", ())
     return problems[0].sentence if problems else fault.message
 
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Give up what lasts longer, as soon as a kernel hands over.
+    """Limit the time of a block [s]; a running kernel is not interrupted.
 
-    Compiling is no part of the work and is never interrupted: the time begins afresh behind it.
-    Where the system has no alarm, or outside the main thread, it is waited for to the end.
+    Compilation does not count: the time starts again after it. There is no limit on systems
+    without SIGALRM and outside the main thread.
 
     Raises
     ------
     SolverError
-        When the time is over.
+        After the time limit.
     """
     here = threading.current_thread() is threading.main_thread()
     if not (here and hasattr(signal, "setitimer")):
@@ -133,7 +140,7 @@ def time_limit(seconds: float) -> Iterator[None]:
         if is_compiling():
             signal.setitimer(signal.ITIMER_REAL, seconds)
             return
-        raise SolverError(f"given up after {format_number(seconds, 's')}")
+        raise SolverError(f"time limit of {format_number(seconds, 's')} exceeded")
 
     before = signal.signal(signal.SIGALRM, over)
     signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -145,18 +152,18 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 class BenchOptions(NamedTuple):
-    """How a bench is held.
+    """Options of a benchmark.
 
     Attributes
     ----------
     samples : int
-        Samples of the work, at most.
+        Maximum number of samples of the work.
     repeats : int
-        Runs of an entry, at most.
+        Maximum number of runs of an entry.
     patience : float
-        Time that one run may take [s]; slower entries run on a shorter stretch.
+        Time of one run [s]; slower entries run on fewer samples.
     peers : tuple of Peer
-        Other programs that take part; the reference, which is scipy, always does.
+        Other programs to include. The reference, scipy, is always included.
     """
 
     samples: int = 24_000
@@ -167,7 +174,7 @@ class BenchOptions(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ReadyEntry:
-    """A stretch of the work, what an entry runs on it, and its first answer, timed [s]."""
+    """First samples of a work, the timed part of an entry, its first answer and time [s]."""
 
     work: Work
     run: Run
@@ -176,13 +183,13 @@ class ReadyEntry:
 
 
 def try_entry(entry: Entry, work: Work, options: BenchOptions) -> ReadyEntry | str:
-    """Make an entry ready on as much of the work as patience allows; or say how it fails."""
+    """Prepare an entry within the time limit; return the reason if it fails."""
     seconds = TIME_LIMIT + 3.0 * options.patience
     return try_within(lambda: prepare_entry(entry, work, options), seconds)
 
 
 def prepare_entry(entry: Entry, work: Work, options: BenchOptions) -> ReadyEntry:
-    """Make an entry ready, and let it run once in full."""
+    """Prepare an entry for as many samples as fit into `options.patience`, and run it once."""
     most = MAX_POINTS // entry.points if entry.points > 1 else work.samples
     trial = work.first(max(1, min(TRIAL_SAMPLES, most)))
     run = entry.ready(trial)
@@ -197,7 +204,7 @@ def prepare_entry(entry: Entry, work: Work, options: BenchOptions) -> ReadyEntry
 
 @dataclass(frozen=True, eq=False)
 class TimedEntry:
-    """What is to be timed, what it took once [s], and the score of its answer."""
+    """A job to be timed, the time of one run [s], and the score of its answer."""
 
     run: Job
     once: float
@@ -207,7 +214,21 @@ class TimedEntry:
 def time_entries(
     work: Work, tried: Sequence[TimedEntry], options: BenchOptions
 ) -> tuple[float, list[Score]]:
-    """Give the time a sample of the filter [ns], and every score with its own time."""
+    """Time all entries and the filter.
+
+    Parameters
+    ----------
+    work : Work
+    tried : sequence of TimedEntry
+    options : BenchOptions
+
+    Returns
+    -------
+    float
+        Time per sample of the filter [ns].
+    list of Score
+        The scores, with their times.
+    """
     counts = [repeat_count(one.once, options.repeats, options.patience) for one in tried]
     jobs = [lfilter_job(work), *(one.run for one in tried)]
     lfilter_time, *took = interleaved_medians(jobs, [options.repeats, *counts])
@@ -220,7 +241,7 @@ def time_entries(
 
 
 def lfilter_job(work: Work) -> Job:
-    """Give the filter that all times are compared with, on a record of this length."""
+    """Return the reference job: scipy's lfilter on a record of the length of the work."""
     from scipy.signal import lfilter as filtered
 
     record = np.ascontiguousarray(work.u_dd)

@@ -1,6 +1,6 @@
-"""The work that all entries of a bench do: the first samples of one scene, from its start.
+"""The task of all entries of a benchmark: the first samples of a scene, from its start.
 
-An entry is one approach with one setting, ready to be timed; a peer gives entries of its own.
+An entry is an approach with one setting. A peer is another program that yields entries.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ if TYPE_CHECKING:
 
 
 POINTS_PER_PERIOD = 64
-"""Points in a period of the fastest sine among which the extrema of ü are looked for."""
+"""Points per period of the highest frequency, between which extrema of ü are bracketed."""
 
 MAX_EXTREMUM_POINTS = 4_000_000
-"""How many there are at most: as many as periods of a sine that the grid does not resolve."""
+"""Maximum number of these points, for sines that the grid does not resolve."""
 
 BISECTIONS = 50
-"""Bisections after which the instant of an extremum is known to rounding."""
+"""Bisections that locate an extremum to rounding."""
 
 
 class Answer(NamedTuple):
-    """What an entry gives on the grid of the work.
+    """Solution of an entry on the grid of the work.
 
     Attributes
     ----------
     x_r, v_r : ndarray, shape (n + 1,)
         Relative displacement [m] and velocity [m/s].
     friction : callable
-        Gives F_f [N], shape (n + 1,); called when the clock has stopped.
+        Returns F_f [N], shape (n + 1,); called outside the timing.
     response : Response or None
-        The whole of it, from an entry of drysim's own.
+        Full response, from drysim's own entries.
     stops : int or None
-        How many times the mass came to a stop, where the entry counts that.
+        Number of times v_r reached zero, if the entry counts them.
     """
 
     x_r: Floats
@@ -57,31 +57,31 @@ class Answer(NamedTuple):
 
     @property
     def trajectory(self) -> Trajectory | None:
-        """The solution between the samples, where the entry keeps one."""
+        """Solution between the samples, if the entry has one."""
         return None if self.response is None else self.response.trajectory
 
     @property
     def error(self) -> float | None:
-        """Bound of the error of x_r relative to its peak [-], where the entry states one."""
+        """Error bound of x_r relative to its peak [-], if the entry has one."""
         return None if self.response is None else self.response.numerics.error
 
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """A scene with its base motion, cut to a number of samples.
+    """A scene with its base motion, truncated to a number of samples.
 
     Attributes
     ----------
     scenario : Scenario
-        Where it came from.
+        The scenario of the scene.
     plant, law, motion, start
-        The scene; its law is the full one, which not every approach can use.
+        The scene, with its full law; some approaches support only a part of it.
     step : float
-        Distance of the samples [s].
+        Sampling interval [s].
     samples : int
-        Steps from t = 0 on.
-    cautions : tuple of Caution
-        What is to be said about the scene.
+        Number of steps from t = 0 on.
+    warnings : tuple of WarningMessage
+        Warnings about the scene.
     """
 
     scenario: Scenario
@@ -95,12 +95,12 @@ class Work:
 
     @property
     def end(self) -> float:
-        """Last instant [s]."""
+        """Time of the last sample [s]."""
         return self.samples * self.step
 
     @cached_property
     def grid(self) -> Floats:
-        """Instants of the samples [s], shape (samples + 1,)."""
+        """Times of the samples [s], shape (samples + 1,)."""
         return np.arange(self.samples + 1, dtype=np.float64) * self.step
 
     @cached_property
@@ -112,14 +112,14 @@ class Work:
 
     @cached_property
     def extrema(self) -> tuple[Floats, Floats]:
-        """Instants [s] between which ü is monotone, and ü there [m/s²].
+        """Times [s] between which ü is monotone, and ü at these times [m/s²].
 
-        Those of the samples, or the extrema of the sines and both ends.
+        The samples of a record; of sines the extrema and both ends.
         """
         if isinstance(self.motion, Samples):
             return self.grid, self.u_dd
         A, f, phase = self.motion
-        # A cosine is a sine a quarter of a period ahead.
+        # The derivative of a sine is a sine a quarter of a period ahead.
         rate = Sines(
             tuple(tau * one * of for one, of in zip(A, f, strict=True)),
             f,
@@ -145,7 +145,7 @@ class Work:
         return tuple((A, tau * f, phase) for A, f, phase in zip(*self.motion, strict=True))
 
     def base(self, t: float) -> float:
-        """Give the base acceleration at one instant [m/s²]."""
+        """Return the base acceleration at a time [m/s²]."""
         if isinstance(self.motion, Sines):
             total = 0.0
             for A, omega, phase in self.sines:
@@ -156,25 +156,25 @@ class Work:
         return float((1.0 - share) * u_dd[0] + share * u_dd[1])
 
     def first(self, samples: int) -> Work:
-        """Give the same work cut to fewer samples."""
+        """Return the work truncated to fewer samples."""
         if samples >= self.samples:
             return self
         return replace(self, samples=samples, motion=truncate(self.motion, samples))
 
     def acceleration(self, answer: Answer) -> Floats:
-        """Give the absolute acceleration of an answer [m/s²], shape (n + 1,)."""
+        """Return the absolute acceleration of an answer [m/s²], shape (n + 1,)."""
         m, k_x, b = self.plant
         x_dd: Floats = -(k_x * answer.x_r + b * answer.v_r + answer.friction()) / m
         return x_dd
 
 
 def make_work(scenario: Scenario, samples: int) -> Work:
-    """Give the work of a scenario: its motion from the start, at most so many samples.
+    """Return the work of a scenario with at most `samples` samples from the start.
 
     Raises
     ------
     ScenarioError, RecordError, UsageError
-        As `drysim.study.case.prepare` does.
+        From `drysim.study.case.prepare`.
     """
     case = prepare(scenario, compared=True)
     if isinstance(case.motion, Samples):
@@ -185,36 +185,36 @@ def make_work(scenario: Scenario, samples: int) -> Work:
 
 
 def truncate(motion: Sines | Samples, samples: int) -> Sines | Samples:
-    """Give the beginning of a motion; of samples without u, which no entry is asked about."""
+    """Return the first samples of a motion; of a record without u, which no entry needs."""
     if isinstance(motion, Sines):
         return motion
     return Samples(np.ascontiguousarray(motion.u_dd[: samples + 1]), motion.dt)
 
 
 Run = Callable[[], Answer]
-"""The timed part: everything that can be made beforehand has been made."""
+"""The timed part of an entry, without preparation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One approach with one setting.
+    """An approach with one setting.
 
     Attributes
     ----------
     approach : str
-        Name on the shelf, or of the peer.
+        Name of the approach or of the peer.
     setting : str
-        What sets this entry apart from others of its approach.
+        Setting that distinguishes entries of the same approach.
     ready : callable
-        Gives the timed part for a work: compiles, allocates and cuts beforehand.
+        Prepares a work (compiles, allocates, refines the grid) and returns the timed part.
     step : float or None
-        Step of its march [s]; None where it chooses its own.
+        Time step [s]; None if adaptive.
     points : int
-        Points that it computes for a sample.
+        Number of computed points per sample.
     own : bool
-        Whether it stands on drysim's shelf.
-    lacks : tuple of str
-        What of the scene it leaves out.
+        Whether it is an approach of drysim.
+    omitted : tuple of str
+        What it omits of the scene.
     """
 
     approach: str
@@ -227,7 +227,7 @@ class Entry:
 
 
 class Peer(Protocol):
-    """Another program on the same work, e.g. a module: what people would take else."""
+    """Another program on the same work, for example a module with a function `entries`."""
 
     def entries(self, work: Work) -> Iterator[Entry]:
-        """Give its entries on a work, each with one setting."""
+        """Yield the entries of this program on a work."""

@@ -1,1 +1,1 @@
-"""PNG: each picture is a function of what it shows and the folder to write it in."""
+"""PNG pictures; each function takes a result and the output folder."""

@@ -1,9 +1,10 @@
-"""comparison.png: approaches or friction laws side by side, on the very same base motion.
+"""Plot comparison.png: several approaches or friction laws under the same base motion.
 
-On top the acceleration over the stretch that tells most, where the yardstick sticks; of
-friction laws their loops beside it. Below it T_a of each and how far it is off its yardstick:
-over what is swept, or of one case as bars. The scale of deviations is logarithmic beyond the
-band in which approaches agree, so that small and large ones can be read.
+Top row: acceleration over a short interval in which the reference sticks; for friction laws
+also their friction loops. Rows below: T_a of each approach and its deviation from the
+reference, over the swept key, or as bars for a single case. The deviation axis is linear
+within the agreement band and logarithmic outside it, so that small and large deviations are
+both readable.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
 
 
-# Told apart in grey as well: by width, lightness, dashes and marks.
+# Lines differ in width, lightness, dashes and markers, so that they are distinct in greyscale.
 REFERENCE_STYLE: Style = {"color": "#86aed6", "linewidth": 3.4, "marker": "o", "zorder": 1.8}
 FRICTIONLESS_STYLE: Style = {"color": "#6b6b6b", "linewidth": 1.2, "linestyle": (0, (4, 2))}
 OTHER_STYLES: tuple[Style, ...] = (
@@ -54,16 +55,24 @@ OTHER_STYLES: tuple[Style, ...] = (
 FRICTIONLESS = "viscous"
 
 BARS_LEFT, ROW_GAP = 0.115, 0.8
-"""Where bars begin [-], and how far rows of panels are apart [inch]: each has its axis."""
+"""Left edge of bar panels, with room for the names [-]; gap between rows of panels, each with
+an x-axis of its own [inch]."""
 
 
 def comparison(result: Comparison, folder: Path) -> None:
-    """Write comparison.png: several approaches on the very same base motion."""
+    """Write comparison.png.
+
+    Parameters
+    ----------
+    result : Comparison
+    folder : Path
+        Output folder.
+    """
     style.save_png(lambda: draw(result), folder / "comparison.png")
 
 
 def draw(result: Comparison) -> Figure:
-    """Give the picture of a comparison, not yet rendered."""
+    """Return the figure of a comparison, not yet rendered."""
     line_styles, view = approach_styles(result), comparison_view(result)
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
     swept, bars = known and bool(view.key), known and not view.key
@@ -82,7 +91,7 @@ def draw(result: Comparison) -> Figure:
 
 
 def approach_styles(result: Comparison) -> Mapping[str, Style]:
-    """Give every approach its style."""
+    """Return the line style of every approach."""
     line_styles, rest = {result.yardstick: REFERENCE_STYLE}, 0
     for name in result.table.approaches:
         if name == FRICTIONLESS:
@@ -96,10 +105,11 @@ def approach_styles(result: Comparison) -> Mapping[str, Style]:
 def _draw_acceleration(
     axes: Axes, result: Comparison, line_styles: Mapping[str, Style], named: bool
 ) -> None:
-    """Draw the acceleration of all approaches over a stretch.
+    """Draw the acceleration of all approaches over the shown interval.
 
-    The rougher it is, the more it goes up and down, the lower it lies; what is twice as rough
-    as the yardstick would hide that, and lies below it.
+    Curves are drawn in order of decreasing total variation, so that a chattering curve does
+    not hide a smooth one. A curve with more than twice the total variation of the reference
+    lies below the reference.
     """
     yardstick = result.responses[result.yardstick]
     first, last = _shown_interval(result)
@@ -124,7 +134,7 @@ def _draw_acceleration(
 
 
 def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]) -> None:
-    """Draw the friction force of every word around the stretch that is drawn beside it."""
+    """Draw the friction loop of every law over a cycle around the shown interval."""
     first, last = cycle_interval(result.responses[result.yardstick], *_shown_interval(result))
     words = [name for name in result.responses if result.laws.get(name)]
     curves = _curves(result, words, first, last)
@@ -139,7 +149,7 @@ def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]
 
 
 def _shown_interval(result: Comparison) -> Interval:
-    """Give the stretch to look at, by the yardstick and what is held against it."""
+    """Return begin and end [s] of the interval to draw."""
     excluded = (result.yardstick, FRICTIONLESS)
     rivals = [response for name, response in result.responses.items() if name not in excluded]
     measure = result.table.scenario.measure
@@ -156,10 +166,10 @@ def _curves(
 
 
 def _interval_curve(response: Response, first: float, last: float) -> Curve:
-    """Give a stretch [s]; jumps of an exact response stand upright.
+    """Return the curve of a response over an interval [s], with vertical jumps at events.
 
-    Orbits of several approaches may repeat after different times, so each is drawn as often as
-    the stretch asks for.
+    Periodic orbits of different approaches may have different periods; each is repeated until
+    it fills the interval. Fixed-step responses have no events between grid points.
     """
     fixed, length = response.numerics.core == FIXED_STEP, repeat_time(response)
     parts = []
@@ -172,21 +182,21 @@ def _interval_curve(response: Response, first: float, last: float) -> Curve:
     return Curve(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-# T_a of several approaches, and how far each is off its yardstick.
+# T_a of several approaches and its deviation from the reference.
 
 
 AGREEMENT_BAND = 100.0 * compare.AGREEMENT_TOLERANCE
-"""Deviation of T_a up to which two approaches agree [%]."""
+"""Deviation of T_a within which two approaches agree [%]."""
 
 LARGE_DEVIATION = 20.0
-"""Deviation [%] from which on the scale is logarithmic beyond the band of agreement."""
+"""Deviation above which the axis is logarithmic outside the agreement band [%]."""
 
 DEVIATION_TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 BAR_LABEL_SHARE = 0.3
-"""Room for the number of a bar, over the length of the bars."""
+"""Margin for the numbers at the bars, relative to the range of the bars [-]."""
 
 SAMPLE_STYLE: Style = {"linestyle": "none", "marker": ".", "markersize": 4}
-"""The cases of a sample, between which there is nothing."""
+"""Style of random samples, which no line connects."""
 
 LABEL_BOX: Style = {"facecolor": "white", "edgecolor": "none", "pad": 1}
 AGREEMENT_STYLE: Style = {"facecolor": "#e8efe6", "edgecolor": "none", "zorder": 0}
@@ -199,7 +209,7 @@ def draw_curves(
     view: View,
     line_styles: Mapping[str, Style],
 ) -> None:
-    """Draw T_a and its deviation over what is swept, one scale for all rows."""
+    """Draw T_a and its deviation over the swept key, with the same y-axes in all rows."""
     left, right = None, None
     values: list[float] = []
     for at, panel in enumerate(view.panels, 1):
@@ -238,7 +248,7 @@ def draw_curves(
 def _deviations(
     result: Comparison, view: View, panel: Panel, name: str
 ) -> tuple[list[float], list[float], list[float]]:
-    """Give the deviation of an approach [%] along the axis, and half of its intervals."""
+    """Return abscissa, deviation [%] and half width of its interval [%] of an approach."""
     found = [
         (view.x(one.row), 100.0 * one.value, 100.0 * (one.half_width or nan))
         for one in compare.deviations(result, name)
@@ -249,7 +259,7 @@ def _deviations(
 
 
 def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
-    """Make a scale on which both small and large deviations can be read."""
+    """Use a symmetric logarithmic y-axis where deviations are large."""
     low, high = min(values, default=0.0), max(values, default=0.0)
     if max(high, -low) <= LARGE_DEVIATION:
         return
@@ -267,7 +277,7 @@ def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
 def draw_bars(
     figure: Figure, grid: GridSpec, result: Comparison, line_styles: Mapping[str, Style]
 ) -> None:
-    """Draw T_a and its deviation of one case as bars, with their numbers."""
+    """Draw T_a and its deviation of a single case as labelled bars."""
     left, right = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
     _set_titles(left, right, result)
     rows = {row.approach: row for row in result.table.rows}
@@ -298,14 +308,14 @@ def draw_bars(
 
 
 def _widen_for_labels(axes: Axes) -> None:
-    """Make room for the numbers beyond the bars, on the side of zero where there are any."""
+    """Extend the x-axis for the numbers at the bars, on each side of zero that has bars."""
     low, high = axes.dataLim.intervalx
     margin = BAR_LABEL_SHARE * (max(high, 0.0) - min(low, 0.0))
     axes.set_xlim(low - margin * (low < 0.0), high + margin)
 
 
 def _label_bar(axes: Axes, value: float, position: float, words: str) -> None:
-    """Write the number of a bar beyond its end."""
+    """Write the number of a bar next to its end."""
     margin, side = (4, "left") if value >= 0 else (-4, "right")
     axes.annotate(
         words, (value, position), xytext=(margin, 0), textcoords="offset points",
@@ -314,46 +324,52 @@ def _label_bar(axes: Axes, value: float, position: float, words: str) -> None:
 
 
 def _set_titles(left: Axes, right: Axes, result: Comparison, title: str = "") -> None:
-    """Name what two panels show."""
+    """Set the titles of the panels of T_a and of its deviation."""
     words, beside = (f"{title}: ", "") if title else ("", f" from {result.yardstick}")
     sweep.set_title(left, f"{words}$T_a$ [–]")
     sweep.set_title(right, f"{words}deviation of $T_a${beside} [%]")
 
 
-# Which stretch of several responses tells most: where the yardstick sticks.
+# Selection of the interval in which the responses are drawn.
 
 
 INTERVAL_PERIODS = (1.0, 3.0)
-"""Least and most periods in the stretch, of the sine or else of the oscillator."""
+"""Minimum and maximum length of the interval, in periods of the sine or of the oscillator."""
 
 INTERVAL_STEPS = 240
-"""Steps between them at which what flips with every step can be seen to do so."""
+"""Grid steps in the interval with which a sign change at every step is visible."""
 
 STOP_CONTEXT = 4.0
-"""Lengths of a stuck stretch that are shown around it."""
+"""Length of the interval relative to the stick phase in its middle [-]."""
 
 MIN_INTERVAL_SHARE = 0.3
-"""Least part of the periods that is shown."""
+"""Minimum share of the regular length around a short stick phase [-]."""
 
 Interval = tuple[float, float]
 
 
 def choose_interval(response: Response, others: Iterable[Response], begin: float) -> Interval:
-    """Give begin and end [s] of the stretch to look at.
+    """Return begin and end of the interval to draw.
 
     Parameters
     ----------
     response : Response
-        Of the yardstick.
+        Response of the reference.
     others : iterable of Response
-        Of the approaches that are compared with it.
+        Responses of the other approaches.
     begin : float
         End of the settling time [s].
 
+    Returns
+    -------
+    tuple of float
+        Begin and end [s].
+
     Notes
     -----
-    It holds the longest stop that fits with the slips around it; the beginning of a longer one;
-    without any, the greatest deviation.
+    The interval contains the longest stick phase that fits together with the slip before and
+    after it; else the beginning of a longer one; without stick phases the largest deviation
+    of the acceleration.
     """
     end = (len(response) - 1) * response.dt
     least, most = (count * _reference_period(response) for count in INTERVAL_PERIODS)
@@ -373,14 +389,17 @@ def choose_interval(response: Response, others: Iterable[Response], begin: float
 def _largest_deviation_time(
     response: Response, others: Iterable[Response], begin: float
 ) -> float:
-    """Give the instant at which another response differs most [s]."""
+    """Return the time at which the acceleration of another response differs most [s]."""
     gaps = [acceleration_difference(response, other, begin) for other in others]
     worst = max(gaps, key=lambda gap: float(gap.max(initial=0.0)), default=np.empty(0))
     return begin + int(worst.argmax()) * response.dt if len(worst) else begin
 
 
 def acceleration_difference(response: Response, other: Response, begin: float) -> Floats:
-    """Give |x_dd - x_dd of another| on the grid of a response from some instant on [m/s²]."""
+    """Return the absolute difference of two accelerations from `begin` [s] on [m/s²].
+
+    The other response is interpolated to the grid of the first; a periodic orbit is repeated.
+    """
     first = round(begin / response.dt)
     t = np.arange(first, len(response)) * response.dt
     own = response.acceleration(slice(first, None))
@@ -390,15 +409,15 @@ def acceleration_difference(response: Response, other: Response, begin: float) -
 
 
 def repeat_time(response: Response) -> float:
-    """Give after how long a response repeats [s]: one of a steady orbit goes on and on."""
+    """Return the period of a periodic orbit [s]; infinity for any other response."""
     if response.numerics.period_multiple is None:
         return inf
-    assert response.trajectory is not None, "an orbit is measured by its track"
+    assert response.trajectory is not None, "a periodic orbit has a trajectory"
     return response.trajectory.end
 
 
 def cycle_interval(response: Response, first: float, last: float) -> Interval:
-    """Give begin and end [s] of a whole cycle around a stretch, on which loops can close."""
+    """Return begin and end [s] of a full cycle around an interval, so that loops close."""
     if (length := repeat_time(response)) < inf:
         return 0.0, length
     end = (len(response) - 1) * response.dt
@@ -409,13 +428,13 @@ def cycle_interval(response: Response, first: float, last: float) -> Interval:
 
 
 def _interval_around(middle: float, width: float, begin: float, end: float) -> Interval:
-    """Give a stretch around an instant, moved to lie between two others."""
+    """Return an interval of a given width around a time, shifted into [begin, end] [s]."""
     first = max(min(middle - 0.5 * width, end - width), begin)
     return first, min(first + width, end)
 
 
 def _reference_period(response: Response) -> float:
-    """Give the period of the base, or of the oscillator [s]."""
+    """Return the longest period of a harmonic base motion, else the natural period [s]."""
     if isinstance(response.motion, Sines) and response.motion.f:
         return 1.0 / min(response.motion.f)
     m, k_x, _ = response.plant

@@ -1,4 +1,4 @@
-"""ensemble.png: how the main metrics scatter over the seeds, and how their means settle."""
+"""Plot ensemble.png: distribution of the main metrics over the seeds, and running means."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_MARKED_SEEDS = 60
-"""Seeds up to which each is marked."""
+"""Seeds up to which each has a marker."""
 
 MAX_MEAN_POINTS = 2_000
-"""Points of a running mean that a picture can show."""
+"""Points of a running mean, about the width of the picture in pixels."""
 
 MAX_LIMIT_DISTANCE = 1.0
-"""How many times the scatter of the seeds a check's limit may be away to be drawn."""
+"""Distance of a check's limit from the nearest seed, over the range of all seeds, up to which
+the limit is drawn [-]."""
 
 SEEDS_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.2}
 MEAN_STYLE: Style = {"color": "black", "linewidth": 1.3, "label": "mean"}
@@ -46,17 +47,24 @@ HEADING_RESULTS = (
 
 
 def ensemble(result: Ensemble, folder: Path) -> None:
-    """Write ensemble.png: the distribution of the main metrics, and their running means."""
+    """Write ensemble.png.
+
+    Parameters
+    ----------
+    result : Ensemble
+    folder : Path
+        Output folder.
+    """
     style.save_png(lambda: draw(result), folder / "ensemble.png")
 
 
 def draw(result: Ensemble) -> Figure:
-    """Give the picture of an ensemble, not yet rendered."""
+    """Return the figure of an ensemble, not yet rendered."""
     shown = list(_quantities(result))
     figure, grid = style.panel_grid(len(shown), 2, left=0.085)
     for at, quantity in enumerate(shown):
         found = result.statistics[quantity.metric]
-        assert found is not None, "only what is known is shown"
+        assert found is not None, "only known metrics are drawn"
         values = np.array(
             [row.metrics.get(quantity.metric) for row in result.rows], dtype=float
         )
@@ -71,7 +79,7 @@ def draw(result: Ensemble) -> Figure:
 
 
 def _quantities(result: Ensemble) -> Iterator[Quantity]:
-    """Give what is drawn: the main metrics, and the one that decided when to stop."""
+    """Return the drawn metrics: the main ones and that of the stopping rule."""
     greatest = result.statistics[PEAK_STROKE]
     main = (T_A, SEAT, stroke_quantity(greatest.greatest[0] if greatest else 0.0))
     yield from (one for one in main if result.statistics[one.metric])
@@ -84,19 +92,17 @@ def _quantities(result: Ensemble) -> Iterator[Quantity]:
 def _draw_distribution(
     axes: Axes, values: Floats, found: Statistic, quantity: Quantity, last: bool
 ) -> None:
-    """Draw which share of the seeds lies below a value."""
-    sweep.set_title(axes, f"{quantity.symbol}: share of the seeds below [%]")
+    """Draw the empirical distribution function over the seeds."""
+    sweep.set_title(axes, f"{quantity.symbol}: cumulative distribution [%]")
     ordered, n = np.sort(values), len(values)
     marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
     mean, half_width = found.mean * quantity.scale, (found.half_width or 0.0) * quantity.scale
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
     for value in found.quantiles:
-        axes.axvline(value * quantity.scale, **QUANTILE_STYLE, label="5, 50 and 95 %")
+        axes.axvline(value * quantity.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
-    axes.plot(
-        ordered, shares, **SEEDS_STYLE, **marker_style, label="distribution over the seeds"
-    )
+    axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")
     axes.set_yticks([100 * share for share in QUANTILES])
     axes.set_ylim(0.0, 100.0)
     if last:
@@ -104,12 +110,12 @@ def _draw_distribution(
 
 
 def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> None:
-    """Draw the mean of the first n seeds with its interval, over n."""
-    sweep.set_title(axes, f"{quantity.symbol}: mean of the first seeds")
+    """Draw the mean of the first n seeds and its confidence interval over n."""
+    sweep.set_title(axes, f"{quantity.symbol}: running mean")
     n = np.arange(1, len(values) + 1)
     if len(values) <= MAX_MARKED_SEEDS:
-        axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="one seed")
-    # About the last mean, so that squares do not cancel.
+        axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="single seed")
+    # Centred at the final mean: the sum of squares would cancel otherwise.
     centred = values - values.mean()
     sums, squares = np.cumsum(centred), np.cumsum(centred * centred)
     part = np.unique(
@@ -124,17 +130,17 @@ def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: boo
     axes.plot(n[part], means[part], **MEAN_STYLE)
     low, high = values.min(), values.max()
     margin = 0.15 * (high - low) or 0.5 * abs(high) or 1.0
-    # The interval of two seeds would hide all others.
+    # The confidence interval of two seeds would dominate an automatic range.
     axes.set_ylim(low - margin, high + margin)
     axes.set_xlim(0, len(values) + 1)
     if last:
-        axes.set_xlabel("seeds")
+        axes.set_xlabel("number of seeds")
 
 
 def _draw_check_limits(
     left: Axes, right: Axes, result: Ensemble, values: Floats, quantity: Quantity
 ) -> None:
-    """Draw the limits that checks set, where they are near."""
+    """Draw the limits of checks that are close to the values."""
     scatter = float(np.ptp(values))
     for verdict in result.checks:
         check = verdict.check
@@ -142,7 +148,7 @@ def _draw_check_limits(
         if check.metric == quantity.metric and verdict.passed is not None:
             if min(abs(values - limit)) > MAX_LIMIT_DISTANCE * scatter:
                 continue
-            label = f"limit of a check: {wording.sanitise(check.text)}"
+            label = f"limit of check {wording.sanitise(check.text)}"
             left.axvline(limit, **response.LIMIT_STYLE, label=label)
             right.axhline(limit, **response.LIMIT_STYLE, label=label)
             low, high = right.get_ylim()
@@ -150,7 +156,7 @@ def _draw_check_limits(
 
 
 def _heading(result: Ensemble) -> style.Heading:
-    """Give the heading: the scene, the seeds and the main results."""
+    """Return the heading: scene, seeds and main results."""
     until = stopping_rule(result.scenario)
     seeds = f"seeds: {wording.describe_seeds(result.seeds, until)}"
     found = [
@@ -162,6 +168,6 @@ def _heading(result: Ensemble) -> style.Heading:
 
 
 def _format_mean(found: Statistic, unit: str) -> str:
-    """Give a mean with its interval, in the unit in which the greatest value reads well."""
+    """Format a mean with its confidence interval, in a unit suited to the largest value."""
     scale, sign = wording.display_unit(unit, found.greatest[0])
     return wording.format_interval(found.mean * scale, (found.half_width or 0.0) * scale, sign)

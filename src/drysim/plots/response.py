@@ -1,10 +1,10 @@
-"""response.png: accelerations and relative displacement over time, and the friction loop.
+"""Plot response.png: accelerations and relative displacement over time, and the friction loop.
 
-A short response is drawn whole. A long or busy one is drawn as it goes, one of very many points
-as bands from least to greatest, and below it the stretch around the largest stroke so that it
-can be read. Events stand in a curve twice, before and after, so that jumps of force and
-acceleration are upright; where the mass sticks is shaded, where it meets its stroke limit
-marked. The curves and styles serve the other pictures, too.
+A short response with few events is drawn in full. Any other response has two parts: an overview
+(with very many points as an envelope from minimum to maximum) and below it a zoomed view around
+the largest stroke. Every event is in a curve twice, with its values just before and just after,
+so that jumps of force and acceleration are vertical. Stick phases are shaded, and points at
+which the stroke limit is reached are marked. Other pictures use the curves and styles as well.
 """
 
 from __future__ import annotations
@@ -40,22 +40,29 @@ if TYPE_CHECKING:
 
 
 MAX_LINE_POINTS = 20_000
-"""Grid points above which the whole response is drawn as bands."""
+"""Grid points above which a zoomed view is added."""
 
 MAX_EVENTS_WITHOUT_ZOOM = 60
-"""Events above which a zoomed view stands below the whole response."""
+"""Events above which a zoomed view is added."""
 
 MAX_LIMIT_RATIO, MAX_LIMIT_RATIO_ZOOMED = 3.0, 1.3
-"""How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
+"""Stroke limit over peak |x_r| up to which the limit is drawn [-]: full and zoomed view."""
 
 
 def response(outcome: Outcome, folder: Path) -> None:
-    """Write response.png: the motion over time and the friction loop."""
+    """Write response.png.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Output folder.
+    """
     style.save_png(lambda: draw(outcome), folder / "response.png")
 
 
 def draw(outcome: Outcome) -> Figure:
-    """Give the picture of a response, not yet rendered."""
+    """Return the figure of a response, not yet rendered."""
     motion = outcome.response
     zoomed = len(motion) > MAX_LINE_POINTS or len(motion.events) > MAX_EVENTS_WITHOUT_ZOOM
     heading = style.response_heading(outcome)
@@ -73,7 +80,7 @@ def draw(outcome: Outcome) -> Figure:
 
 
 def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
-    """Draw a long response as it goes, and a stretch of it so that it can be read."""
+    """Draw an overview of a long response and a zoomed view below it."""
     motion, stroke = outcome.response, outcome.scenario.stroke
     part, unit = zoom_slice(motion, _settling_time(outcome)), _stroke_unit(outcome)
     ends = time_bounds(motion, slice(None))
@@ -90,13 +97,13 @@ def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
     _draw_interval(
         figure, _panel_grid(figure, 0.9, 4.15, 2), part, outcome, MAX_LIMIT_RATIO_ZOOMED
     )
-    figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
+    figure.axes[-2].set_xlabel("time $t$ [s], framed interval")
 
 
 def _draw_interval(
     figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, max_ratio: float
 ) -> None:
-    """Draw a stretch of the response: its curves, what sticks, its friction loop."""
+    """Draw an interval of a response: time histories, stick phases and friction loop."""
     motion, stroke, unit = outcome.response, outcome.scenario.stroke, _stroke_unit(outcome)
     shown, (begin, end) = curve_with_events(motion, part), time_bounds(motion, part)
     above, below = response_panels(figure, grid, begin, end, unit)
@@ -110,18 +117,18 @@ def _draw_interval(
 
 
 def _stroke_unit(outcome: Outcome) -> LengthUnit:
-    """Give the unit in which x_r is drawn: that in which its peak is told."""
+    """Return the unit of x_r, the same as that of its peak in the summary."""
     return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
 
 
 def _settling_time(outcome: Outcome) -> float:
-    """Give the time before the window of the metrics [s]; a steady orbit has none."""
+    """Return the settling time excluded from the metrics [s]; 0 for a periodic orbit."""
     steady = outcome.response.numerics.period_multiple is not None
     return 0.0 if steady else outcome.scenario.measure.settle
 
 
 def _panel_grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
-    """Give room for two rows of panels between two heights [inch]."""
+    """Return a grid of two rows of panels between two heights [inch]."""
     height = figure.get_figheight()
     return figure.add_gridspec(
         2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
@@ -129,22 +136,23 @@ def _panel_grid(figure: Figure, bottom: float, top: float, columns: int) -> Grid
     )  # fmt: skip
 
 
-# The panels: accelerations, relative displacement, friction loop.
+# Panels: accelerations, relative displacement, friction loop.
 
 
 CROWDED_MARKERS = 40
-"""Crosses above which they are small, lest they hide the peaks that they mark."""
+"""Markers above which they are drawn small, so that they do not hide the peaks."""
 
 DENSE_TURNING_POINTS, THIN_LINEWIDTH = 300, 0.6
-"""Turning points above which a line would fill its panel, and its width then [pt]."""
+"""Turning points above which a line would fill its panel, and the width of such a line [pt]."""
 
 VISIBLE_LEVELS = 500
-"""Steps of height that can be told apart in a panel."""
+"""Number of distinguishable levels over the height of a panel."""
 
 MARKED_POINTS = 12
-"""Points below which each is marked: a line alone might be too short to be seen."""
+"""Points below which each has a marker: the line alone may be too short to be visible."""
 
-# Told apart in grey as well: by lightness, width and dashes. The base lies below the mass.
+# Lines differ in lightness, width and dashes, so that they are distinct in greyscale. The base
+# is drawn below the mass.
 BASE_STYLE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
 MASS_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.4}
 LIMIT_STYLE: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
@@ -159,7 +167,7 @@ BASE_BAND_COLOR = "#bdbdbd"
 def response_panels(
     figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
 ) -> tuple[Axes, Axes]:
-    """Give empty panels of accelerations and relative displacement, one above the other."""
+    """Return empty panels of acceleration (upper) and relative displacement (lower)."""
     above = figure.add_subplot(grid[0, 0])
     below = figure.add_subplot(grid[1, 0], sharex=above)
     above.set_title("acceleration [m/s²]", loc="left")
@@ -174,7 +182,7 @@ def response_panels(
 
 
 def draw_lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
-    """Draw accelerations and relative displacement over time."""
+    """Draw acceleration and relative displacement over time."""
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     above.plot(shown.t, shown.x_dd, **mass_style(shown.x_dd), marker=mark, label="mass ẍ")
     above.plot(shown.t, shown.u_dd, **BASE_STYLE, label="base ü")
@@ -184,9 +192,9 @@ def draw_lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None
 
 
 def mass_style(series: Floats) -> Style:
-    """Return the style of a line of the mass: thin where it has many turning points.
+    """Return the line style of the mass: thin for a line with many turning points.
 
-    Those that no eye sees, as rounding makes them on a level line, do not count.
+    Turning points smaller than a visible level, such as rounding on a constant, do not count.
     """
     known = series[np.isfinite(series)]
     scale = float(np.ptp(known)) if len(known) else 0.0
@@ -204,7 +212,7 @@ def mass_style(series: Floats) -> Style:
 
 
 def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
-    """Draw the bands that a long response fills, that of the mass above that of the base."""
+    """Draw a long response as envelopes, the mass in front of the base."""
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
         (above, motion.base, BASE_BAND_COLOR),
         (above, motion.acceleration, MASS_STYLE["color"]),
@@ -220,7 +228,7 @@ def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> 
 
 
 def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
-    """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
+    """Shade the stick phases; of an elastic contact those without slip."""
     word = stuck_label(motion.law)
     for begin, length in stuck_intervals(motion, *time_bounds(motion, part)):
         for axes in (above, below):
@@ -228,23 +236,23 @@ def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None
 
 
 def stuck_label(law: AnyLaw) -> str:
-    """Name what is shaded: a contact that is a spring holds while the mass goes on moving."""
-    return "contact holds" if isinstance(law, ElasticContactLaw) else "stuck"
+    """Return the label of shaded phases: with an elastic contact the mass moves in them."""
+    return "no slip" if isinstance(law, ElasticContactLaw) else "stuck"
 
 
 def mark_settling_end(above: Axes, below: Axes, begin: float) -> None:
-    """Draw where the settling time ends, if there is any."""
+    """Mark the end of the settling time, if there is one."""
     if begin > 0:
         for axes in (above, below):
-            axes.axvline(begin, **SETTLING_STYLE, label="metrics begin")
+            axes.axvline(begin, **SETTLING_STYLE, label="end of settling time")
 
 
 def draw_limit(
     axes: Axes, motion: Response, limit: float, max_ratio: float, unit: LengthUnit
 ) -> None:
-    """Draw the stroke limit [m] and mark where it is met.
+    """Draw the stroke limit [m] and mark where it is reached.
 
-    One more than `max_ratio` times the peak would flatten the curve and is left out.
+    A limit above `max_ratio` times the peak would flatten the curve and is omitted.
     """
     peak = largest_magnitude(motion, "x_r").value
     if limit > max_ratio * peak > 0:
@@ -262,7 +270,7 @@ def draw_limit(
         unit.units_per_metre,
     )
     if len(marked):
-        label = "stop met" if hits else "limit met"
+        label = "stop hit" if hits else "limit exceeded"
         style = (
             {**VIOLATION_STYLE, "markersize": 3.5}
             if len(marked) > CROWDED_MARKERS
@@ -272,7 +280,7 @@ def draw_limit(
 
 
 def stop_impacts(response: Response) -> list[tuple[float, float]]:
-    """Give time [s] and x_r [m] of every hit of an end stop."""
+    """Return time [s] and x_r [m] of every impact on an end stop."""
     law, trajectory = response.law, cast("EndStopTrajectory", response.trajectory)
     if not isinstance(law, EndStopLaw):
         return []
@@ -281,7 +289,7 @@ def stop_impacts(response: Response) -> list[tuple[float, float]]:
 
 
 def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
-    """Give time [s] and x_r [m] at the largest |x_r| of every excursion to a limit [m]."""
+    """Return time [s] and x_r [m] of the maximum of every excursion |x_r| >= limit [m]."""
     found: list[tuple[float, float]] = []
     continues = False
     for part in response.parts():
@@ -300,9 +308,10 @@ def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
 
 
 def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
-    """Draw the friction force over the relative displacement; what it encloses is its loss.
+    """Draw the friction force over the relative displacement; the enclosed area is its work.
 
-    A repetition of a steady orbit ends where it began, wherever its last grid point is.
+    Without friction the damping force is drawn. The loop of a periodic orbit is closed, even
+    where the last grid point lies before the end of the period.
     """
     whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
     if whole and motion.numerics.period_multiple:
@@ -321,7 +330,7 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
     axes.set_xlim(*_axis_limits(x_r))
     if not (motion.law.variation or isinstance(motion.law, NormalForceLaw)):
-        # What yields, and grips as it drags, is never static.
+        # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
         for side in (-1, 1):
@@ -329,32 +338,44 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
 
 
 def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
-    """Give the range of a mass that does not move; otherwise the curve has its own."""
+    """Return axis limits for a mass that does not move, otherwise (None, None): automatic."""
     low, high = float(x_r.min()), float(x_r.max())
     return (low - 1, high + 1) if low == high else (None, None)
 
 
-# The curves of a response as a picture needs them.
+# Curves of a response for drawing.
 
 
 ENVELOPE_BINS = 1200
-"""Bins of an envelope: about as many as the picture has dots across."""
+"""Bins of an envelope: about the width of the picture in pixels."""
 
 ZOOM_PERIODS = 8.0
-"""Natural periods in a zoomed view."""
+"""Length of a zoomed view in natural periods."""
 
 SEPARATION_TOLERANCE = 1e-9
-"""Share of the mean normal force that is none: what rounding leaves where surfaces part."""
+"""Normal force over its mean below which the contact is open [-]: rounding at separation."""
 
 MAX_ZOOM_SHARE = 0.4
-"""Share of a response that a zoomed view shows at most: more of it is no closer look."""
+"""Maximum share of the response in a zoomed view [-], so that it shows more detail."""
 
 ZOOM_POINTS = (150, 4000)
-"""Fewest and most grid points in a zoomed view."""
+"""Minimum and maximum number of grid points in a zoomed view."""
 
 
 class Curve(NamedTuple):
-    """A stretch of the response, with every event as a point before and a point after it."""
+    """Time histories of an interval, with two points per event: just before and just after.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Time [s].
+    u_dd, x_dd : ndarray, shape (n,)
+        Acceleration of base and mass [m/s²].
+    x_r, v_r : ndarray, shape (n,)
+        Relative displacement [m] and velocity [m/s].
+    F_f : ndarray, shape (n,)
+        Friction force [N].
+    """
 
     t: Floats
     u_dd: Floats
@@ -365,14 +386,26 @@ class Curve(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """The greatest magnitude of a series, and its grid point."""
+    """Largest magnitude of a series, and the index of its grid point."""
 
     value: float
     point: int
 
 
 def curve_with_events(response: Response, part: slice) -> Curve:
-    """Give a part of the grid and its events: jumps of force and acceleration stand upright."""
+    """Return a part of the grid with its events: force and acceleration jump vertically.
+
+    Parameters
+    ----------
+    response : Response
+    part : slice
+        Grid points.
+
+    Returns
+    -------
+    Curve
+        In the order of time; at equal times event before grid point.
+    """
     points = grid_curve(response, part)
     sides = _event_sides(response, *time_bounds(response, part))
     merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
@@ -381,7 +414,7 @@ def curve_with_events(response: Response, part: slice) -> Curve:
 
 
 def grid_curve(response: Response, part: slice) -> Curve:
-    """Give the grid points of a stretch alone."""
+    """Return a part of the grid without events."""
     first, last, _ = part.indices(len(response))
     t = np.arange(first, last) * np.float64(response.dt)
     u_dd, x_dd = response.base(part), response.acceleration(part)
@@ -390,7 +423,7 @@ def grid_curve(response: Response, part: slice) -> Curve:
 
 
 def time_bounds(response: Response, part: slice) -> tuple[float, float]:
-    """Give begin and end [s] of a stretch; the motion may end behind the last grid point."""
+    """Return begin and end [s] of a part; the motion may end after the last grid point."""
     first, last, _ = part.indices(len(response))
     begin, trajectory = first * response.dt, response.trajectory
     if trajectory is None or last < len(response):
@@ -399,19 +432,19 @@ def time_bounds(response: Response, part: slice) -> tuple[float, float]:
 
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
-    """Give the events of a stretch twice: as they were met and as they were left."""
+    """Return the one-sided values at the events of an interval: just before and just after."""
     if response.points(slice(0, 1)).stop is not None:
         return _event_sides_at_stops(response, begin, end)
     events = response.events
     directions = np.sign(events.kind)
-    # The first event is the state at t = 0: nothing jumps there.
+    # The first event is the state at t = 0, without a jump.
     inside = np.flatnonzero((events.t >= begin) & (events.t <= end))
     inside = inside[(inside > 0) & response.law.can_stick]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
     if isinstance(law, NormalForceLaw):
         limit = law.F_fk * law.load(t)
-        # Where the surfaces part, meet or are apart, no force jumps, and v_r need not be 0.
+        # While the contact opens, closes or is open no force jumps, and v_r may be nonzero.
         in_contact = limit > SEPARATION_TOLERANCE * law.F_fk
         inside, t, x_r, F_L, limit = (each[in_contact] for each in (inside, t, x_r, F_L, limit))
     elif isinstance(law, CoulombLaw | EndStopLaw):
@@ -429,7 +462,7 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
 
 
 def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
-    """Give what `_event_sides` does where the mass may be moving at an event: at end stops."""
+    """Return the one-sided values at events where v_r may be nonzero, as at end stops."""
     trajectory = cast("EndStopTrajectory", response.trajectory)
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
@@ -445,14 +478,19 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
 
 
 def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:
-    """Give the middle [grid points], least and greatest value of each bin of a long series.
+    """Return centre, minimum and maximum of each bin of a long series.
 
     Parameters
     ----------
     series : callable
-        Gives the values of a part of the grid, so that they need not be held whole.
+        Returns the values of a part of the grid, so that the series is never in memory whole.
     length : int
         Grid points, at least `ENVELOPE_BINS`.
+
+    Returns
+    -------
+    tuple of ndarray, shape (ENVELOPE_BINS,)
+        Centre in grid points, minimum and maximum.
     """
     edges = np.linspace(0, length, ENVELOPE_BINS + 1).astype(np.int64)
     low, high = np.empty(ENVELOPE_BINS), np.empty(ENVELOPE_BINS)
@@ -465,7 +503,7 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
 
 
 def largest_magnitude(response: Response, name: str, begin: int = 0) -> Peak:
-    """Give the greatest |value| of ü or a series of `Points` from some grid point on."""
+    """Return the largest magnitude of ü or of a series of `Points` from a grid point on."""
     found = Peak(-1.0, begin)
     for part in response.parts():
         of = response.base(part) if name == "u_dd" else getattr(response.points(part), name)
@@ -476,9 +514,9 @@ def largest_magnitude(response: Response, name: str, begin: int = 0) -> Peak:
 
 
 def zoom_slice(response: Response, begin: float) -> slice:
-    """Give the part of the grid around the largest stroke; around the largest ü when stuck.
+    """Return the part of the grid around the largest |x_r|, or around the largest |ü| if stuck.
 
-    It is looked for from `begin` on, the end of the settling time [s].
+    The settling time before `begin` [s] does not count.
     """
     length, settled = len(response), min(round(begin / response.dt), len(response) - 1)
     x_r = response.points(slice(0, 1)).x_r
@@ -493,7 +531,7 @@ def zoom_slice(response: Response, begin: float) -> slice:
 
 
 def stuck_intervals(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
-    """Give begin and length [s] of every stuck stretch: stick to next slip."""
+    """Return begin and length [s] of every stick phase in an interval."""
     never_sticks = isinstance(response.law, DynamicLaw) and not response.law.can_stick
     if response.law.F_fs == 0 or never_sticks:
         return []

@@ -1,6 +1,7 @@
-"""spectra.png: PSD of base and mass, transmissibility H1 and its coherence.
+"""Plot spectra.png: PSD of base and mass, transmissibility H1 and coherence.
 
-H1 and coherence are drawn only where the base moves: elsewhere they are ratios of leaks.
+H1 and coherence are drawn only at frequencies where the base has significant power. Elsewhere
+they are ratios of spectral leakage.
 """
 
 from __future__ import annotations
@@ -23,24 +24,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MIN_POWER_SHARE = 1e-3
-"""Where the PSD of the base is below this share of its peak, H1 is the ratio of two leaks."""
+"""PSD of the base over its peak below which H1 is dominated by leakage [-]."""
 
 PSD_RANGE = 1e-6
-"""How far below its peak a PSD is drawn."""
+"""Lower end of the PSD axis over the peak [-]."""
 
 VISCOUS_STYLE: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
 def spectra(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.png, but only when spectra were asked for."""
+    """Write spectra.png if the scenario requests spectra.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Output folder.
+    """
     if outcome.spectra is not None:
         style.save_png(lambda: draw(outcome), folder / "spectra.png")
 
 
 def draw(outcome: Outcome) -> Figure:
-    """Give the picture of the spectra of an outcome, not yet rendered."""
+    """Return the figure of the spectra of an outcome, not yet rendered."""
     found = outcome.spectra
-    assert found is not None, "only what was asked for is drawn"
+    assert found is not None, "only requested spectra are drawn"
     excited = _excited_lines(found.G_u)
     figure, grid = style.panel_grid(2, 2)
     _draw_psd(figure.add_subplot(grid[:, 0]), found)
@@ -59,15 +67,19 @@ def draw(outcome: Outcome) -> Figure:
             sweep.set_log_ticks(axes.xaxis, low, high)
     title, words, symbols = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
-    method = f"Welch, {averages} of {found.segment:.3g} s, Hann, half overlapping"
-    cut = f"; H1 where the base has {wording.format_percent(MIN_POWER_SHARE)} of its peak PSD and more"
+    method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
+    least = wording.format_percent(MIN_POWER_SHARE)
+    cut = f"; H1 where the base PSD is at least {least} of its peak"
     caption = f"spectra: {method}{'' if excited.all() else cut}"
     style.finish_figure(figure, grid, (title, [*words, caption], symbols))
     return figure
 
 
 def _excited_lines(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell the lines where the base moves, and at both neighbours too: a Hann window leaks."""
+    """Return the mask of lines at which the base and both neighbours have significant power.
+
+    The neighbours count because a Hann window leaks into adjacent lines.
+    """
     excited: NDArray[np.bool_] = G_u > MIN_POWER_SHARE * G_u.max(initial=0.0)
     inside = excited.copy()
     inside[1:] &= excited[:-1]
@@ -89,7 +101,7 @@ def _draw_psd(axes: Axes, found: Spectra) -> None:
 def _draw_transmissibility(
     axes: Axes, found: Spectra, excited: NDArray[np.bool_], outcome: Outcome
 ) -> None:
-    """Draw H1 where the base moves, and T_a without friction."""
+    """Draw H1 at the excited lines, and T_a of the frictionless oscillator."""
     axes.set_title("transmissibility H1 [–]", loc="left")
     H1 = np.where(excited, np.abs(found.H1), np.nan)
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
@@ -106,7 +118,7 @@ def _draw_transmissibility(
 
 
 def _draw_coherence(axes: Axes, found: Spectra, excited: NDArray[np.bool_]) -> None:
-    """Draw the coherence where the base moves."""
+    """Draw the coherence at the excited lines."""
     axes.set_title("coherence [–]", loc="left")
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
     coherence = np.where(excited, found.coherence, np.nan)

@@ -1,7 +1,8 @@
-"""speed_error.png: the error of every entry of a bench over its time a sample.
+"""Plot speed_error.png: error of every benchmark entry over its computing time per sample.
 
-A broad line is the front that nothing beats. The name of a curve stands beside one of its
-points, at the place that covers least: all are tried, nearest the point first in price.
+A thick line is the Pareto front. Curves are labelled directly: a label is placed next to a
+point of its curve, at the candidate position with the lowest cost (overlaps, distance, leaving
+the panel). Curves with fewer points come first, as they have fewer candidates.
 """
 
 from __future__ import annotations
@@ -25,16 +26,16 @@ if TYPE_CHECKING:
 
 
 MIN_ERROR = 1e-16
-"""Errors below rounding are drawn at rounding [-]."""
+"""Smallest drawn error [-]: rounding."""
 
 EXACT_OFFSET = 0.1
-"""Where the exact entry stands, over the least error of all others [-]: its own is none."""
+"""Position of an exact entry, which has no error of its own, over the least other error [-]."""
 
 REFERENCE_ACCURACY = 1e-11
-"""Errors below this [-] are alike: the reference itself knows no better."""
+"""Errors below this are equal for the Pareto front [-]: accuracy of the reference itself."""
 
 ROW_GAP = 0.85
-"""How far rows of panels are apart [inch]: each has its axis."""
+"""Gap between rows of panels, each with an x-axis of its own [inch]."""
 
 EXACT_STYLE: Style = {"color": "#0b3c6f", "marker": "*", "markersize": 15, "zorder": 5}
 OWN_STYLES: dict[str, Style] = {
@@ -54,26 +55,31 @@ LFILTER_STYLE: Style = {
     "zorder": 1,
 }
 
-CAPTION = (
-    "filled: approaches of drysim; hollow: other programs; broad line: what no other beats"
-)
+CAPTION = "filled: approaches of drysim; hollow: other programs; thick line: Pareto front"
 
 ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
-    ("error of $x_r$ / peak [–]", lambda score: score.error_x_r),
+    ("error of $x_r$ over peak [–]", lambda score: score.error_x_r),
     (
-        "error of $T_a$, relative [–]",
+        "relative error of $T_a$ [–]",
         lambda score: None if score.error_T_a is None else abs(score.error_T_a),
     ),
 )
 
 
 def speed_error(bench: Bench, folder: Path) -> None:
-    """Write speed_error.png: error of x_r and of T_a over the time a sample."""
+    """Write speed_error.png: errors of x_r and T_a over the time per sample.
+
+    Parameters
+    ----------
+    bench : Bench
+    folder : Path
+        Output folder.
+    """
     style.save_png(lambda: draw(bench), folder / "speed_error.png")
 
 
 def draw(bench: Bench) -> Figure:
-    """Give the picture of a bench, not yet rendered."""
+    """Return the figure of a benchmark, not yet rendered."""
     figure, grid = style.panel_grid(len(bench.cases), 2, gap=ROW_GAP)
     alone = len(bench.cases) == 1
     drawn = []
@@ -93,7 +99,7 @@ def draw(bench: Bench) -> Figure:
 def _draw_panel(
     axes: Axes, panel: BenchCase, error: Callable[[Score], float | None]
 ) -> list[LabelledCurve]:
-    """Draw the entries of one scene; gives what is to be labelled."""
+    """Draw the entries of one case; return the curves to be labelled."""
     axes.set(xscale="log", yscale="log")
     known: dict[str, LabelledCurve] = {}
     errors = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
@@ -110,14 +116,14 @@ def _draw_panel(
             axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **line_style})
             name = scores[0].approach
             before = known[name].lines if name in known else ()
-            label = f"{name}: exact, no error" if any(map(_is_exact, scores)) else name
+            label = f"{name}: exact" if any(map(_is_exact, scores)) else name
             known[name] = LabelledCurve(label, (*before, tuple(shown)), line_style["color"])
     axes.axvline(panel.lfilter, **LFILTER_STYLE)
     axes.text(
         panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
         rotation=90, ha="right", va="top",
     )  # fmt: skip
-    axes.set_xlabel("time a sample [ns]")
+    axes.set_xlabel("time per sample [ns]")
     axes.margins(x=0.1, y=0.15)
     axes.autoscale_view()
     axes.autoscale(False)
@@ -128,12 +134,12 @@ def _draw_panel(
 
 
 def _is_exact(score: Score) -> bool:
-    """Tell whether an entry is what the others are held to, and has no error to be drawn."""
+    """Whether an entry is the exact solution itself and has no error to draw."""
     return score.own and score.error_x_r is None and score.verdict.startswith("exact")
 
 
 def _draw_pareto_front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
-    """Draw the front: for every time the least error that is to be had in it."""
+    """Draw the Pareto front: the least error reached within each computing time."""
     best, t, y = float("inf"), [], []
     for time, error in sorted(points):
         if max(error, REFERENCE_ACCURACY) < best:
@@ -141,14 +147,14 @@ def _draw_pareto_front(axes: Axes, points: Sequence[tuple[float, float]]) -> Non
             t.append(time)
             y.append(error)
     if t:
-        # From the top down to the quickest, and on to the right from the most exact.
+        # Extend the front to the upper and the right edge of the panel.
         (_, right), (_, top) = axes.get_xlim(), axes.get_ylim()
         t, y = [t[0], *t, right], [top, *y, best]
         axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT_STYLE)
 
 
 def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
-    """Give the entries of every line, which share all but step, sharpness and tolerance."""
+    """Group the scores by line: equal but for step, sharpness and tolerance."""
     grouped: dict[tuple[str, ...], list[Score]] = {}
     for one in scores:
         word, _, rest = one.setting.partition(", ")
@@ -165,39 +171,39 @@ def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style
             )
 
 
-# Where labels go in a crowded picture: beside a point of their curve, clear of all else.
+# Placement of labels.
 
 
 LABEL_SIZE = 7.5
-"""Size of the letters [pt]."""
+"""Font size of the labels [pt]."""
 
 LETTER_WIDTH, LETTER_HEIGHT = 0.53, 1.15
-"""Width and height of a letter over its size [-]."""
+"""Mean width and height of a letter over the font size [-]."""
 
 LABEL_DISTANCES = (7.0, 14.0, 24.0, 36.0, 50.0)
-"""Distances from the point at which a place is tried [pt]."""
+"""Distances of candidate positions from the point [pt]."""
 
 LABEL_DIRECTIONS = 16
-"""Directions in which a place is tried."""
+"""Number of directions of candidate positions."""
 
 LABEL_MARGIN = 3.0
-"""Room around a label [pt]."""
+"""Margin around a label [pt]."""
 
 POINT_SPACING = 4.0
-"""Distance of the points that stand for a line [pt]."""
+"""Spacing of the points that represent a line [pt]."""
 
 OVERLAP_COST, DISTANCE_COST, OUTSIDE_COST = 10.0, 0.02, 100.0
-"""What covering something costs, a point of distance, and leaving the panel."""
+"""Costs of a covered point, of a distance of 1 pt, and of leaving the panel."""
 
 
 class LabelledCurve(NamedTuple):
-    """A curve that wants a label.
+    """A curve to be labelled.
 
     Attributes
     ----------
     label : str
     lines : sequence of sequence of (x, y)
-        Its lines, each by its points in the units of the axes.
+        Lines, each as points in data coordinates.
     color : str
     """
 
@@ -216,7 +222,7 @@ class Box(NamedTuple):
 
 
 def place_labels(axes: Axes, curves: Sequence[LabelledCurve]) -> None:
-    """Write the name of every curve into its axes, whose limits and place must be settled."""
+    """Label every curve; position and limits of the axes must be final."""
     scale = 72.0 / axes.figure.dpi
     lines = [
         [np.asarray(axes.transData.transform(line)) * scale for line in curve.lines]
@@ -246,7 +252,7 @@ def place_labels(axes: Axes, curves: Sequence[LabelledCurve]) -> None:
 
 
 def densify(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the points of a line, and what lies between them closely enough to be covered."""
+    """Return the points of a line together with interpolated points every `POINT_SPACING`."""
     samples = []
     for begin, step in zip(line[:-1], np.diff(line, axis=0), strict=True):
         shares = np.linspace(0.0, 1.0, int(np.abs(step).max() / POINT_SPACING) + 2)
@@ -257,7 +263,7 @@ def densify(line: NDArray[np.float64]) -> NDArray[np.float64]:
 def candidate_boxes(
     words: str, points: NDArray[np.float64]
 ) -> Iterator[tuple[Box, NDArray[np.float64]]]:
-    """Give places beside every point of a curve."""
+    """Yield candidate boxes of a label around every point of a curve."""
     half = 0.5 * LETTER_WIDTH * LABEL_SIZE * len(words), 0.5 * LETTER_HEIGHT * LABEL_SIZE
     for point in points:
         for distance in LABEL_DISTANCES:
@@ -274,7 +280,7 @@ def placement_cost(
     placed: Sequence[Box],
     panel: Box,
 ) -> float:
-    """Give how bad a place is."""
+    """Return the cost of a position: overlaps, distance, leaving the panel."""
     x, y = occupied[:, 0], occupied[:, 1]
     covered = (x > box.left - LABEL_MARGIN) & (x < box.right + LABEL_MARGIN)
     covered &= (y > box.bottom - LABEL_MARGIN) & (y < box.top + LABEL_MARGIN)
@@ -289,7 +295,7 @@ def placement_cost(
 
 
 def overlaps(one: Box, other: Box) -> bool:
-    """Tell whether two boxes share a point."""
+    """Whether two boxes overlap."""
     return (
         one.left < other.right + LABEL_MARGIN and other.left < one.right + LABEL_MARGIN
         and one.bottom < other.top and other.bottom < one.top

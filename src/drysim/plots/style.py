@@ -1,8 +1,8 @@
-"""What all pictures share: canvas, layout, heading and legend.
+"""Canvas, layout, heading and legend of all pictures.
 
-A picture is a Figure object, never of pyplot, so that two pictures share nothing. Rows of
-panels have the heading above them, which tells title, scene and main results, and one legend
-below; what these take decides the height of the picture.
+Pictures are `matplotlib.figure.Figure` objects without pyplot, which would share state. A
+picture has a heading (title, scene, main results), rows of panels and one legend below them;
+the number of lines in heading and legend determines the height of the picture.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 
 WIDTH, DPI = 9.0, 150
-"""Width of a picture [inch] and dots per inch; all heights are inches from its foot."""
+"""Width of a picture [inch] and its resolution [dots per inch]. Heights are in inches from the
+lower edge."""
 
 Style = dict[str, Any]
 
@@ -49,44 +50,53 @@ RC_PARAMS: Style = {
 
 
 def save_png(draw: Callable[[], Figure], file: Path) -> None:
-    """Draw a picture in the style of drysim, as `draw` gives it, and write it as PNG."""
-    # That its cache has no home is nothing to tell anybody.
+    """Draw a figure in drysim's style and write it as PNG.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns the figure; called with drysim's rcParams in effect.
+    file : Path
+        The PNG file.
+    """
+    # matplotlib warns where its cache folder is not writable; the picture is not affected.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    # Nobody's own matplotlibrc changes the picture.
+    # A matplotlibrc of the user must not change the picture.
     style: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
     del style["backend"]
     with matplotlib.rc_context(style), warnings.catch_warnings():
-        # A sign that the font lacks is drawn as a box; that is all there is to say.
+        # A character that is missing in the font is drawn as a box, without a warning.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         canvas: Any = FigureCanvasAgg(draw())
-        # The version of matplotlib would change the file where the picture is the same.
+        # Without the version of matplotlib, equal pictures are equal files.
         canvas.print_png(str(file), metadata={"Software": None})
 
 
 def new_figure(height: float) -> Figure:
-    """Give an empty picture of a height [inch]."""
+    """Return an empty figure of the given height [inch]."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(WIDTH, height), dpi=DPI)
 
 
-# Where things stand in a picture of rows of panels.
+# Layout of rows of panels.
 
 
 SINGLE_ROW_HEIGHT, ROW_HEIGHT = 3.3, 2.3
-"""Height of a row of panels [inch]: the only one, and one of several."""
+"""Height of a single row of panels, and of one row of several [inch]."""
 
 ROW_GAP, FOOT_HEIGHT, LEGEND_LINE_HEIGHT = 0.62, 0.52, 0.21
-"""Room above a row of panels, below the lowest one, and of a line of the legend [inch]."""
+"""Heights above a row of panels, below the last row, and of a line of the legend [inch]."""
 
 LEFT, RIGHT, COLUMN_GAP = 0.075, 0.98, 0.17
-"""Where panels begin and end [-], and the room between two in widths of one [-]."""
+"""Left and right edge of the panels as share of the width [-]; gap between columns relative to
+the width of a panel [-]."""
 
 HANDLE_WIDTH, LETTER_WIDTH, LEGEND_WIDTH = 0.62, 0.077, 8.8
-"""Widths in a legend [inch]: a line with its gaps, a letter, and all there is."""
+"""Widths in the legend [inch]: a line sample with its gaps, a letter, and the whole legend."""
 
 
 def panel_grid(
@@ -97,9 +107,18 @@ def panel_grid(
     gap: float = ROW_GAP,
     aside: float = COLUMN_GAP,
 ) -> tuple[Figure, GridSpec]:
-    """Give an empty picture, and room for its panels.
+    """Return an empty figure and the grid of its panels.
 
-    `gap` [inch] is between their rows, `aside` [panels] between their columns.
+    Parameters
+    ----------
+    rows, columns : int
+        Shape of the grid.
+    left, right : float
+        Edges of the grid as share of the width [-].
+    gap : float
+        Gap between rows [inch].
+    aside : float
+        Gap between columns, relative to the width of a panel [-].
     """
     figure = new_figure(rows * _row_height(rows))
     grid = figure.add_gridspec(
@@ -111,16 +130,21 @@ def panel_grid(
 def finish_figure(
     figure: Figure, grid: GridSpec, words: Heading, unnamed: Collection[str] = ()
 ) -> tuple[float, float]:
-    """Give a picture its height, heading and legend; tells where its panels begin and end.
+    """Set the height of a figure and add its heading and legend.
 
     Parameters
     ----------
     figure, grid
-        As `panel_grid` gave them, the panels drawn.
-    words : Lines
+        Results of `panel_grid`, with all panels drawn.
+    words : Heading
         The heading.
     unnamed : collection of str
-        Labels that the legend leaves out.
+        Labels that the legend omits.
+
+    Returns
+    -------
+    tuple of float
+        Lower and upper edge of the panels as share of the height [-].
     """
     known = legend_entries(figure.axes, unnamed)
     lines = ceil(sum(map(_entry_width, known)) / LEGEND_WIDTH)
@@ -142,7 +166,7 @@ def finish_figure(
 
 
 def add_legend(figure: Figure, known: Mapping[str, Any], columns: int, length: float) -> None:
-    """Name lines below all panels, each behind a piece of so many letters."""
+    """Add a legend below all panels, with line samples `length` letters long."""
     figure.legend(
         list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
         fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
@@ -151,7 +175,7 @@ def add_legend(figure: Figure, known: Mapping[str, Any], columns: int, length: f
 
 
 def legend_entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dict[str, Any]:
-    """Give the labelled lines of panels, each once."""
+    """Return the handle of every label in the panels, without duplicates."""
     known: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -161,24 +185,38 @@ def legend_entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dic
 
 
 def _row_height(rows: int) -> float:
-    """Give the height of one of some rows of panels [inch]."""
+    """Return the height of each of `rows` rows of panels [inch]."""
     return SINGLE_ROW_HEIGHT if rows == 1 else ROW_HEIGHT
 
 
 def _entry_width(label: str) -> float:
-    """Give about how wide an entry of the legend is [inch]."""
+    """Return the approximate width of a legend entry [inch]."""
     return HANDLE_WIDTH + LETTER_WIDTH * len(re.sub(r"[$\\_{}]", "", label))
 
 
-# What panels show of many cases: metrics, in words, symbols and scales.
+# Metrics in panels of many cases.
 
 
 PEAK_STROKE = "x_r_peak"
-"""The metric whose unit is chosen for its size."""
+"""The metric whose display unit depends on its size."""
 
 
 class Quantity(NamedTuple):
-    """What a panel shows: symbol, metric, scale, what it is called, and the unit of that."""
+    """A metric as it is drawn in a panel.
+
+    Attributes
+    ----------
+    symbol : str
+        Symbol with unit, as matplotlib text.
+    metric : str
+        Name of the metric.
+    scale : float
+        Displayed value over the value in SI units.
+    title : str
+        Name in the panel title.
+    unit : str
+        Displayed unit, where it is not part of `symbol` alone.
+    """
 
     symbol: str
     metric: str
@@ -187,18 +225,18 @@ class Quantity(NamedTuple):
     unit: str = ""
 
     def of(self, row: Row) -> float | None:
-        """Give the value of a row; None where it is not known."""
+        """Return the displayed value of a row, or None where it is unknown."""
         found = row.metrics.get(self.metric) if row.status == OK else None
         return None if found is None else found * self.scale
 
     def width(self, row: Row) -> float | None:
-        """Give half the interval of a mean over many seeds; None where there is none."""
+        """Return the half width of a mean's confidence interval, or None without one."""
         found = row.half_widths.get(self.metric)
         return None if found is None else found * self.scale
 
     @property
     def words(self) -> str:
-        """The title of a panel that has no other."""
+        """Title of a panel that is not one of several cases."""
         return f"{self.title} {self.symbol}"
 
 
@@ -210,50 +248,57 @@ STOP_FORCE = Quantity("peak force [N]", "stop_force_peak", title="end stops:")
 
 
 def stroke_quantity(greatest: float) -> Quantity:
-    """Give the peak of |x_r| in the unit in which the greatest of them [m] reads well."""
+    """Return the peak of |x_r| in a unit suited to the largest of all peaks [m]."""
     unit = wording.length_unit(greatest)
     symbol = f"peak |$x_r$| [{unit.sign}]"
     return Quantity(symbol, PEAK_STROKE, unit.units_per_metre, "stroke:", unit.sign)
 
 
-# The words above a picture: title, scene and main results.
+# Heading of a picture: title, scene and main results.
 
 
 HEADING_WIDTH = 0.945 * WIDTH * 72
-"""Width of a line of the scene [pt]: set in whole dots, letters are up to 3 % wider."""
+"""Width available for a line of the heading [pt]. Rendered letters are rounded to whole pixels,
+which makes a line up to 3 % wider than computed."""
 
 MAX_WORD_LENGTH = 60
-"""Letters from which on a word may be parted."""
+"""Letters above which a word is split."""
 
 MAX_LINES = 2
-"""Lines that a sentence may take."""
+"""Maximum number of lines of a paragraph in the heading."""
 
 HEADING_SIZE = 9.0
-"""Size of its letters [pt]."""
+"""Font size of the heading [pt]."""
 
 TITLE_FONT: Style = {"size": 13.0, "weight": "bold"}
-"""Font of the name above them."""
+"""Font of the title."""
 
 MAX_TITLE_LENGTH = 200
-"""Letters beyond which no name fits, however narrow they are."""
+"""Letters above which a title never fits, even in the narrowest letters."""
 
 HEADING_LINE_HEIGHT = 0.19
-"""Height of a line [inch]."""
+"""Height of a line of the heading [inch]."""
 
 END_STOPS = "end stops"
-"""The head that a line of the scene keeps; all others go without saying."""
+"""The only label of the scene that is printed; the other parts are clear without one."""
 
 CLAUSE_BREAK = r"(?<=[,;]) "
-"""Behind what drysim's own lines end, so that a number keeps its name and its unit."""
+"""Where generated text may be wrapped, so that a number stays with its name and unit."""
 
 Heading = tuple[str, list[str], list[str]]
-"""Title; words of the user, taken as they are; words of drysim, in which x_r is a symbol."""
+"""Title; lines printed literally (text of the user); lines in which x_r and the like are
+typeset as symbols."""
 
 
 def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> Heading:
-    """Return the heading of the picture of a response, line by line.
+    """Return the heading of the picture of a response.
 
-    `seeds` and `results` are the words for many seeds, in place of those for the response.
+    Parameters
+    ----------
+    outcome : Outcome
+    seeds, results : str
+        Text on the seeds and the results of an ensemble, instead of the seed and the results
+        of this response.
     """
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
@@ -270,9 +315,17 @@ def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> He
 def table_heading(
     table: Table, left_out: int = 0, what: str = "curves", of_stroke: bool = False
 ) -> Heading:
-    """Give the heading of the picture of a table, and what it leaves out.
+    """Return the heading of the picture of a sweep.
 
-    That of the stroke tells its limit: it may be too far away to be drawn.
+    Parameters
+    ----------
+    table : Table
+    left_out : int
+        Number of curves that are not drawn.
+    what : str
+        What `left_out` counts.
+    of_stroke : bool
+        Whether to state the stroke limit, which may lie outside the drawn range.
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
@@ -290,7 +343,7 @@ def table_heading(
         )
         base += f"; swept: {'; '.join(groups)}"
     if left_out:
-        base += f" ({left_out} {what} are not drawn)"
+        base += f" ({left_out} {what} not drawn)"
     known: dict[str, Any] = {
         "terms": scenario.terms,
         "swept": varied,
@@ -311,7 +364,7 @@ def table_heading(
 
 
 def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
-    """Give the heading of the picture of a comparison: the scene and the verdict."""
+    """Return the heading of the picture of a comparison: scene and verdict."""
     title, words, symbols = table_heading(comparison.table, left_out, "combinations")
     verdict = wording.sanitise(
         "; ".join(dict.fromkeys([*comparison.verdict[:1], *describe_coinciding(comparison)]))
@@ -320,12 +373,12 @@ def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
 
 
 def heading_height(heading: Heading) -> float:
-    """Give the height that a heading takes [inch]."""
+    """Return the height of a heading [inch]."""
     return 0.5 + HEADING_LINE_HEIGHT * (len(heading[1]) + len(heading[2]))
 
 
 def write_heading(figure: Figure, heading: Heading) -> None:
-    """Write a heading into the top of a picture."""
+    """Write a heading at the top of a figure."""
     title, words, symbols = heading
     total_height = figure.get_figheight()
     place: dict[str, Any] = {"va": "top", "x": 0.02}
@@ -342,7 +395,7 @@ def write_heading(figure: Figure, heading: Heading) -> None:
 
 
 def _fit_title(scenario: Scenario) -> str:
-    """Return the name of a scenario, cut where it is wider than the picture."""
+    """Return the name of a scenario, shortened to the width of the picture."""
     whole = wording.sanitise(scenario.name)
     name = whole[:MAX_TITLE_LENGTH]
     if name == whole and _text_width(name, False, **TITLE_FONT) <= HEADING_WIDTH:
@@ -353,14 +406,14 @@ def _fit_title(scenario: Scenario) -> str:
 
 
 def _description(scenario: Scenario, base: str, cleaned: Sequence[str]) -> list[str]:
-    """Give the lines of what it is about, how the base moves, and what was done to records."""
+    """Return the lines on the scenario's purpose, base motion and record cleaning."""
     about = _wrap(wording.sanitise(scenario.about or ""), separator=" ")
     done = f"cleaned: {'; '.join(cleaned)}" if cleaned else ""
     return [*about, *_wrap(base), *_wrap(done)]
 
 
 def _stroke_limit(table: Table, peak: float | None) -> str:
-    """Give the stroke limit that all cases share; that of end stops is told with them."""
+    """Return the text of a stroke limit shared by all cases; empty with end stops."""
     stroke = table.scenario.stroke
     if stroke is None or table.scenario.stops is not None:
         return ""
@@ -369,7 +422,7 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
 
 
 def _join_scene(words: Iterable[tuple[str, str]]) -> str:
-    """Give what is solved in one line."""
+    """Join the parts of a scene to one line."""
     return "; ".join(
         f"{heading} {sentence}" if heading == END_STOPS else sentence
         for heading, sentence in words
@@ -377,10 +430,10 @@ def _join_scene(words: Iterable[tuple[str, str]]) -> str:
 
 
 def _main_results(outcome: Outcome) -> str:
-    """Give the main results in one line."""
+    """Return the main results on one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     peak = metrics[PEAK_STROKE]
-    limit = f" of {wording.format_length(stroke.limit, peak)}" if stroke else ""
+    limit = f" (limit {wording.format_length(stroke.limit, peak)})" if stroke else ""
     parts = [
         f"{name} {wording.format_number(metrics[name])}"
         for name in ("T_a", "T_x")
@@ -389,18 +442,18 @@ def _main_results(outcome: Outcome) -> str:
     parts.append(f"peak |x_r| {wording.format_length(peak)}{limit}")
     parts.append(f"stuck {wording.format_percent(metrics['stuck_share'])}")
     if metrics["contacts"]:
-        parts.append(f"stops met {metrics['contacts']}×")
+        parts.append(f"stops hit {metrics['contacts']}×")
     elif metrics["violations"]:
-        parts.append(f"limit met {metrics['violations']}×")
+        parts.append(f"limit exceeded {metrics['violations']}×")
     multiple = outcome.response.numerics.period_multiple
     if multiple:
         periods = "one period" if multiple == 1 else f"{multiple} periods"
-        parts.append(f"steady orbit over {periods}")
+        parts.append(f"periodic orbit over {periods}")
     return ", ".join(parts)
 
 
 def _wrap(words: str, symbols: bool = False, separator: str = CLAUSE_BREAK) -> list[str]:
-    """Give a sentence in lines that fit, cut where it takes more than it may."""
+    """Wrap a text to the width of the heading, shortened to `MAX_LINES` lines."""
     parts = re.split(separator, words)
     found = [""]
     for part in (piece for one in parts for piece in textwrap.wrap(one, MAX_WORD_LENGTH)):
@@ -420,7 +473,7 @@ def _wrap(words: str, symbols: bool = False, separator: str = CLAUSE_BREAK) -> l
 
 
 def _text_width(words: str, symbols: bool, **font: Any) -> float:
-    """Return how wide words are [pt]; `font` tells another than that of the scene."""
+    """Return the width of a text [pt]; `font` overrides the font of the heading."""
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
@@ -432,6 +485,6 @@ def _text_width(words: str, symbols: bool, **font: Any) -> float:
 
 
 def _typeset(text: str) -> str:
-    """Set m, F_fk and their like as symbols."""
+    """Typeset m, b, F_fk and the like as mathematical symbols."""
     text = re.sub(r"\b([A-Za-zσ])_(\w+)", r"$\1_{\2}$", text)
     return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)

@@ -1,15 +1,19 @@
-"""The pictures of a sweep, transmissibility.png and stroke.png: metrics over swept keys.
+"""Plot transmissibility.png and stroke.png: metrics of a sweep over the swept keys.
 
-Along the axis goes the frequency, else the key that varies fastest; of the others the one with
-most values tells lines apart and the rest panels (`View`), in the symbols of the paper where it
-has some. Few lines are told apart in grey as well, many are coloured by their value. An axis is
-logarithmic over a decade, and the frequencies that matter are marked. Where a value is not
-known the line has a gap, and a mark at the foot of the panel says why; means over many seeds
-have their confidence interval as a band.
+Lines
+    The x-axis is the frequency, or else the key that varies fastest. Of the other keys, the one
+    with most values distinguishes lines and the rest panels (`View`). Few lines differ in
+    lightness and markers (legible in greyscale), many lines in colour by value. An axis is
+    logarithmic if its values span a decade. Where a value is unknown the line is interrupted,
+    and a marker at the lower edge of the panel shows the status. Means over seeds have
+    confidence intervals.
 
-Too many cases for lines, and samples, are drawn as quantile bands along a key, above a map of
-the mean over two: the cases are counted block by block as they are read and never held together
-(`Histogram`). Views, curves and axes serve the other pictures, too.
+Bands
+    Random samples, and sweeps with too many cases for lines, are drawn as quantile bands along
+    one key above a map of the mean over two keys. Cases are counted block by block while they
+    are read (`Histogram`), so that memory does not grow with their number.
+
+Other pictures use the views, curves and axes as well.
 """
 
 from __future__ import annotations
@@ -68,13 +72,13 @@ def transmissibility(table: Table, folder: Path) -> None:
     ----------
     table : Table
     folder : Path
-        Where to write.
+        Output folder.
     """
     style.save_png(lambda: draw_transmissibility(table), folder / "transmissibility.png")
 
 
 def draw_transmissibility(table: Table) -> Figure:
-    """Give the picture of the transmissibilities, not yet rendered."""
+    """Return the figure of the transmissibilities, not yet rendered."""
     if needs_quantiles(table):
         return draw_quantiles(table, [T_X, T_A])
     drawn = sweep_view(table)
@@ -87,17 +91,24 @@ def draw_transmissibility(table: Table) -> Figure:
 
 
 def stroke(table: Table, folder: Path) -> None:
-    """Write stroke.png: the peak of |x_r|, its limit, and where that is met."""
+    """Write stroke.png: peak of |x_r|, stroke limit and violations.
+
+    Parameters
+    ----------
+    table : Table
+    folder : Path
+        Output folder.
+    """
     style.save_png(lambda: draw_stroke(table), folder / "stroke.png")
 
 
 def draw_stroke(table: Table) -> Figure:
-    """Give the picture of the stroke, not yet rendered."""
+    """Return the figure of the stroke, not yet rendered."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     selected = stroke_quantity(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     if needs_quantiles(table):
         return draw_quantiles(table, [selected])
-    # Where there are stops, |x_r| hardly tells one case from another.
+    # With end stops |x_r| is nearly the same in all cases that reach them.
     law = table.scenario.law()
     hits = [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
     drawn = sweep_view(table)
@@ -115,7 +126,7 @@ def draw_stroke(table: Table) -> Figure:
 def _draw_limit(
     axes: Axes, table: Table, drawn: View, panel: Panel, selected: Quantity, max_level: float
 ) -> None:
-    """Draw the stroke limit, up to so far away; where it is swept that of each case."""
+    """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case."""
     if table.scenario.stroke is None:
         return
 
@@ -136,43 +147,57 @@ def _draw_limit(
         for curve_styles, own in zip(line_styles(drawn), levels, strict=True):
             style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
-                _draw_level(axes, level, max_level, style, "stroke limit of each")
+                _draw_level(axes, level, max_level, style, "stroke limit per line")
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
-    """Draw a stroke limit that is the same all along the axis, if it is not too far away."""
+    """Draw a stroke limit that is constant along the x-axis, unless it exceeds `max_level`."""
     if level <= max_level:
         axes.axhline(level, **style, label=words)
 
 
 def _mark_violations(axes: Axes, drawn: View, panel: Panel, selected: Quantity) -> None:
-    """Mark where the stroke limit is met."""
+    """Mark the cases that reach the stroke limit."""
     rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
     if rows:
         x, y = [drawn.x(row) for row in rows], [selected.of(row) or nan for row in rows]
         axes.plot(
-            x, y, **response.VIOLATION_STYLE, linestyle="none", clip_on=False, label="limit met"
+            x,
+            y,
+            **response.VIOLATION_STYLE,
+            linestyle="none",
+            clip_on=False,
+            label="limit exceeded",
         )
 
 
-# A table as curves: what goes along the axis, what tells lines and panels apart.
+# Assignment of the swept keys to x-axis, lines and panels.
 
 
 MIN_FREQUENCIES = 5
-"""Frequencies from which on a sweep is drawn over them, whatever varies fastest."""
+"""Number of frequencies from which on the frequency is the x-axis, whatever varies fastest."""
 
 MAX_PANELS, MAX_LINES = 4, 60
-"""Panels and lines of one picture; of more some evenly spread ones are drawn."""
+"""Maximum number of panels and lines; of more, an evenly spaced selection is drawn."""
 
 MAX_COMPARED_PANELS = 3
-"""Panels of a comparison, which have the motion above them."""
+"""Maximum number of rows of a comparison, below the row of time histories."""
 
 Point = Mapping[str, float]
 Choice = TypeVar("Choice")
 
 
 class Line(NamedTuple):
-    """A curve: its words, its value on the axis of the lines, and its rows along the axis."""
+    """A curve.
+
+    Attributes
+    ----------
+    label : str
+    value : float
+        Value of the swept key by which lines differ.
+    rows : sequence of Row
+        Cases along the x-axis.
+    """
 
     label: str
     value: float
@@ -180,7 +205,17 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """The curves of one picture panel, and its words where there are several."""
+    """The curves of a panel.
+
+    Attributes
+    ----------
+    point : mapping
+        Values of the swept keys by which panels differ.
+    title : str
+        These values as text; empty for a single panel.
+    lines, references : sequence of Line
+        Curves of the approach and of the reference.
+    """
 
     point: Point
     title: str
@@ -189,21 +224,21 @@ class Panel(NamedTuple):
 
 
 class View(NamedTuple):
-    """How a table is drawn.
+    """Assignment of a table to x-axis, lines and panels.
 
     Attributes
     ----------
     key : str
-        What goes along the axis; empty where nothing is swept.
+        Swept key of the x-axis; empty if nothing is swept.
     label : str
-        The words below the axis.
+        Label of the x-axis.
     line : Axis or None
-        What tells the lines of a panel apart; the first of several keys that walk together.
+        Swept key by which lines differ; the first of several keys that vary together.
     panels : sequence of Panel
     left_out : int
-        Curves that are not drawn.
+        Number of curves that are not drawn.
     sampled : bool
-        Whether the cases are drawn at random, so that no line leads from one to the next.
+        Whether the cases are random samples, which lines do not connect.
     """
 
     key: str
@@ -214,14 +249,14 @@ class View(NamedTuple):
     sampled: bool = False
 
     def x(self, row: Row) -> float:
-        """Give where a row is along the axis; nan for a reference that is all along it."""
+        """Return the abscissa of a row; nan for a reference that does not depend on the key."""
         if self.key not in row.point:
             return nan
         return row.F_fk if self.key in FORCE_KEYS else row.point[self.key]
 
 
 def sweep_view(table: Table) -> View:
-    """Give how to draw a sweep: its approach as lines, its reference dashed."""
+    """Return the view of a sweep: lines of its approach and of its reference."""
     along, label, beside, others = _split_axes(table.axes)
     selected = max(others, key=lambda group: len(group[0].values), default=())
     selected = selected if selected and len(selected[0].values) > 1 else ()
@@ -237,7 +272,7 @@ def sweep_view(table: Table) -> View:
 
 
 def comparison_view(comparison: Comparison) -> View:
-    """Give how to draw a comparison: lines are approaches, one panel is the case shown."""
+    """Return the view of a comparison: a line per approach, with a panel of the shown case."""
     table = comparison.table
     along, label, beside, others = _split_axes(table.axes)
     curves = [RowGroups(table.of(name), beside) for name in table.approaches]
@@ -262,7 +297,10 @@ def comparison_view(comparison: Comparison) -> View:
 def _split_axes(
     axes: Sequence[Axis],
 ) -> tuple[str, str, Collection[str], list[tuple[Axis, ...]]]:
-    """Give the key of the axis, its words, what walks with it, and the other groups of keys."""
+    """Return the key of the x-axis, its label, the keys varied with it, and all other groups.
+
+    Keys that are varied together form a group.
+    """
     along, groups = abscissa(axes), axis_groups(axes)
     if along is None:
         return "", "", (), groups
@@ -272,7 +310,7 @@ def _split_axes(
 
 
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
-    """Give the swept key that a sweep is drawn over: the frequency, or what varies fastest."""
+    """Return the swept key of the x-axis: the frequency, or the key that varies fastest."""
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
     frequency = [
         a for a in several if a.key == FREQUENCY_KEY and len(a.values) >= MIN_FREQUENCIES
@@ -281,19 +319,19 @@ def abscissa(axes: Sequence[Axis]) -> Axis | None:
 
 
 def _combinations(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
-    """Give every combination of the values of some keys, those of a group side by side."""
+    """Return all combinations of the values of groups of keys."""
     return [*every_point([axis for group in groups for axis in group])]
 
 
 def evenly_spaced(choices: Sequence[Choice], most: int) -> list[Choice]:
-    """Give at most so many of the choices, evenly spread, the first and the last among them."""
+    """Return at most `most` of the choices, evenly spaced, including the first and the last."""
     if len(choices) <= most:
         return list(choices)
     return [choices[round(at * (len(choices) - 1) / (most - 1))] for at in range(most)]
 
 
 class RowGroups:
-    """Rows by everything but where they are along the axis, and what walks with it."""
+    """Rows of an approach, grouped by all swept keys except those of the x-axis."""
 
     def __init__(self, rows: Iterable[Row], along: Collection[str]) -> None:
         self.found: defaultdict[frozenset[tuple[str, float]], list[Row]] = defaultdict(list)
@@ -306,7 +344,7 @@ class RowGroups:
             self.found[frozenset(rest.items())].append(row)
 
     def at(self, point: Point) -> list[Row]:
-        """Give the rows at a point; keys that these rows do not know take no part."""
+        """Return the rows at a point; keys that are not swept in these rows are ignored."""
         known = {key: value for key, value in point.items() if key in self.keys}
         return self.found.get(frozenset(known.items()), [])
 
@@ -318,7 +356,7 @@ def _make_panel(
     references: Sequence[RowGroups],
     axes: Sequence[Axis],
 ) -> Panel:
-    """Give the curves of one panel, one at each place."""
+    """Return a panel with a line per place, for the approach and each reference."""
     values = [next(iter(place.values()), nan) for place in places]
     lines = [
         Line(point_label(place, axes) or own.name, value, own.at({**point, **place}))
@@ -332,11 +370,11 @@ def _make_panel(
     return Panel(point, panel_title(point, axes), lines, drawn)
 
 
-# The words for swept keys: the symbols of the paper, where it has some.
+# Labels of swept keys, with the symbols of the paper where it has one.
 
 
 FORCE_KEYS = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
-"""Keys that are drawn as what they come to: the kinetic friction force."""
+"""Keys drawn over the resulting kinetic friction force."""
 
 AXIS_LABELS = {
     FREQUENCY_KEY: "frequency $f$ [Hz]",
@@ -357,11 +395,11 @@ SYMBOLS = {
     "friction.normal": "$F_N$",
     "friction.mu_kinetic": "$\\mu_k$",
 }
-"""Keys that a legend calls by the symbols of the paper."""
+"""Symbols of keys in legends, from the paper."""
 
 
 def axis_label(axis: Axis) -> str:
-    """Give the words for a swept key with its own unit, also where `AXIS_LABELS` has a force's."""
+    """Return the label of a swept key with the key's own unit, not that of the force."""
     if axis.key in AXIS_LABELS and axis.key not in FORCE_KEYS[1:]:
         return AXIS_LABELS[axis.key]
     symbol = SYMBOLS.get(axis.key)
@@ -371,33 +409,34 @@ def axis_label(axis: Axis) -> str:
 
 
 def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
-    """Give where a curve is, in symbols where the paper has some."""
+    """Return the label of a point of the sweep, with symbols of the paper."""
     units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
     return ", ".join(
-        f"{SYMBOLS.get(key, wording.short_key(key, units))} {wording.format_number(value, units[key])}"
+        f"{SYMBOLS.get(key, wording.short_key(key, units))} "
+        f"{wording.format_number(value, units[key])}"
         for key, value in point.items()
     )
 
 
 def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
-    """Give the words for a panel: what tells it from the others."""
+    """Return the title of a panel: the values of the keys by which panels differ."""
     several = {axis.key for axis in axes if len(axis.values) > 1}
     return point_label({key: value for key, value in point.items() if key in several}, axes)
 
 
-# The panels of a sweep: a row for each panel of its view, a column for each metric.
+# Panels of a sweep: a row per panel of the view, a column per metric.
 
 
 RowValue = Callable[[Row], float | None]
 
 MAX_STYLED_LINES = 8
-"""Lines up to which each has a style of its own; more are coloured by their value."""
+"""Lines up to which each has a style of its own; more are coloured by value."""
 
 MAX_MARKED_POINTS, MARKER_SPACING = 20, 0.12
-"""Points up to which each is marked; beyond, how far marks are apart [diagonals of a panel]."""
+"""Points up to which each has a marker; spacing of markers on other lines [panel diagonals]."""
 
 COLORMAP_END = 0.82
-"""Part of the colour map that is dark enough on white."""
+"""Upper end of the colour map; lighter colours are illegible on white [-]."""
 
 MARKERS = "os^DvPX*"
 REFERENCE_STYLE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
@@ -411,21 +450,21 @@ GAP_STYLES: dict[str, Style] = {
 OTHER_GAP_STYLE: Style = {"marker": "1", "color": "black"}
 INTERVAL_STYLE: Style = {
     "alpha": 0.3, "linewidth": 0.0, "zorder": 1.5,
-    "label": "95 % confidence interval of a mean over seeds",
+    "label": "95 % confidence interval of the mean",
 }  # fmt: skip
 
 LOG_SCALE_RATIO = 100.0
-"""Greatest over least value from which on T_a is drawn logarithmically."""
+"""Ratio of largest to smallest T_a from which on its axis is logarithmic [-]."""
 
 NATURAL_FREQUENCY_KEYS = {"oscillator.mass", "oscillator.stiffness"}
-"""Keys that move the natural frequency."""
+"""Keys that change the natural frequency."""
 
 PANELS_RIGHT = 0.965
-"""Where panels end, so that half of the last number below them has room."""
+"""Right edge of the panels [-], with room for half of the last tick label."""
 
 COLORBAR_WIDTH, COLORBAR_GAP, COLORBAR_LABEL_WIDTH, COLORBAR_DIGIT_WIDTH = 0.16, 0.2, 0.36, 0.09
-"""Width of a bar of colours, room beside it, room of its label with its gaps, and of a letter
-of its numbers [inch]."""
+"""Width of a colour bar, gap next to it, width of its label with gaps, and width of a digit of
+its tick labels [inch]."""
 
 
 def draw_panels(
@@ -434,14 +473,25 @@ def draw_panels(
     quantities: Sequence[Quantity],
     extra: Callable[[Axes, Panel, Quantity], None],
 ) -> Figure:
-    """Give a picture with a row for each panel of the view, a column for each quantity."""
+    """Return the figure of a sweep.
+
+    Parameters
+    ----------
+    table : Table
+    drawn : View
+        A row of the figure per panel.
+    quantities : sequence of Quantity
+        A column of the figure per quantity.
+    extra : callable
+        Draws more into the axes of a panel and quantity.
+    """
     count = len(drawn.panels)
     coloured = drawn.line is not None and len(drawn.panels[0].lines) > MAX_STYLED_LINES
     figure, grid = style.panel_grid(count, len(quantities), right=PANELS_RIGHT)
     for place, quantity in enumerate(quantities):
         first = None
         for at, panel in enumerate(drawn.panels):
-            # One scale for all rows: they are there to be compared.
+            # All rows share a y-axis, so that they can be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
             words = f"{panel.title}: {quantity.symbol}" if panel.title else quantity.words
             set_title(axes, words, pad=15)
@@ -472,7 +522,7 @@ def _shows_stroke(quantities: Sequence[Quantity]) -> bool:
 
 
 def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
-    """Let panels of one scale begin at 0; some are logarithmic where their values are steep."""
+    """Start the y-axis at 0; use a logarithmic one for a large range of values if `steeply`."""
     if steeply and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, *axes.get_ylim())
@@ -483,9 +533,9 @@ def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
 
 
 def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
-    """Mark the natural frequency, and where a viscous isolator begins to isolate.
+    """Mark the natural frequency f_0 and sqrt(2) f_0, above which a viscous isolator isolates.
 
-    Only where all cases share one.
+    Only if all cases have the same natural frequency.
     """
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
@@ -501,9 +551,9 @@ def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
 
 
 def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
-    """Draw the scale by which many lines are coloured.
+    """Draw the colour bar of many lines.
 
-    Returns its panel, and how far left it must begin for its numbers and its label.
+    Return its axes and the left edge that leaves room for its tick labels and label.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import MaxNLocator
@@ -526,7 +576,7 @@ def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
 
 
 def line_styles(view: View) -> list[Style]:
-    """Give a style to every line of a panel: by lightness, and by marks where lines are few."""
+    """Return the style of every line of a panel: by lightness, few lines also by marker."""
     import matplotlib
 
     colormap = matplotlib.colormaps["viridis"]
@@ -545,7 +595,7 @@ def line_styles(view: View) -> list[Style]:
 
 
 def color_scale(axis: Axis) -> tuple[Any, Any]:
-    """Give the scale on which values become colours, and the colours."""
+    """Return normalisation and colour map of the values of a swept key."""
     import matplotlib
     from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
@@ -557,9 +607,9 @@ def color_scale(axis: Axis) -> tuple[Any, Any]:
 
 
 def draw_curves(axes: Axes, view: View, panel: Panel, quantity: Quantity) -> None:
-    """Draw the lines of a panel, a gap and a mark wherever the value is not known.
+    """Draw the lines of a panel, interrupted where the value is unknown.
 
-    Where they are few and their values are means, each has the band of its interval.
+    Few lines of means over seeds also have confidence intervals.
     """
     curve_styles = line_styles(view)
     known = [line_series(view, line, quantity.of) for line in panel.lines]
@@ -576,7 +626,10 @@ def draw_curves(axes: Axes, view: View, panel: Panel, quantity: Quantity) -> Non
 def draw_curve(
     axes: Axes, x: Sequence[float], y: Sequence[float], style: Style, label: str, at: int = 0
 ) -> None:
-    """Draw one line, its marks apart from those of its neighbours; level where x is nan."""
+    """Draw a line; a horizontal one if x is nan.
+
+    Markers of neighbouring lines (`at`) are staggered.
+    """
     if x and isnan(x[0]):
         axes.axhline(y[0], **{**style, "marker": ""}, label=label)
         return
@@ -589,7 +642,7 @@ def draw_curve(
 
 
 def _is_isolated(y: Sequence[float], at: int) -> bool:
-    """Whether a point stands between two gaps, where no line shows it."""
+    """Whether a point has gaps on both sides, so that a line without markers hides it."""
     beside = [y[i] for i in (at - 1, at + 1) if 0 <= i < len(y)]
     return isfinite(y[at]) and not any(map(isfinite, beside))
 
@@ -597,7 +650,7 @@ def _is_isolated(y: Sequence[float], at: int) -> bool:
 def draw_references(
     axes: Axes, view: View, panel: Panel, value: RowValue, curve_styles: Sequence[Style]
 ) -> None:
-    """Draw the reference dashed: once where it is the same for all lines."""
+    """Draw the reference dashed; only once if it is the same for all lines."""
     drawn = [(line, *line_series(view, line, value)) for line in panel.references]
     one = all(_is_same_curve(y, drawn[0][2]) for _, _, y in drawn)
     if not drawn or (not one and len(panel.lines) > MAX_STYLED_LINES):
@@ -606,7 +659,7 @@ def draw_references(
     if one:
         draw_curve(axes, *drawn[0][1:], REFERENCE_STYLE, words)
         return
-    # In the legend grey stands for the dashes of every colour.
+    # One grey legend entry represents the dashed lines of all colours.
     axes.plot([], [], **FAINT_REFERENCE_STYLE, label=words)
     for at, (_, x, y) in enumerate(drawn):
         draw_curve(
@@ -619,7 +672,7 @@ def draw_references(
 
 
 def _is_same_curve(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two curves are one to the eye."""
+    """Whether two curves are visually identical."""
     return len(one) == len(other) and all(
         isclose(a, b, rel_tol=1e-6) or a != a or b != b for a, b in zip(one, other, strict=True)
     )
@@ -628,7 +681,7 @@ def _is_same_curve(one: Sequence[float], other: Sequence[float]) -> bool:
 def draw_interval(
     axes: Axes, x: Sequence[float], y: Sequence[float], width: Sequence[float], style: Style
 ) -> None:
-    """Draw the confidence intervals of means about their curve, if it has any."""
+    """Draw the confidence intervals of means around a curve, if known."""
     middle, half = np.array(y), np.array(width)
     if np.isfinite(half).any():
         edges = middle - half, middle + half
@@ -636,7 +689,7 @@ def draw_interval(
 
 
 def line_series(view: View, line: Line, value: RowValue) -> tuple[list[float], list[float]]:
-    """Give a line along the axis, in its order; nan is a gap."""
+    """Return x and y of a line in ascending order of x; nan marks a gap."""
     found = [(view.x(row), value(row)) for row in line.rows]
     found.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
     known = [y for _, y in found]
@@ -646,7 +699,7 @@ def line_series(view: View, line: Line, value: RowValue) -> tuple[list[float], l
 
 
 def known_values(view: View, value: RowValue) -> Iterator[float]:
-    """Give every value of the lines of a view that is known."""
+    """Yield all known values on the lines of a view."""
     for panel in view.panels:
         for line in panel.lines:
             for row in line.rows:
@@ -655,7 +708,7 @@ def known_values(view: View, value: RowValue) -> Iterator[float]:
 
 
 def mark_gaps(axes: Axes, view: View, panel: Panel) -> None:
-    """Mark at the foot of a panel where there is no number, and why."""
+    """Mark cases without a value at the lower edge of a panel, by status."""
     missing = [row for line in panel.lines for row in line.rows if row.status != OK]
     for status, count in Counter(row.status for row in missing).items():
         x = [view.x(row) for row in missing if row.status == status]
@@ -672,16 +725,16 @@ def mark_gaps(axes: Axes, view: View, panel: Panel) -> None:
 
 
 def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
-    """Say above a panel what it shows; that its place is given spares looking for one."""
+    """Set the title of a panel; a fixed position spares matplotlib the search for one."""
     axes.set_title(words, loc="left", pad=pad, y=1.0)
     axes.yaxis.set_offset_position("right")
 
 
-# Axes: logarithmic over a decade, numbered in full.
+# Axes and tick labels.
 
 
 MAX_TICK_LETTERS, MAX_TICKS = 44, 99
-"""Letters that fit below a panel, two between its numbers; and more numbers than fit."""
+"""Letters of all tick labels that fit below a panel, with two per gap; upper bound of ticks."""
 
 NATURAL_FREQUENCY_STYLE: Style = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
@@ -689,7 +742,7 @@ NATURAL_FREQUENCY_STYLE: Style = {
 
 
 def set_x_axis(axes: Axes, view: View, named: bool) -> None:
-    """Make the axis of the swept key."""
+    """Set scale, limits and label of the x-axis; logarithmic from a decade on."""
     rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
     x = [value for row in rows if not isnan(value := view.x(row))]
     if spans_decade(x):
@@ -705,7 +758,7 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
 
 
 def spans_decade(values: Iterable[float]) -> bool:
-    """Whether values span a decade, all above zero: their axis is logarithmic then."""
+    """Whether values are positive and span at least a decade."""
     low, high = inf, -inf
     for value in values:
         low, high = min(low, value), max(high, value)
@@ -713,7 +766,7 @@ def spans_decade(values: Iterable[float]) -> bool:
 
 
 def set_log_ticks(axis: Any, low: float, high: float) -> None:
-    """Name 1, 2 and 5 of every decade of a logarithmic axis; 1 alone where more is too much."""
+    """Label 1, 2 and 5 of every decade of a logarithmic axis, or only 1 if labels are dense."""
     from matplotlib.ticker import LogLocator
 
     def some(*steps: float) -> LogLocator:
@@ -727,40 +780,47 @@ def set_log_ticks(axis: Any, low: float, high: float) -> None:
 
 
 def set_linear_ticks(axis: Any) -> None:
-    """Number the axis of a key in full: no power of ten apart, which a title could hide."""
+    """Label an axis without a common power of ten, which a title could hide."""
     axis.set_major_formatter(lambda x, _: tick_label(x))
 
 
 def tick_label(x: float) -> str:
-    """Give a number as it stands at an axis, with a minus as long as its digits are wide."""
+    """Return a tick label, with a typographic minus sign."""
     return wording.format_number(x, digits=8).replace("-", "\N{MINUS SIGN}")
 
 
-# Many cases: quantile bands along a swept key, and a map of the mean.
+# Many cases: quantile bands along a swept key and a map of the mean.
 
 
 QUANTILE_BANDS = (
     (0.05, 0.95, "#c9d8e8", "90 % of the cases"),
-    (0.25, 0.75, "#8fb0d0", "half of them"),
+    (0.25, 0.75, "#8fb0d0", "50 % of the cases"),
 )
 MEDIAN_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 
 MAPS_LEFT, MAPS_RIGHT = 0.1, 0.92
-"""Where panels begin and end, so that numbers and words beside a map have room."""
+"""Left and right edge of the panels with a map, with room for its labels [-]."""
 
 MAP_GAP = 0.4
-"""Room between two maps, in widths of one [-]: the bar of the left, the key of the right."""
+"""Gap between two maps over their width [-]: colour bar of the left, label of the right."""
 
 
 def needs_quantiles(table: Table) -> bool:
-    """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
+    """Whether a table is drawn as quantile bands: random samples, or too many for lines."""
     return len(table.rows) > MAX_CACHED_ROWS or any(
         isinstance(axis.values, SampledValues) for axis in table.axes
     )
 
 
 def draw_quantiles(table: Table, quantities: Sequence[Quantity]) -> Figure:
-    """Give the picture of some metrics, a column each."""
+    """Return the figure of metrics as quantile bands, with a map if several keys are swept.
+
+    Parameters
+    ----------
+    table : Table
+    quantities : sequence of Quantity
+        A column of the figure per quantity.
+    """
     along = abscissa(table.axes)
     assert along is not None, "a sweep has a key"
     others = [axis for axis in table.axes if axis is not along and len(axis.values) > 1]
@@ -797,7 +857,7 @@ def draw_quantiles(table: Table, quantities: Sequence[Quantity]) -> Figure:
 def draw_quantile_bands(
     axes: Axes, found: Histogram, reference: Histogram | None, factor: float
 ) -> None:
-    """Draw how a metric scatters in every bin."""
+    """Draw quantile bands and median of a metric, and the median of the reference."""
     x = found.along.x
     for low, high, colour, words in QUANTILE_BANDS:
         ends = found.quantile_curve(low) * factor, found.quantile_curve(high) * factor
@@ -809,7 +869,7 @@ def draw_quantile_bands(
 
 
 def draw_reference_level(axes: Axes, table: Table, quantity: Quantity) -> None:
-    """Draw the stroke limit all cases share, or the line at which nothing is gained."""
+    """Draw the stroke limit shared by all cases, or the transmissibility 1."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
     if quantity.metric != PEAK_STROKE:
@@ -824,7 +884,7 @@ def draw_reference_level(axes: Axes, table: Table, quantity: Quantity) -> None:
 
 
 def set_bin_axis(axes: Axes, bins: Bins, named: bool) -> None:
-    """Make the axis of the key along."""
+    """Set scale, limits and label of an x-axis over bins."""
     axes.set_xlim(bins.edges[0], bins.edges[-1])
     _set_bin_scale(axes.set_xscale, axes.xaxis, bins)
     axes.tick_params(labelbottom=named)
@@ -833,7 +893,7 @@ def set_bin_axis(axes: Axes, bins: Bins, named: bool) -> None:
 
 
 def _set_bin_scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
-    """Spread and number the axis of a swept key as its bins are."""
+    """Set scale and ticks of an axis over bins."""
     if bins.is_log:
         set_scale("log")
         set_log_ticks(axis, bins.edges[0], bins.edges[-1])
@@ -842,7 +902,7 @@ def _set_bin_scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> N
 
 
 def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> None:
-    """Draw the mean over two swept keys, the key across named: a bar of colours is near it."""
+    """Draw the mean of a metric over two swept keys, with a colour bar."""
     from matplotlib.ticker import MaxNLocator
 
     assert found.across is not None, "a map has two axes"
@@ -855,33 +915,34 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     axes.set_ylabel(axis_label(found.across.axis))
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
-    # The numbers stand in a narrow margin.
+    # The margin for the tick labels is narrow.
     bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
 
 
-# How a metric scatters along a swept key, counted block by block.
+# Histograms of a metric along a swept key, updated block by block.
 
 
 MAX_SINGLE_VALUES, MIN_BINS, MAX_BINS = 120, 6, 48
-"""Values of a key up to which each is a bin of its own; least and most bins of other keys."""
+"""Values of a key up to which each has a bin of its own; minimum and maximum number of bins of
+other keys."""
 
 CASES_PER_CELL = 4
-"""Cases of a sample that a cell of a map has on the average: few cells remain empty."""
+"""Average number of random samples per cell of a map, so that few cells are empty."""
 
 BINS_PER_E = 256
-"""Bins of a metric to a factor of e: less than the width of a line."""
+"""Histogram bins per factor of e of a metric: finer than the width of a line."""
 
 LOG_RANGE = (log(1e-9), log(1e6))
-"""Logarithms between which a metric may lie; what lies beyond is counted at the end."""
+"""Range of ln(metric); values outside count in the first or last bin."""
 
 TAIL_SHARE = 1e-3
-"""Share of a distribution without end that is drawn at the end of its axis."""
+"""Tail probability of an unbounded distribution at the end of its axis [-]."""
 
 
 def count_cases(
     batches: Iterable[Batch], approach: str, histograms: Sequence[Histogram]
 ) -> None:
-    """Let scatters count the cases of an approach."""
+    """Add the cases of an approach to histograms."""
     for batch in batches:
         if batch.approach == approach:
             for histogram in histograms:
@@ -890,7 +951,18 @@ def count_cases(
 
 @dataclass
 class Histogram:
-    """How often a metric has which value in which bin, its greatest, and its mean on a map."""
+    """Histogram of a metric in every bin of a key, and its mean over two keys.
+
+    Attributes
+    ----------
+    metric : str
+    along, across : Bins
+        Bins of the x-axis, and of the y-axis of the map (None without a map).
+    counts : ndarray, shape (len(along), n)
+        Number of cases per bin and value; the values are spaced logarithmically.
+    sums, cell_counts : ndarray, shape (len(along) * len(across),)
+        Sum of the metric and number of cases in every cell of the map.
+    """
 
     metric: str
     along: Bins
@@ -900,14 +972,14 @@ class Histogram:
     cell_counts: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin with nothing."""
+        """Allocate empty counts."""
         width = int((LOG_RANGE[1] - LOG_RANGE[0]) * BINS_PER_E) + 2
         self.counts = np.zeros((len(self.along), width), dtype=np.int64)
         size = len(self.along) * (len(self.across) if self.across else 0)
         self.sums, self.cell_counts = np.zeros(size), np.zeros(size, dtype=np.int64)
 
     def add(self, batch: Batch) -> None:
-        """Count the cases of a block that know the metric."""
+        """Count the cases of a block in which the metric is known."""
         values = batch.metrics[self.metric]
         known = values == values
         x = batch.points.get(self.along.axis.key)
@@ -926,7 +998,7 @@ class Histogram:
             self.cell_counts += np.bincount(cell, minlength=len(self.cell_counts))
 
     def quantile(self, level: float) -> Floats:
-        """Give a quantile of the metric in every bin; NaN where nothing is known."""
+        """Return a quantile of the metric in every bin; NaN in bins without cases."""
         below = np.cumsum(self.counts, axis=1)
         total = below[:, -1]
         at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
@@ -936,13 +1008,13 @@ class Histogram:
         return np.where(total > 0, values, np.nan)
 
     def quantile_curve(self, level: float) -> Floats:
-        """Give a quantile at the points of a curve: that of a range's last bin to its end."""
+        """Return a quantile at the points `Bins.x`; the outermost bins extend to the ends."""
         return np.pad(self.quantile(level), self.along.end_points, mode="edge")
 
     @property
     def map(self) -> Floats:
-        """The mean of the metric, shape (bins across, bins along); NaN where none is known."""
-        assert self.across is not None, "asked for where there is something across"
+        """Mean of the metric, shape (bins across, bins along); NaN in cells without cases."""
+        assert self.across is not None, "a map has two axes"
         with np.errstate(invalid="ignore", divide="ignore"):
             means = self.sums / self.cell_counts
         return np.asarray(means.reshape(len(self.along), len(self.across)).T)
@@ -955,12 +1027,12 @@ class Bins:
     Attributes
     ----------
     axis : Axis
-    middles, fences : ndarray
-        Middles of the bins, and their edges, both ends included.
+    centers, edges : ndarray, shape (n,) and (n + 1,)
+        Centres and edges of the bins.
     x : ndarray
-        Where curves have their points: the middles, and the ends of a range.
-    even_in_ratio : bool
-        Whether the key is drawn on a logarithmic axis.
+        Points of curves: the centres, and for a range also its two ends.
+    is_log : bool
+        Whether the axis is logarithmic.
     """
 
     axis: Axis
@@ -971,7 +1043,7 @@ class Bins:
 
     @classmethod
     def of(cls, axis: Axis) -> Bins:
-        """Give a bin to each of few values; else bins of equal width or ratio."""
+        """Return a bin for each of few values, else bins of equal width or equal ratio."""
         values = axis.values
         if isinstance(values, SampledValues):
             most = max(MIN_BINS, isqrt(len(values) // CASES_PER_CELL))
@@ -991,21 +1063,21 @@ class Bins:
         return cls(axis, centers, edges, np.array([edges[0], *centers, edges[-1]]), is_log)
 
     def __len__(self) -> int:
-        """Give the number of bins."""
+        """Return the number of bins."""
         return len(self.centers)
 
     @property
     def end_points(self) -> int:
-        """How many points a curve has beyond the middles at either end."""
+        """Number of points of a curve outside the bin centres, at each end."""
         return (len(self.x) - len(self)) // 2
 
     def find(self, values: Floats) -> NDArray[np.intp]:
-        """Give the bin of every value."""
+        """Return the index of the bin of every value."""
         return np.searchsorted(self.edges[1:-1], values, side="right")
 
 
 def _edges_between(centers: Floats, is_log: bool) -> Floats:
-    """Give edges halfway between values by the scale of their axis, and as far beyond them."""
+    """Return edges halfway between values on their axis, with outer bins symmetric."""
     if len(centers) == 1:
         return np.array([centers[0] - 0.5, centers[0] + 0.5])
     x = np.log(centers) if is_log else centers
@@ -1017,25 +1089,25 @@ def _edges_between(centers: Floats, is_log: bool) -> Floats:
 def _bin_edges(
     low: float, high: float, count: int, allow_log: bool = True
 ) -> tuple[Floats, bool]:
-    """Give edges of bins between two ends, and whether they are even in ratio."""
+    """Return edges of bins between two ends, and whether they are spaced logarithmically."""
     is_log = allow_log and spans_decade((low, high))
     return (np.geomspace if is_log else np.linspace)(low, high, count + 1), is_log
 
 
 def _drop_empty_bins(edges: Floats, ordered: Sequence[float]) -> Floats:
-    """Give edges with a value between any two: those of a range may lie farther apart."""
+    """Merge bins without a value; spaced values may be wider apart than bins."""
     below = [bisect_left(ordered, edge) for edge in edges[1:-1].tolist()]
     _, first = np.unique([0, *below, len(ordered)], return_index=True)
     return np.append(edges[first[:-1]], edges[-1])
 
 
 def _distribution_range(law: Distribution) -> tuple[float, float]:
-    """Give the ends of a distribution, for one without some that hold nearly all of it."""
+    """Return the ends of a distribution; of an unbounded one extreme quantiles."""
     share = TAIL_SHARE if isinstance(law, Normal | LogNormal) else 0.0
     low, high = law.quantile(np.array([share, 1.0 - share])).tolist()
     return low, high
 
 
 def _suits_log_axis(law: Distribution) -> bool:
-    """Tell whether a logarithmic axis may suit a key that is drawn so."""
+    """Whether a logarithmic axis suits a distribution."""
     return isinstance(law, LogNormal) or getattr(law, "log", False)

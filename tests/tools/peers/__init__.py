@@ -1,7 +1,7 @@
-"""Other programs on the work of `drysim bench`, where they are installed; scipy is in it.
+"""Other programs on the work of `drysim bench`, if installed; scipy is part of the benchmark.
 
-`python -m pip install heyoka scikit-sundae pathsim mujoco` brings them all. A peer is one file
-here: it has the name of the `PACKAGE` that it needs, and gives `entries(work)`.
+`python -m pip install heyoka scikit-sundae pathsim mujoco` installs all of them. A peer is one
+module here, with the name of its `PACKAGE` and a function `entries(work)`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,6 @@ from peers import heyoka, mujoco, pathsim, sundials
 
 
 def installed_peers() -> tuple[Peer, ...]:
-    """Give the peers that are installed."""
+    """Return the peers that are installed."""
     known = (heyoka, sundials, pathsim, mujoco)
     return tuple(peer for peer in known if find_spec(peer.PACKAGE) is not None)

@@ -1,4 +1,4 @@
-"""heyoka: Taylor series of high order, compiled, with events located on the series itself."""
+"""heyoka: compiled Taylor series of high order, with events located on the series."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 PACKAGE = "heyoka"
 
 TOLERANCES = (1e-6, 1e-15)
-"""The second is about the least that double precision knows, and heyoka's own choice."""
+"""Relative tolerances; the second is close to double precision and heyoka's default."""
 
 START_TOLERANCE = 1e-12
-"""A stop within this time [s] of the beginning is the beginning."""
+"""A stop within this time of the beginning is the beginning itself [s]."""
 
 COOLDOWN = 1e-7
-"""Time [s] for which a root that was found is not found again; heyoka's own guess, by the slope
-of v_r there, is far too long where slip begins without acceleration."""
+"""Time for which a root is not detected again [s]. heyoka's own estimate, from the slope of
+v_r, is far too long where slip begins without acceleration."""
 
 CHUNK_SAMPLES = 400
-"""Samples that one call may slide over under sines: it ends at the stop in any case."""
+"""Maximum number of samples per call under sines; a call also ends at a stop."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give heyoka at several tolerances."""
+    """Yield heyoka at several tolerances."""
     for tolerance in TOLERANCES[isinstance(work.motion, Samples) :]:
         yield Entry("heyoka events", format_number(tolerance), with_events(tolerance))
 
 
 def make_integrators(work: Work, tolerance: float) -> dict[int, Any]:
-    """Give an integrator for each direction of sliding, which ends where v_r comes to zero."""
+    """Return an integrator for each direction of slip, which ends where v_r reaches zero."""
     import heyoka as hy
 
     m, k_x, b = work.plant
@@ -62,7 +62,8 @@ def make_integrators(work: Work, tolerance: float) -> dict[int, Any]:
 
 
 def with_events(tolerance: float) -> Callable[[Work], Run]:
-    """Give an entry that restarts at every stop, and under samples at every sample."""
+    """Return the preparation of an entry that restarts at every stop, and for a record at every
+    sample."""
 
     def ready(work: Work) -> Run:
         slip = TaylorSolver(work, tolerance)
@@ -72,7 +73,7 @@ def with_events(tolerance: float) -> Callable[[Work], Run]:
 
 
 class TaylorSolver:
-    """How heyoka slides: its integrators, and the grid on which the motion is wanted."""
+    """heyoka as `SlipIntegrator` on the grid of a work."""
 
     def __init__(self, work: Work, tolerance: float) -> None:
         import heyoka as hy
@@ -89,19 +90,19 @@ class TaylorSolver:
     def __call__(
         self, begin: SlipState, d: int, x_out: Floats, v_out: Floats
     ) -> tuple[SlipState, bool]:
-        """Slide in direction d; see `scipy_ivp.Slide`."""
+        """Integrate a slip phase in direction d; see `scipy_ivp.SlipIntegrator`."""
         way = self.integrators[d]
         way.time = begin.t
         way.state[:] = begin.x_r, begin.v_r or d * INITIAL_SLIP_VELOCITY
         way.reset_cooldowns()
         stopped = self.advance(way, begin, x_out, v_out)
         if stopped and way.time - begin.t < START_TOLERANCE:
-            # Slip begins at v_r = 0, which is a root, too; it is passed over now.
+            # Slip begins at v_r = 0, which is detected as a root; continue past it.
             begin = begin._replace(t=way.time)
             stopped = self.advance(way, begin, x_out, v_out)
         x_r, v_r = way.state.tolist()
         if not np.isfinite(x_r):
-            raise SolverError(f"heyoka has left the numbers at t = {begin.t:.6g} s")
+            raise SolverError(f"heyoka returned non-finite values at t = {begin.t:.6g} s")
         if stopped:
             n = int(np.searchsorted(self.grid, way.time, side="right")) - 1
             return SlipState(way.time, x_r, 0.0, n), True
@@ -109,7 +110,7 @@ class TaylorSolver:
         return SlipState(way.time, x_r, v_r, n), False
 
     def _over_grid(self, way: Any, begin: SlipState, x_out: Floats, v_out: Floats) -> bool:
-        """Slide to the stop, or over a chunk of the grid; tell whether it was the stop."""
+        """Integrate to the stop or over a chunk of the grid; return whether it stopped."""
         ahead = self.grid[begin.n + 1 : begin.n + 1 + CHUNK_SAMPLES]
         outcome, *_, found = way.propagate_grid(np.concatenate(([begin.t], ahead)))
         part = slice(begin.n + 1, begin.n + len(found))
@@ -117,7 +118,7 @@ class TaylorSolver:
         return bool(outcome != self.limit)
 
     def _over_sample(self, way: Any, begin: SlipState, x_out: Floats, v_out: Floats) -> bool:
-        """The same over samples: ü is a straight line to the next one."""
+        """Integrate to the stop or the next sample with ü linear; return whether it stopped."""
         n = begin.n
         slope = (self.u_dd[n + 1] - self.u_dd[n]) / self.step
         way.pars[0], way.pars[1] = self.u_dd[n] - slope * self.grid[n], slope

@@ -1,4 +1,4 @@
-"""MuJoCo: dry friction as a soft constraint of a slide joint, fixed steps, all of it in C."""
+"""MuJoCo: dry friction as a soft constraint of a slide joint, with fixed steps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PACKAGE = "mujoco"
 
 SUBSTEPS = (1, 8)
-"""Pieces of a sample that are one step of MuJoCo."""
+"""Numbers of steps per sample."""
 
 MODEL_XML = """
 <mujoco>
@@ -32,14 +32,14 @@ MODEL_XML = """
   <actuator><motor joint="slide"/></actuator>
 </mujoco>
 """
-"""The oscillator in the frame of its base, which pushes the mass by -m ü."""
+"""The oscillator in the frame of its base, under the inertial force -m ü."""
 
 SOFTNESS = 2.0
-"""Time constant of the friction constraint in steps: the hardest that MuJoCo takes."""
+"""Time constant of the friction constraint in steps: the least that MuJoCo accepts."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give MuJoCo at several steps."""
+    """Yield MuJoCo at several steps."""
     for substeps in SUBSTEPS:
         step = work.step / substeps
         yield Entry(
@@ -48,7 +48,7 @@ def entries(work: Work) -> Iterator[Entry]:
 
 
 def with_step(substeps: int) -> Callable[[Work], Run]:
-    """Give an entry that takes so many steps a sample."""
+    """Return the preparation of an entry with a number of steps per sample."""
 
     def ready(work: Work) -> Run:
         import mujoco
@@ -76,7 +76,7 @@ def with_step(substeps: int) -> Callable[[Work], Run]:
 
 
 def friction_from_motion(work: Work, x_r: Floats, v_r: Floats) -> Floats:
-    """Give F_f [N] that the motion shows: MuJoCo keeps no force of its own for every sample."""
+    """Return F_f [N] from the motion, as MuJoCo does not record its constraint force."""
     m, k_x, b = work.plant
     v_d = np.gradient(v_r, work.step)
     friction: Floats = -m * (v_d + work.u_dd) - k_x * x_r - b * v_r

@@ -1,4 +1,4 @@
-"""PathSim: a block diagram, stepped in Python, on the smoothed law."""
+"""PathSim: a block diagram, integrated in Python, with smoothed friction."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ SETTINGS = ((1e-6, 1e3),)
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give PathSim with its adaptive Runge-Kutta method."""
+    """Yield PathSim with its adaptive Runge-Kutta method."""
     for tolerance, c in SETTINGS:
         words = f"RKCK54, {format_number(tolerance)}, tanh c {format_number(c)}"
         yield Entry("PathSim tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
-    """Give an entry on tanh(c v) in place of the sign."""
+    """Return the preparation of an entry with tanh(c v_r) for sign(v_r)."""
 
     def ready(work: Work) -> Run:
         from pathsim import Connection, Simulation

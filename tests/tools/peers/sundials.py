@@ -1,4 +1,4 @@
-"""CVODE of SUNDIALS, by scikit-sundae: implicit multistep, on the smoothed law."""
+"""CVODE of SUNDIALS, from scikit-sundae: implicit multistep, with smoothed friction."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ SETTINGS = ((1e-6, 1e4), (1e-9, 1e6))
 """Relative tolerances and sharpnesses [s/m]."""
 
 MAX_STEPS = 100_000
-"""Steps between two samples after which CVODE counts as stuck."""
+"""Maximum number of steps between two samples."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
-    """Give CVODE at several tolerances."""
+    """Yield CVODE at several tolerances."""
     for tolerance, c in SETTINGS:
         words = f"BDF, {format_number(tolerance)}, tanh c {format_number(c)}"
         yield Entry("CVODE tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
-    """Give an entry on tanh(c v) in place of the sign, in one call."""
+    """Return the preparation of an entry with tanh(c v_r) for sign(v_r), in a single call."""
 
     def ready(work: Work) -> Run:
         from sksundae.cvode import CVODE
