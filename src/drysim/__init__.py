@@ -1,6 +1,6 @@
 """Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
 
-The public names are loaded when first asked for, so that importing drysim stays light.
+The public names are imported on first access, so that `import drysim` stays fast.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from typing import Any
 
 
 def lazy_getattr(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Give the `__getattr__` of a package whose names are loaded when first asked for.
+    """Return the `__getattr__` (PEP 562) of a package whose names are imported on first access.
 
     Parameters
     ----------
     package : str
         Its `__name__`.
     modules : mapping
-        The names that each module holds, separated by blanks.
+        Module name to the names it defines, separated by blanks.
 
     Returns
     -------
     callable
-        Loads the module of a name, and keeps the name in the package.
+        Imports the module that defines a name and stores the object in the package.
     """
     module_of = {name: module for module, names in modules.items() for name in names.split()}
 
@@ -78,5 +78,5 @@ __getattr__ = lazy_getattr(
 
 
 def __dir__() -> list[str]:
-    """Give the public names, loaded or not."""
+    """Return the public names, imported or not."""
     return sorted({*globals(), *__all__})

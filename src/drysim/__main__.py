@@ -1,4 +1,4 @@
-"""The entry of `drysim` and of `python -m drysim`."""
+"""Entry point of `drysim` and of `python -m drysim`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import signal
 from drysim.cli import command
 
 if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is written yet
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing to tidy up yet
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""The command `drysim`: its application, and where a fault becomes a sentence and an exit code.
+"""The command line: the application and the exit code of every outcome.
 
-A command is a function of `commands`, its options are in `options`; `process` has the signals
-and the streams.
+The commands are functions in `commands`, their options are in `options`; `process` handles
+signals and streams. `main` runs one command and turns exceptions into an error message and an
+exit code.
 """
 
 from __future__ import annotations
@@ -42,15 +43,16 @@ COMMANDS: tuple[Callable[..., int], ...] = (
     commands.summarise, commands.bench, commands.schema, commands.doctor,
     manual, explain,
 )  # fmt: skip
-"""As somebody new may need them, and as the help lists them."""
+"""In the order of the help: what a new user needs first comes first."""
 
 COMPUTING_COMMANDS, HELP_OPTIONS = (
     ("run", "sweep", "compare", "bench", "validate"),
     {"-h", "--help"},
 )
+"""Commands that need numpy in any case, and the options that ask for help only."""
 
 GC_THRESHOLD = 1_000_000
-"""New objects between two collections: a hundred megabytes, were they all garbage."""
+"""Allocations between two garbage collections; at most about 100 MB of garbage."""
 
 BUG_NOTICE = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
@@ -58,10 +60,10 @@ lines above, the scenario file and what `drysim doctor` prints."""
 
 
 class InterruptibleGroup(TyperGroup):
-    """The commands; one that is interrupted without a word of its own gets one here."""
+    """Command group that prints a message when an interrupt was not handled by the command."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
+        """Run the selected command."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -95,12 +97,12 @@ for one_command in COMMANDS:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and give the exit code.
+    """Run one command and return its exit code.
 
     Parameters
     ----------
     arguments : sequence of str, optional
-        Words after `drysim`; default: those of this process.
+        Command-line arguments after `drysim`; default: those of this process.
 
     Returns
     -------
@@ -113,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         application = single_command_app(words[0] if words else "")
         code = int(application(words, prog_name="drysim", obj=words, standalone_mode=False))
-        with tolerate_closed_pipe():  # flushes what was said
+        with tolerate_closed_pipe():  # flush here, where a failure can still be reported
             pass
     except typer.TyperException as fault:
         code = report_usage_error(fault)
@@ -121,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = report_error(fault)
     except MemoryError:
         code = report_out_of_memory()
-    except KeyboardInterrupt:  # between two commands, so to speak
+    except KeyboardInterrupt:  # before or after the command itself
         code = EXIT_INTERRUPTED
     except Exception as fault:
         code = report_unexpected(fault)
@@ -129,9 +131,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def single_command_app(name: str) -> typer.Typer:
-    """Give the application with one command alone, where there is one of that name.
+    """Return the application reduced to one command, or as it is if no command has that name.
 
-    Typer builds every command that it is given, with all its options, to run one of them.
+    Typer builds all registered commands with all their options in order to run one of them.
     """
     known = app.registered_commands
     found = [one for one in known if one.callback and one.callback.__name__ == name]
@@ -143,20 +145,22 @@ def single_command_app(name: str) -> typer.Typer:
 
 
 def preload_numpy(words: Sequence[str]) -> None:
-    """Load numpy for a command that computes, from as few frames as can be.
+    """Import numpy for a command that computes, from a shallow call stack.
 
-    Python 3.11 takes memory for frames in pieces of 16 KB and gives each back at once: of the
-    many small calls of this import, 3000 may happen to run across the edge of one, for 20 ms.
+    Python 3.11 allocates frames in chunks of 16 KB and frees a chunk as soon as it is empty.
+    From a deeper stack, thousands of the small calls of this import may cross the edge of a
+    chunk, which costs about 20 ms.
     """
     if words and words[0] in COMPUTING_COMMANDS and not HELP_OPTIONS & {*words}:
-        import numpy  # noqa: F401 - it is wanted later, from deeper
+        import numpy  # noqa: F401 - used later, from a deeper call stack
 
 
 def command() -> NoReturn:
-    """Be the command `drysim`: run it, and leave at once.
+    """Run the command `drysim` and end the process.
 
-    A process of one command has little garbage to collect while it loads the compiler, and need
-    not take that apart in order at its end: together these are a fifth of a small sweep.
+    A process of one command has little garbage to collect while it loads the compiler, and
+    needs no orderly teardown at its end: skipping both saves a fifth of the time of a small
+    sweep.
     """
     gc.set_threshold(GC_THRESHOLD, 20, 20)
     process.skip_pydantic_plugins()
@@ -170,28 +174,28 @@ def command() -> NoReturn:
 
 
 def report_usage_error(fault: typer.TyperException) -> int:
-    """Say what is wrong with the command line, and where its help is."""
+    """Show what is wrong with the command line; return the exit code."""
     command = getattr(getattr(fault, "ctx", None), "command_path", "drysim")
     sentence = fault.format_message().replace("Value error, ", "")
     return report_error(UsageError(sentence, f"`{command} --help` shows what it takes"))
 
 
 def report_out_of_memory() -> int:
-    """Say that there is no more memory, and give the exit code."""
+    """Show that memory is exhausted; return the exit code."""
     print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
     return EXIT_NOTHING_COMPUTED
 
 
 def report_unexpected(fault: Exception) -> int:
-    """Show what nobody foresaw: a stdout that cannot be written, or else a bug.
+    """Show an unexpected exception (no stdout, no memory, or a bug); return the exit code.
 
-    Who was asked to go has no bug: an interrupted import fails with whatever comes to its mind.
+    After an interrupt it is not reported: an interrupted import may fail with any exception.
     """
     if INTERRUPT_REQUESTED.is_set():
         return EXIT_INTERRUPTED
     if isinstance(fault, OSError) and fault.errno == errno.ENOMEM:
         return report_out_of_memory()
-    # A stream that fails names no file; all files are written where that is foreseen.
+    # An error of a stream has no file name; those of files are handled elsewhere.
     if isinstance(fault, OSError) and fault.filename is None and fault.errno in STREAM_ERRORS:
         return report_error(stdout_error(fault))
     with suppress(OSError):
@@ -201,7 +205,7 @@ def report_unexpected(fault: Exception) -> int:
 
 
 def report_error(fault: DrysimError) -> int:
-    """Show a fault with its places and its hint, and give its exit code."""
+    """Show an error with its locations and its hint; return its exit code."""
     from drysim.console import problems
 
     with suppress(SystemExit):  # rich leaves with SystemExit on a broken pipe

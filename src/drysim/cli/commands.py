@@ -1,8 +1,8 @@
-"""The nine commands, in the order of the help; each gives its exit code.
+"""The commands, in the order of the help. Each returns its exit code.
 
-A command reads its words, says what it would do or does it, and tells what came out; how that
-is done is with `study`, `output` and `console`. These are loaded within: of nine commands one
-runs, and `--help` needs none of them.
+A command validates its arguments, then shows the plan (`--dry-run`) or computes, writes and
+shows the result; the work is done by `study`, `output` and `console`. These are imported inside
+the functions: one command runs, and `--help` needs none of them.
 """
 
 from __future__ import annotations
@@ -37,21 +37,22 @@ if TYPE_CHECKING:
     from drysim.study.table import Table
 
 DEFAULT_SCENARIO = "paper-low-friction"
-"""What `drysim init` writes when no name is given."""
+"""Gallery scenario written by `drysim init` without a name."""
 
 LOCAL_SCENARIO = "scenario.yaml"
-"""What `drysim compare` takes when no scenario is named."""
+"""Scenario of `drysim compare` when none is named."""
 
 FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
-"""What it takes of the gallery where that is missing; the latter has options of every law."""
+"""Gallery scenarios used when it is missing; the second has the options of every law."""
 
 SUMMARY_KEYS = ("metrics", "ensemble", "checks", "numerics")
-"""What of drysim.json is told again; only many seeds are an ensemble."""
+"""Keys of drysim.json that `summarise --json` prints; only several seeds have `ensemble`."""
 
 DOCTOR_SCENARIO = "free-decay"
+"""Gallery scenario that `drysim doctor` runs."""
 
 PNG_TRAILER = b"IEND\xaeB`\x82"
-"""Last bytes of a whole PNG file."""
+"""Last bytes of a complete PNG file."""
 
 
 def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> int:
@@ -71,7 +72,7 @@ def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> i
 
 
 def show_gallery(part: str) -> int:
-    """Show the scenarios of the gallery, or of a part of it, each with what it is about."""
+    """Print the scenarios of the gallery, or of its part, each with its description."""
     from drysim.console import terminal
     from drysim.study import gallery
 
@@ -134,7 +135,7 @@ def run(
 
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:
-    """Make sure that nobody asks a single seed for what only many can do."""
+    """Raise UsageError for options that need several seeds."""
     only = "has a meaning only with many seeds"
     hint = "ask for them by --set excitation.seeds=20, or leave it out"
     if workers is not None:
@@ -146,7 +147,7 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
 def run_single(
     case: Case, folder: Path, command: str, mode: OutputMode, *, strict: bool, plots: bool
 ) -> int:
-    """Compute, write and show the outcome of a case; give the exit code."""
+    """Compute, write and show the result of a case; return the exit code."""
     from drysim import output
     from drysim.console import summaries
     from drysim.output.folder import check_disk_space
@@ -155,7 +156,7 @@ def run_single(
 
     check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
     for warning in case.warnings:
-        if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # of use before the work, too
+        if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
             mode.print_status(f"patience: {warning.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
@@ -227,7 +228,7 @@ def sweep(
 def compute_sweep(
     case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool
 ) -> Table:
-    """Give the table of a sweep; incomplete when it was interrupted on the way."""
+    """Compute the table of a sweep; incomplete if interrupted."""
     from drysim.console import terminal
     from drysim.study.plan import CaseRanges, approaches_of
     from drysim.study.store import Store, work_identity
@@ -246,7 +247,7 @@ def compute_sweep(
 
 
 def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
-    """Tell that a block of cases is finished; an interrupt that was lost on the way ends it."""
+    """Advance the progress by a finished block of cases; repeat an interrupt that was lost."""
     advance(len(batch))
     process.raise_if_interrupted()
 
@@ -298,7 +299,7 @@ def compare(
 
 
 def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:
-    """Give the scenario to compare: the one named, else ./scenario.yaml, else the gallery's."""
+    """Return the scenario to compare: the given file, ./scenario.yaml, or the gallery's."""
     if file is not None:
         return file
     if Path(LOCAL_SCENARIO).exists():
@@ -351,12 +352,12 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
 
 
 def read_sidecar(folder: Path) -> dict[str, Any]:
-    """Give the drysim.json of a result.
+    """Read the drysim.json of a result.
 
     Raises
     ------
     OutputError
-        When the folder holds none.
+        When the folder has none.
     """
     from drysim.output.folder import MARKER
 
@@ -439,7 +440,7 @@ def bench_hard_cases(
     mode: OutputMode,
     command: str,
 ) -> int:
-    """Put every approach through the hard cases."""
+    """Run every approach on the hard cases."""
     from drysim.approach import APPROACHES_BY_NAME
     from drysim.bench import hard_cases
     from drysim.output.folder import check_writable
@@ -468,7 +469,7 @@ def bench_hard_cases(
 def output_folder(
     out: Path | None, scenario: str | None, requested: Sequence[Scenario], label: str
 ) -> Path:
-    """Give the output folder: as it was asked for, or by the scenario's name."""
+    """Return the output folder: `--out`, else named after the scenario."""
     if out is not None:
         return out
     return Path("out", label if scenario is None else f"{requested[0].name}-{label}")
@@ -514,7 +515,7 @@ def doctor() -> int:
 
 
 def check_run() -> Finding:
-    """Run a scenario of the gallery from its file to its picture, in a temporary folder."""
+    """Run a gallery scenario from its file to its picture, in a temporary folder."""
     from tempfile import TemporaryDirectory
 
     from drysim.study.doctor import Finding
@@ -533,7 +534,7 @@ def check_run() -> Finding:
                 outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK
             )
             whole = Path(out, "response.png").read_bytes().endswith(PNG_TRAILER)
-    except Exception as fault:  # whatever a broken installation raises
+    except Exception as fault:  # a broken installation may raise anything
         return Finding("run", False, f"{type(fault).__name__}: {fault}")
     passed = whole and outcome.exit_code() == EXIT_OK
     return Finding("run", passed, f"{DOCTOR_SCENARIO} and its picture")

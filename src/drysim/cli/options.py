@@ -1,4 +1,4 @@
-"""The arguments and options of all commands, with their help."""
+"""Arguments and options of all commands, with their help texts."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from drysim import __version__
 from drysim.errors import EXIT_OK
 
 RUN_TIME_LIMIT, HARD_TIME_LIMIT = 0.2, 30.0
-"""Time that one run may take [s], and that a hard case may: there it decides held or failed."""
+"""Default time limit of one run in a bench, and in a hard case, which fails beyond it [s]."""
 
 
 def complete_approaches() -> list[str]:
-    """Give the shelf of approaches to the completion of the shell."""
+    """Return the names of the approaches, for shell completion."""
     from drysim.approach import APPROACHES_BY_NAME
 
     return list(APPROACHES_BY_NAME)
 
 
 def complete_compared() -> list[str]:
-    """Give the shelves of approaches and friction laws to the completion of the shell."""
+    """Return the names of approaches and friction laws, for shell completion."""
     from drysim.approach import APPROACHES_BY_NAME
     from drysim.scenario.reading import LAWS
 
@@ -30,14 +30,14 @@ def complete_compared() -> list[str]:
 
 
 def complete_gallery() -> list[str]:
-    """Give the gallery to the completion of the shell."""
+    """Return the names of the gallery scenarios, for shell completion."""
     from drysim.study.gallery import HARD_FOLDER, list_scenarios
 
     return [piece.name for piece in (*list_scenarios(), *list_scenarios(HARD_FOLDER))]
 
 
 def show_version(wanted: bool) -> None:
-    """Show the version in place of a command."""
+    """Print the version and exit."""
     if wanted:
         typer.echo(f"drysim {__version__}")
         raise typer.Exit(EXIT_OK)
@@ -153,8 +153,8 @@ Patience = Annotated[
         "--patience",
         min=1e-3,
         metavar="SECONDS",
-        help=f"What one run may take, default {RUN_TIME_LIMIT:g}: slower entries run on a shorter "
-        f"stretch; with --hard {HARD_TIME_LIMIT:g}, and what takes longer fails.",
+        help=f"What one run may take, default {RUN_TIME_LIMIT:g}: slower entries run on a "
+        f"shorter stretch; with --hard {HARD_TIME_LIMIT:g}, and what takes longer fails.",
     ),
 ]
 Peers = Annotated[
@@ -170,7 +170,7 @@ Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that drys
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
-    """Give `--set` words, `--approach` being one of them."""
+    """Return the `--set` arguments, with `--approach` as one of them."""
     words = changes or []
     if approach is None:
         return words

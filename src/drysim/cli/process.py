@@ -1,8 +1,8 @@
-"""The process of a command: signals, its streams, how it speaks, and what it goes without.
+"""The process of a command: signals, standard streams, output mode, fast start-up.
 
-Ctrl-C, `kill` and a terminal that closes interrupt the work, which leaves its files in order.
-Stdout may be a pipe whose reader leaves early, a file on a full disk, or closed; stderr as
-well. A command speaks in words, by one JSON object, or not at all.
+Ctrl-C, SIGTERM and SIGHUP interrupt the work, which then leaves its files in order. Stdout may
+be a pipe whose reader ends early, a file on a full disk, or closed; the same holds for stderr.
+The output of a command is text, one JSON object (`--json`), or nothing (`--quiet`).
 """
 
 from __future__ import annotations
@@ -39,29 +39,30 @@ if TYPE_CHECKING:
 # Signals.
 
 SIGNAL_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Not every system knows all of them."""
+"""Signals that interrupt; Windows lacks SIGHUP."""
 
 DEFAULT_HANDLERS = (signal.SIG_DFL, signal.default_int_handler)
-"""What Python sets; a signal that is ignored, as below `nohup`, stays so."""
+"""The handlers that Python sets; an ignored signal, as under `nohup`, stays ignored."""
 
 INTERRUPT_REQUESTED = Event()
-"""Set once we were asked to go: an import that this cuts short may fail with any exception."""
+"""Set on the first signal. An import that is cut short may then fail with any exception."""
 
 SIGNAL_TIMEOUT = 1.0
-"""Time after a signal until the process ends in spite of a kernel that is still at work [s]."""
+"""Time after a signal until the process ends even while a kernel is running [s]."""
 
 INTERRUPT_MESSAGE = b"interrupted in a long computation; no file is left half-written\n"
 
 _last_handled = [-math.inf]
-"""When Python last called the handler of a signal [s]."""
+"""When Python last called the signal handler, in a list so that the handler can set it [s]."""
 
 
 def install_signal_handlers() -> None:
-    """Let every such signal interrupt the work, which then leaves its files in order.
+    """Turn the signals into KeyboardInterrupt, so that the work leaves its files in order.
 
-    Python calls a handler between two of its own instructions, and a compiled kernel may run
-    for hours. So a thread learns of signals as they come, and ends the process where none is
-    handled: as safe as a kill at any other instant.
+    Python calls a handler only between two of its own instructions, and a compiled kernel may
+    run for hours. A thread therefore reads the signals from the wake-up pipe and ends the
+    process if no handler has run within `SIGNAL_TIMEOUT`. That is as safe as a kill at any
+    other time.
     """
     numbers = set(filter(None, (getattr(signal, name, None) for name in SIGNAL_NAMES)))
     handled = {number for number in numbers if signal.getsignal(number) in DEFAULT_HANDLERS}
@@ -70,22 +71,23 @@ def install_signal_handlers() -> None:
     read, write = os.pipe()
     os.set_blocking(write, False)
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
-    if hasattr(os, "register_at_fork"):  # a child would write into the pipe of its parent
+    if hasattr(os, "register_at_fork"):  # a child process would write to the pipe of its parent
         os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     Thread(target=_watch_signals, args=(read, handled), daemon=True).start()
 
 
 def raise_if_interrupted() -> None:
-    """Interrupt the work once more, in case that has been lost.
+    """Raise KeyboardInterrupt once more after a signal.
 
-    Python passes over an exception in a finaliser or in a call of C, and the work went on.
+    Python discards an exception raised in a finaliser or in a callback from C, and work
+    continues.
     """
     if INTERRUPT_REQUESTED.is_set():
         raise KeyboardInterrupt
 
 
 def _watch_signals(read: int, handled: set[int]) -> None:
-    """End the process once a signal is not handled in time."""
+    """End the process when a signal is not handled in time."""
     while True:
         received = handled.intersection(os.read(read, 64))
         received_at = monotonic()
@@ -108,11 +110,11 @@ STREAM_ERRORS = {
     errno.EAGAIN, errno.EBADF, errno.ECONNRESET, errno.EDQUOT, errno.EFBIG, errno.EINVAL,
     errno.EIO, errno.ENOSPC, errno.ENXIO, errno.EPIPE,
 }  # fmt: skip
-"""What a stream may answer to a write; a library that cannot be loaded has no number."""
+"""Errors of a write to a stream; the OSError of a failed library load has no number."""
 
 
 def open_closed_streams() -> None:
-    """Let what is said to a closed stream, as in `drysim run seat.yaml >&-`, go nowhere."""
+    """Replace a closed standard stream, as in `drysim run x.yaml >&-`, by the null device."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the end
@@ -120,23 +122,23 @@ def open_closed_streams() -> None:
 
 @contextmanager
 def tolerate_closed_pipe(written: Path | None = None, code: int = 0) -> Iterator[None]:
-    """Let a reader end early, as in `drysim run seat.yaml --json | head`: it is not a fault.
+    """Ignore that the reader of stdout ended early, as in `drysim run seat.yaml --json | head`.
 
-    The work is done by then, so its exit code stands; what was left to say goes nowhere.
+    The work is done by then, so its exit code stands; the rest of the output is discarded.
 
     Parameters
     ----------
     written : Path, optional
-        The folder that the results are in by now.
+        The folder that already holds the results.
     code : int, optional
         The exit code of the work.
 
     Raises
     ------
     OutputError
-        When stdout cannot be written for another reason. Its exit code is 2 where nothing was
-        computed; with results in a folder it is that of the work, and 1 in place of 0, since
-        somebody waits for words that never came.
+        When stdout cannot be written for another reason. Its exit code is 2 if nothing was
+        computed. With results in a folder it is that of the work, but 1 in place of 0, because
+        the expected output is missing.
     """
     try:
         yield
@@ -149,7 +151,7 @@ def tolerate_closed_pipe(written: Path | None = None, code: int = 0) -> Iterator
 
 
 def stdout_error(fault: OSError, written: Path | None = None, code: int = 0) -> OutputError:
-    """Give the error for a stdout that cannot be written; parameters as above."""
+    """Return the error for an unwritable stdout; parameters as in `tolerate_closed_pipe`."""
     reason = (fault.strerror or str(fault)).lower()
     hint = f"the files are complete, in {written}" if written else ""
     error = OutputError(f"stdout cannot be written: {reason}", hint)
@@ -159,22 +161,22 @@ def stdout_error(fault: OSError, written: Path | None = None, code: int = 0) -> 
 
 
 def discard_stdout() -> None:
-    """Send what is still buffered nowhere, lest Python's own farewell fail again."""
+    """Redirect stdout to the null device so that the flush at exit cannot fail."""
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, sys.stdout.fileno())
     os.close(null_device)
 
 
-# Words.
+# Output.
 
 
 def command_line(context: typer.Context) -> str:
-    """Give the command line, quoted as for a shell."""
+    """Return the command line, quoted for a shell."""
     return shlex.join(["drysim", *context.obj])
 
 
 class OutputMode(NamedTuple):
-    """What `--json` and `--quiet` leave of the words; faults are shown in any case."""
+    """The effect of `--json` and `--quiet`; errors are shown in any case."""
 
     as_json: bool
     quiet: bool
@@ -187,18 +189,20 @@ class OutputMode(NamedTuple):
         folder: Path | None = None,
         code: int = EXIT_OK,
     ) -> int:
-        """Tell what came out, and give the exit code.
+        """Show the result in this mode; return the exit code.
 
         Parameters
         ----------
-        told : mapping
+        fields : mapping
             What `--json` prints.
         show : callable
-            Says it in words, warnings included.
-        warnings : sequence of Caution
-            Go to stderr beside the JSON.
+            Prints the summary as text, warnings included.
+        warnings : sequence of WarningMessage
+            Printed on stderr when stdout has JSON.
         folder : Path, optional
-            Where the results are by now; `code` is the exit code of the work.
+            The folder that already holds the results.
+        code : int, optional
+            The exit code of the work.
         """
         from drysim import output
         from drysim.console import summaries
@@ -208,7 +212,7 @@ class OutputMode(NamedTuple):
                 typer.echo(output.json_text(fields), nl=False)
             elif not self.quiet:
                 show()
-            elif code not in (EXIT_OK, EXIT_INTERRUPTED):  # of which more was said before
+            elif code not in (EXIT_OK, EXIT_INTERRUPTED):  # already reported
                 self._explain_exit_code(fields, warnings)
             if self.as_json and not self.quiet:
                 summaries.show_warnings(warnings)
@@ -217,7 +221,7 @@ class OutputMode(NamedTuple):
     def _explain_exit_code(
         self, fields: Mapping[str, Any], warnings: Sequence[WarningMessage]
     ) -> None:
-        """Say on stderr what makes the exit code, where nothing else is said."""
+        """Print on stderr the reason for a nonzero exit code, in quiet mode."""
         from drysim.console import summaries, terminal
 
         checks = list(summaries.sidecar_checks(fields))
@@ -236,7 +240,7 @@ class OutputMode(NamedTuple):
         sentences: Sequence[str],
         warnings: Sequence[WarningMessage],
     ) -> int:
-        """Tell what would be done, and that nothing was."""
+        """Show what a dry run would do, and that nothing was done."""
         from drysim.console import summaries, terminal
 
         def show() -> None:
@@ -248,7 +252,7 @@ class OutputMode(NamedTuple):
         return self.report({"dry_run": True, **fields}, show, warnings)
 
     def print_status(self, sentence: str) -> None:
-        """Say something on stderr while the work goes on."""
+        """Print a status message on stderr, except in quiet mode."""
         if not self.quiet:
             from drysim.console import terminal
 
@@ -256,7 +260,7 @@ class OutputMode(NamedTuple):
 
     @contextmanager
     def lock(self, folder: Path, resume: bool, what: str) -> Iterator[LockedFolder]:
-        """Claim an output folder; say which finished work, `seeds` or `cases`, is given up."""
+        """Lock an output folder; report which finished work (seeds or cases) is discarded."""
         from drysim import output
 
         discarding = not resume and output.is_resumable(folder)
@@ -268,22 +272,22 @@ class OutputMode(NamedTuple):
             yield locked
 
 
-# Pydantic without plug-ins: to look for them takes longer than to load a scenario.
+# Pydantic without plug-ins: the search for them takes longer than loading a scenario.
 
 PLUGIN_LOADER = "pydantic.plugin._loader"
-"""The module that asks every installed package whether it is a plug-in of pydantic."""
+"""The module that searches all installed packages for pydantic plug-ins."""
 
 
 class NoPlugins(ModuleType):
-    """Stands where pydantic looks for plug-ins; anything else the real module answers."""
+    """Replacement of pydantic's plug-in loader; other attributes come from the real module."""
 
     @staticmethod
     def get_plugins() -> tuple[()]:
-        """Give no plug-in: drysim has none."""
+        """Return no plug-ins."""
         return ()
 
     def __getattr__(self, name: str) -> Any:
-        """Give what another pydantic may want of its module."""
+        """Return an attribute of the real module, for other versions of pydantic."""
         if name.startswith("__"):
             raise AttributeError(name)
         sys.modules.pop(PLUGIN_LOADER, None)
@@ -291,5 +295,5 @@ class NoPlugins(ModuleType):
 
 
 def skip_pydantic_plugins() -> None:
-    """Let this process do without, unless they were loaded already."""
+    """Skip the plug-in search of pydantic, unless it has already run."""
     sys.modules.setdefault(PLUGIN_LOADER, NoPlugins(PLUGIN_LOADER))

@@ -1,7 +1,6 @@
-"""How commands over many cases work: what they would do, where it is computed, how far it is.
+"""Commands over many seeds or cases: ensembles, where a sweep is computed, dry runs.
 
-A run of many seeds, what a dry run says, and the place where a sweep is computed: threads of
-this process, or a cluster.
+A sweep is computed by threads of this process or on a Dask cluster.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def run_ensemble(
     strict: bool,
     plots: bool,
 ) -> int:
-    """Compute, write and show the ensemble of a case; give the exit code."""
+    """Compute, write and show the ensemble of a case; return the exit code."""
     from drysim import output
     from drysim.console import many
 
@@ -60,7 +59,7 @@ def run_ensemble(
 def solve_ensemble(
     case: Case, file: Path, workers: int | None, resume: bool, quiet: bool
 ) -> Ensemble:
-    """Give the ensemble of a case; incomplete when it was interrupted on the way."""
+    """Compute the ensemble of a case; incomplete if interrupted."""
     from drysim.console import terminal
     from drysim.study.ensemble import make_ensemble, solve
     from drysim.study.store import Journal, work_identity
@@ -91,12 +90,12 @@ def sweep_executor(
     mode: OutputMode,
     certificates: tuple[Path | None, Path | None, Path | None],
 ) -> Iterator[Compute]:
-    """Give the function that computes a sweep where it is wanted, as long as it is there.
+    """Yield the function that computes a sweep, by threads or on a cluster.
 
     Raises
     ------
     UsageError
-        When the words do not go together, or no cluster answers at the address.
+        When the options contradict each other, or no cluster answers at the address.
     """
     from drysim.study.sweep import solve, solve_on_cluster
 
@@ -125,7 +124,7 @@ def sweep_executor(
 
 
 def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:
-    """Show what a run would do; everything up to the computation was found in order."""
+    """Show what a run would do; everything before the computation has been checked."""
     seeds = f"{many}, " if (many := describe_seeds(case)) else ""
     first, *rest = plan_sentences(case)
     words = [f"{case.scenario.name}: {seeds}{first}", *rest]
@@ -133,7 +132,7 @@ def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:
 
 
 def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputMode) -> int:
-    """Show what a sweep or a comparison would do, by some approaches or laws."""
+    """Show what a sweep or a comparison would do; `words` names its approaches or laws."""
     from drysim.scenario.axes import count_points
 
     scenario = case.scenario
@@ -151,7 +150,7 @@ def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputM
 
 
 def plan_fields(case: Case, folder: Path) -> dict[str, object]:
-    """Give the plan for scripts."""
+    """Return the plan as JSON fields."""
     return {
         "name": case.scenario.name,
         "approach": case.approach.approach,
@@ -167,21 +166,21 @@ def plan_fields(case: Case, folder: Path) -> dict[str, object]:
 
 
 def plan_sentences(case: Case) -> list[str]:
-    """Give the plan for people: the march, and what is done to a record before it."""
+    """Return the plan as text: time steps and window, base motion, cleaning of a record."""
     begin, end = case.window
     span = f"{format_number(begin, 's')} to {format_number(end, 's')}"
     over = "one repetition of the periodic orbit" if case.period else span
     kind, steps = case.scenario.excitation.kind, describe_clean_up(case.motion, case.law)
     return [
-        f"{case.steps} steps of {format_number(case.step, 's')} by {case.approach.approach}, metrics "
-        f"over {over}",
+        f"{case.steps} steps of {format_number(case.step, 's')} by {case.approach.approach}, "
+        f"metrics over {over}",
         f"base: {describe_base(case)}",
         *(f"{kind}: {step}" for step in steps),
     ]
 
 
 def describe_base(case: Case) -> str:
-    """Give the base motion; the RMS of a record tells whether its unit is right."""
+    """Describe the base motion; the RMS of a record shows whether its unit is right."""
     excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
         return wording.describe_swept_excitation(excitation, varied)
@@ -189,7 +188,7 @@ def describe_base(case: Case) -> str:
 
 
 def describe_seeds(case: Case) -> str:
-    """Give how many seeds there are to be, where there are many."""
+    """Describe the number of seeds; empty for a single one."""
     seeds = max_seeds(case.scenario)
     up_to = "up to " if stopping_rule(case.scenario) else ""
     return f"{up_to}{seeds} seeds" if seeds > 1 else ""
