@@ -1,1 +1,1 @@
-"""What the terminal shows: the result on stdout, all else on stderr. Writes no file."""
+"""Terminal output: results on stdout, everything else on stderr. Writes no file."""

@@ -1,4 +1,4 @@
-"""What a bench and the hard cases say: tables of approaches, and what to think of them."""
+"""Terminal output of benches and of the hard cases: tables of approaches, and findings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 OPTIONAL_BENCH_COLUMNS = ("energy", "samples", "T_a error", "ns a sample")
 OPTIONAL_HARD_COLUMNS = ("viscous", "smooth", "signum", "moreau", "switch")
-"""What a narrow terminal does without, in this order."""
+"""Columns that a narrow terminal omits, in this order."""
 
 
 def show_bench(bench: Bench, folder: Path | None = None) -> None:
@@ -50,7 +50,7 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
 
 
 def bench_columns(panel: BenchCase) -> list[list[str]]:
-    """Give the table column by column, headings first."""
+    """Return the table of a panel by columns, header first."""
     scores = panel.scores
     return [
         ["entry", *map(entry_label, scores)],
@@ -65,7 +65,7 @@ def bench_columns(panel: BenchCase) -> list[list[str]]:
 
 
 def entry_label(score: Score) -> str:
-    """Give what tells an entry from the others."""
+    """Return the approach, setting and step that identify an entry."""
     step = f"Δt {format_number(score.step * 1e3, 'ms')}" if score.step else ""
     return " ".join(part for part in (score.approach, score.setting, step) if part)
 
@@ -75,15 +75,16 @@ def _format_optional(value: float | None, digits: int) -> str:
 
 
 def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
-    """Say what the exact approach was held to, what comes next to it, and what failed."""
+    """Yield label and sentence: reference of the exact approach, next best, failures."""
     exact, reference = panel.scores[0], panel.reference
     if reference is not None and reference.in_doubt:
         yield "held to", f"nothing: {entry_label(reference)} is in doubt itself"
     elif reference is not None and reference.error_x_r is not None:
         own = format_number(reference.uncertainty or 0.0, digits=2)
         sentence = (
-            f"the errors of {exact.approach} are those of {entry_label(reference)} against it, over "
-            f"{reference.samples} samples: an upper bound; two runs of the reference differ by {own}"
+            f"the errors of {exact.approach} are those of {entry_label(reference)} against it, "
+            f"over {reference.samples} samples: an upper bound; two runs of the reference differ "
+            f"by {own}"
         )
         yield "held to", sentence
     elif exact.error_x_r is not None:
@@ -102,11 +103,11 @@ def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
 
 
 def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
-    """Show what became of the hard cases.
+    """Show the results of the hard cases.
 
     Parameters
     ----------
-    ordeals : Ordeals
+    result : HardCases
     folder : Path, optional
         Where the files were written.
     """
@@ -124,8 +125,8 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
     ]
     if without_checks:
         sentence = (
-            f"{', '.join(without_checks)}: without checks nothing is promised that {EXACT} could hold "
-            "or break; give `checks`"
+            f"{', '.join(without_checks)}: without checks nothing is promised that {EXACT} could "
+            "hold or break; give `checks`"
         )
         print_labelled(console, NO_CHECKS, sentence, "bold red")
     for case in result.cases:
@@ -137,7 +138,7 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
 
 
 def hard_case_columns(result: HardCases) -> list[list[str]]:
-    """Give the table column by column, headings first, the sums below."""
+    """Return the table by columns, header first, sums last."""
     names = [one.approach for one in result.cases[0].results]
     table = [["case", *(case.scenario.name for case in result.cases), "held"]]
     for at, name in enumerate(names):
@@ -148,5 +149,5 @@ def hard_case_columns(result: HardCases) -> list[list[str]]:
 
 
 def result_cell(trial: HardCaseResult) -> str:
-    """Give what became of one approach in one case."""
+    """Return the table cell of one approach in one case."""
     return trial.how if trial.how and trial.word != FAILED else trial.word

@@ -1,7 +1,7 @@
-"""What is said of many runs: of one case under many seeds, of a sweep, of a comparison.
+"""Summaries of many runs: an ensemble over seeds, a sweep, a comparison.
 
-Each tells the scene in words, extremes or means with where they are, what became of the checks,
-and how many cases or seeds have no numbers. Each case is held to its own stroke limit.
+Each has the scene, extremes or means with their places, the verdicts of the checks, and the
+number of cases or seeds without values. Every case is checked against its own stroke limit.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ if TYPE_CHECKING:
     from drysim.study.table import Extreme, SeedSummary, Table
 
 
-# One case under many seeds.
+# An ensemble: one case with many seeds.
 
 ENSEMBLE_VALUE_WIDTH = 22
-"""Columns of the values beside the names."""
+"""Columns of the values."""
 
 MAIN_METRICS = (
     ("T_a", "T_a", ""),
@@ -61,21 +61,21 @@ MAIN_METRICS = (
     ("in an hour", "stroke_once_an_hour", "m"),
     ("stuck", "stuck_share", "%"),
 )
-"""Name, metric and unit of the rows."""
+"""Label, metric and unit of the rows."""
 
 END_STOP_METRICS = (
     ("impact_speed", "m/s", "at up to"),
     ("stop_force_peak", "N", "pushing with up to"),
     ("impulse_peak", "N·s", "with an impulse of up to"),
 )
-"""Metric, unit and words of how hard end stops are met."""
+"""Metric, unit and wording of the severity of end-stop impacts."""
 
 MIN_QUANTILE_SEEDS = 13
-"""Seeds from which on the quantiles of 5 and 95 % are others than the least and greatest."""
+"""Least number of seeds for which the 5 % and 95 % quantiles differ from the extremes."""
 
 
 def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
-    """Show what came out of many seeds.
+    """Show the summary of an ensemble.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
 
 
 def _ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
-    """Give in words what was solved, and with which seeds."""
+    """Yield label and sentence: what was solved, and with which seeds."""
     for name, words in run_scene(ensemble.shown):
         yield name, words
         if name == "base":
@@ -110,7 +110,7 @@ def _ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
 
 
 def _ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
-    """Give the metrics that matter most, and the one that decided when to stop."""
+    """Yield the main metrics, and the metric of the stopping rule."""
     until = stopping_rule(ensemble.scenario)
     rows, good = list(MAIN_METRICS), sum(row.status == OK for row in ensemble.rows)
     peak = ensemble.statistics["x_r_peak"]
@@ -120,7 +120,7 @@ def _ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     for name, metric, given in rows:
         found = ensemble.statistics[metric]
         decides = until is not None and metric == until.metric
-        # What only some seeds know is a mean over chosen ones; drysim.json has it.
+        # A mean over only some of the seeds is biased: omitted here, but kept in drysim.json.
         if found is not None and (decides or found.seeds == good):
             scale, unit = display_unit(given, found.greatest[0], peak_scale)
             width = None if found.half_width is None else found.half_width * scale
@@ -140,7 +140,7 @@ def _ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
 def _describe_scatter(
     ensemble: Ensemble, metric: str, found: Statistic, scale: float, unit: str
 ) -> Iterator[str]:
-    """Give how a metric scatters from seed to seed."""
+    """Yield the scatter of a metric over the seeds."""
     low, high = (found.quantiles[at] * scale for at in (0, -1))
     if format_number(low) != format_number(high):
         which = "9 of 10" if found.seeds >= MIN_QUANTILE_SEEDS else f"all {found.seeds}"
@@ -154,7 +154,7 @@ def _describe_scatter(
 
 
 def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
-    """Give how many seeds meet the stroke limit, and how hard where there are end stops."""
+    """Yield how many seeds exceed the stroke limit, and how hard they hit end stops."""
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
         name, how = "limit met", [f"of {len(ensemble.rows)}"]
@@ -169,20 +169,20 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
 # A sweep.
 
 TABLE_VALUE_WIDTH = 20
-"""Columns of the values beside the names."""
+"""Columns of the values."""
 
 RANGE_DIGITS = 3
-"""Digits of the ends of a range."""
+"""Significant digits of the ends of a range."""
 
 MAX_NAMED_CURVES = 4
-"""Curves whose isolation is told one by one."""
+"""Curves whose isolation frequency is listed one by one."""
 
 ROUNDING_TOLERANCE = 1e-9
-"""Difference of extremes, relative to them, that says nothing about where they are [-]."""
+"""Relative difference of extremes below which their places mean nothing [-]."""
 
 
 def show_table(table: Table, folder: Path | None = None) -> None:
-    """Show what a sweep came to.
+    """Show the summary of a sweep.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def show_table(table: Table, folder: Path | None = None) -> None:
 
 
 def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
-    """Give in words what was swept, and what was not."""
+    """Yield label and sentence: what was swept, and what was not."""
     scenario, axes, own = table.scenario, table.axes, _main_tally(table)
     varied = [axis.key for axis in axes]
     limits = {f"friction.{key}" for key in STATIC_KEYS}
@@ -236,12 +236,12 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
 
 
 def _main_tally(table: Table) -> Tally:
-    """Give what the cases of the approach come to that was asked for."""
+    """Return the extremes over the cases of the scenario's approach, references left out."""
     return next(iter(table.tallies.values()), Tally(table.scenario.solver.approach))
 
 
 def _table_rows(table: Table) -> Iterator[SummaryRow]:
-    """Give the numbers that matter most, in the units of an engineer."""
+    """Yield the main metrics."""
     own = _main_tally(table)
     for metric in ("T_a", "SEAT", "T_x"):
         if ends := own.extremes.get(metric):
@@ -250,7 +250,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
             )
             yield SummaryRow(metric, values, describe_extent(table, own, metric))
             yield from widest_interval_row(table.axes, own.seeds, metric)
-    # Where the frequency is drawn together with other keys, a curve is a single case.
+    # If the frequency is sampled together with other keys, there are no curves over it.
     over_frequency = any(
         axis.key == compare.FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
         for axis in table.axes
@@ -276,7 +276,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
 def widest_interval_row(
     axes: Sequence[Axis], found: SeedSummary | None, metric: str
 ) -> Iterator[SummaryRow]:
-    """Give how well the means of a metric are known at the worst."""
+    """Yield the widest confidence interval of the mean of a metric."""
     row = found.widest.get(metric) if found else None
     if row is not None:
         width = row.half_widths[metric]
@@ -286,7 +286,7 @@ def widest_interval_row(
 
 
 def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
-    """Give from which frequency on the seat isolates, on every curve that ever does."""
+    """Return the frequency above which the seat isolates, over all curves that do."""
     begins = [one.above for one in found if one.above is not None]
     if not begins:
         return SummaryRow(
@@ -310,7 +310,7 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
 
 
 def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
-    """Give the greatest stroke, and by how much the limit is met."""
+    """Yield the greatest stroke and by how much the limit is exceeded."""
     ends, used = own.extremes.get("x_r_peak"), own.extremes.get("stroke_used")
     if ends is None:
         return
@@ -319,7 +319,7 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
     same = is_constant(own, "x_r_peak") and not (used and not is_constant(own, "stroke_used"))
     where = describe_extent(table, own, "x_r_peak") if same else describe_place(table, peak)
     yield SummaryRow("peak |x_r|", format_length(peak.value), f"{remark}{where}")
-    # Where the limit is swept, another case may use more of its own.
+    # If the limit is swept, another case may use a greater share of its own.
     if used and format_percent(used[1].value) != share:
         most = format_percent(used[1].value)
         yield SummaryRow(
@@ -333,7 +333,7 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
 
 
 def _describe_violation(table: Table, own: Tally) -> tuple[str, str]:
-    """Give what was met and how hard or how far."""
+    """Return the label and the extent of exceeding the limit or hitting the stops."""
     ends, worst = own.extremes.get("impact_speed"), own.worst
     if ends and table.scenario.stops:
         return (
@@ -353,7 +353,7 @@ def _describe_violation(table: Table, own: Tally) -> tuple[str, str]:
 
 
 def _failure_rows(table: Table) -> Iterator[SummaryRow]:
-    """Count and name the cases that have no numbers."""
+    """Yield the number of cases without values by status, with the first one."""
     counts: Counter[str] = Counter()
     firsts: dict[str, Row] = {}
     for tally in table.tallies.values():
@@ -368,7 +368,7 @@ def _failure_rows(table: Table) -> Iterator[SummaryRow]:
 
 
 def describe_extent(table: Table, own: Tally, metric: str) -> str:
-    """Return where a metric is least and greatest, in words."""
+    """Describe where a metric is least and greatest."""
     if is_constant(own, metric):
         return "the same in every case" + " that has numbers" * bool(own.lost)
     least, most = (describe_place(table, end) for end in own.extremes[metric])
@@ -376,29 +376,29 @@ def describe_extent(table: Table, own: Tally, metric: str) -> str:
 
 
 def is_constant(own: Tally, metric: str) -> bool:
-    """Whether a metric is the same in several cases, but for rounding."""
+    """Whether a metric is the same in several cases, up to rounding."""
     least, most = own.extremes[metric]
     known = own.cases - sum(count for count, _ in own.lost.values())
     return known > 1 and isclose(least.value, most.value, rel_tol=ROUNDING_TOLERANCE)
 
 
 def describe_place(table: Table, extreme: Extreme) -> str:
-    """Give where an extreme is."""
+    """Describe where an extreme is."""
     return f"at {wording.describe_case(extreme.row.point, table.axes)}"
 
 
 def format_range(low: str, high: str) -> str:
-    """Give a range in words; one value where both ends read alike."""
+    """Return a range; one value if both ends read the same."""
     return low if low == high else f"{low} to {high}"
 
 
 def _describe_incomplete(done: int, every: int, thing: str) -> str:
-    """Give the state of what was interrupted, e.g. `incomplete: 3 of 20 seeds`."""
+    """Describe interrupted work, e.g. `incomplete: 3 of 20 seeds`."""
     return f"incomplete: {done} of {format_count(every, thing)}"
 
 
 def show_interrupted(kept: int, what: str, folder: Path) -> None:
-    """Say on stderr what was kept of interrupted work, cases or seeds, and how it goes on."""
+    """Print on stderr how much of interrupted work was kept, and how to continue."""
     console = stderr()
     if not kept:
         print_line(console, f"interrupted before any {what} was finished")
@@ -414,16 +414,16 @@ def show_interrupted(kept: int, what: str, folder: Path) -> None:
 # A comparison.
 
 COMPARISON_VALUE_WIDTH = 11
-"""Least width of the words before the places of the worst deviations."""
+"""Least width of the approach names in the rows of the worst deviations [columns]."""
 
 T_A_DIGITS, OTHER_DIGITS = 4, 3
-"""Digits of T_a, by which approaches are compared, and of the rest."""
+"""Significant digits of T_a, by which approaches are compared, and of the rest."""
 
 LENGTH_METRIC = "x_r_peak"
-"""The metric that is told in the unit in which the greatest of a column reads well."""
+"""The metric shown in the unit of length that suits the greatest value of its column."""
 
 OPTIONAL_COMPARISON_COLUMNS = ("T_x", "chatter %", "peak |x_r|")
-"""What a narrow terminal does without, in this order."""
+"""Columns that a narrow terminal omits, in this order."""
 
 COMPARISON_METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("T_a", "T_a", lambda value: format_number(value, digits=T_A_DIGITS)),
@@ -435,7 +435,7 @@ COMPARISON_METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
 
 
 def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
-    """Show what several approaches made of the same base motion.
+    """Show the summary of a comparison.
 
     Parameters
     ----------
@@ -465,7 +465,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
 
 
 def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
-    """Give in words every friction law that is compared with that of the scenario."""
+    """Yield label and sentence of every friction law that is compared."""
     scenario = comparison.table.scenario
     names = [name for name, law in comparison.laws.items() if name == law]
     varied = [axis.key for axis in comparison.table.axes]
@@ -480,7 +480,7 @@ def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
 
 
 def comparison_columns(comparison: Comparison) -> list[list[str]]:
-    """Give the table column by column, headings first, without columns of no number."""
+    """Return the table by columns, header first, without columns that have no value."""
     table = comparison.table
     rows = table.tallies
     found = [_metric_column(table, *metric) for metric in COMPARISON_METRICS]
@@ -493,7 +493,7 @@ def comparison_columns(comparison: Comparison) -> list[list[str]]:
 def _metric_column(
     table: Table, heading: str, metric: str, words: Callable[[float], str]
 ) -> list[str]:
-    """Give the column of a metric, its heading first."""
+    """Return the column of a metric, header first."""
     ends = [own.ends.get(metric) for own in table.tallies.values()]
     factor, sign = 1.0, ""
     if metric == LENGTH_METRIC:
@@ -509,7 +509,7 @@ def _metric_column(
 def _format_metric_range(
     ends: tuple[float, float] | None, factor: float, words: Callable[[float], str]
 ) -> str:
-    """Give a metric over some cases, from its least to its greatest."""
+    """Return the range of a metric over the cases."""
     if ends is None:
         return NO_VALUE
     low, high = (words(end * factor) for end in ends)
@@ -517,12 +517,12 @@ def _format_metric_range(
 
 
 def _shorten_percentage(words: str) -> str:
-    """Give a percentage for a column that says so itself."""
+    """Return a percentage without its sign, for a column whose header has it."""
     return words.removesuffix(" %").replace("below ", "<").replace("above ", ">")
 
 
 def _format_deviation(worst: Deviation) -> str:
-    """Give a deviation in percent, of a mean with half of its interval."""
+    """Return a deviation in percent, of a mean with its half-width."""
     if not worst.half_width:
         return f"{worst.value * 100:+.3g} %"
     sign = "+" if worst.value >= 0 else ""
@@ -530,7 +530,7 @@ def _format_deviation(worst: Deviation) -> str:
 
 
 def _worst_deviations(comparison: Comparison) -> dict[str, Deviation]:
-    """Give the greatest deviation of every approach that has one."""
+    """Return the greatest deviation of every approach that has one."""
     found = {
         name: compare.largest_deviation(compare.deviations(comparison, name))
         for name in comparison.table.approaches
@@ -540,7 +540,7 @@ def _worst_deviations(comparison: Comparison) -> dict[str, Deviation]:
 
 
 def _worst_rows(comparison: Comparison) -> Iterator[SummaryRow]:
-    """Give where the greatest deviations are."""
+    """Yield where the greatest deviations are."""
     found = {
         name: worst for name, worst in _worst_deviations(comparison).items() if worst.value
     }

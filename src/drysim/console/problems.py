@@ -1,4 +1,4 @@
-"""What is wrong with scenarios and records, fault by fault: for people, JSON, GitHub."""
+"""Problems of scenarios and records, one by one: as text, JSON or GitHub annotations."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ if TYPE_CHECKING:
 
 
 MAX_SOURCE_WIDTH = 88
-"""Columns of a source line that are shown; of a longer one the part around the fault."""
+"""Columns shown of a source line; of a longer line the part around the problem is shown."""
 
 SEVERITY_STYLES = {
     "error": ("red", ""),
     "warning": ("yellow", "warning: "),
     "note": ("dim", "note: "),
 }
-"""Colour and first word of a problem, by its severity."""
+"""Colour and first word of a problem, by severity."""
 
 GITHUB_LEVELS = {"note": "notice"}
-"""Severities that GitHub calls otherwise."""
+"""Severities that GitHub names differently."""
 
 SOURCE_CONTEXT = 40
-"""Columns that are shown before the fault in a line that is too long."""
+"""Columns shown before the problem in a line that is too long."""
 
 
 def show_error(fault: DrysimError) -> None:
-    """Show on stderr why a command gave up.
+    """Show on stderr why a command failed.
 
     Parameters
     ----------
     fault : DrysimError
-        With its problems, where it has them, and its hint.
+        With its problems, if it has any, and its hint.
     """
     console = stderr()
     sentence, problems = fault.message, getattr(fault, "problems", ())
@@ -52,12 +52,12 @@ def show_error(fault: DrysimError) -> None:
 
 
 def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") -> None:
-    """Show on stdout what is wrong with scenario files.
+    """Show the problems of scenario files on stdout.
 
     Parameters
     ----------
     found : mapping
-        Problems by file, as it was named; none for a sound file.
+        Problems by file as it was named; none for a valid file.
     form : str
         `text`, `json` or `github`.
     """
@@ -78,7 +78,7 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
 
 
 def _print_heading(console: AnyConsole, file: str, problems: Sequence[Problem]) -> None:
-    """Say in one line whether a file is a scenario."""
+    """Print one line per file: valid or not, with the number of problems."""
     errors = sum(problem.severity == "error" for problem in problems)
     warnings = sum(problem.severity == "warning" for problem in problems)
     if errors:
@@ -92,7 +92,7 @@ def _print_heading(console: AnyConsole, file: str, problems: Sequence[Problem]) 
 
 
 def _print_problems(console: AnyConsole, problems: Sequence[Problem]) -> None:
-    """Show problems, each with its place, its source line and a caret below the fault."""
+    """Print problems, each with its location, its source line and a caret below the fault."""
     if problems:
         print_line(console)
     for problem in problems:
@@ -103,7 +103,7 @@ def _print_problems(console: AnyConsole, problems: Sequence[Problem]) -> None:
 
 
 def _print_source(console: AnyConsole, problem: Problem, style: str) -> None:
-    """Show the faulty line and underline the fault."""
+    """Print the faulty line and underline the fault."""
     from rich.cells import cell_len
 
     source, column = _excerpt(problem)
@@ -116,7 +116,7 @@ def _print_source(console: AnyConsole, problem: Problem, style: str) -> None:
 
 
 def _excerpt(problem: Problem) -> tuple[str, int]:
-    """Give the faulty line, of a long one what is around the fault, and its place there."""
+    """Return the faulty line, cut to the part around the fault, and the fault's column."""
     source, column = problem.source, max(problem.column - 1, 0)
     if len(source) > MAX_SOURCE_WIDTH:
         first = max(column - SOURCE_CONTEXT, 0)
@@ -127,7 +127,7 @@ def _excerpt(problem: Problem) -> tuple[str, int]:
 
 
 def _to_dict(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
-    """Give all problems as one JSON object; what has no line or column has none there."""
+    """Return all problems as one JSON object; an unknown line or column is None."""
     files = [
         {
             "file": file,
@@ -148,7 +148,7 @@ def _to_dict(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
 
 
 def _github_annotation(problem: Problem) -> str:
-    """Give a problem as a workflow command of GitHub, escaped as it wants it."""
+    """Return a problem as a GitHub workflow command."""
     places = {"file": problem.file, "line": problem.line, "col": problem.column}
     known = ",".join(
         f"{key}={_escape_property(str(value))}" for key, value in places.items() if value

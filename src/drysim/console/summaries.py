@@ -1,7 +1,8 @@
-"""What `drysim run` says of one run, and `drysim summarise` of a result on the disk.
+"""Summary of one run (`drysim run`) and of a result on the disk (`drysim summarise`).
 
-The parts that every summary has stand below: title, scene in words, numbers, verdicts, the
-folder, warnings. Summaries of many runs are in `many`, so that one run loads nothing of these.
+The parts shared by all summaries follow below: title, scene, metrics, verdicts, folder,
+warnings. Summaries of many runs are in `many`, so that a single run does not import their
+modules.
 """
 
 from __future__ import annotations
@@ -42,24 +43,24 @@ if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
 
 LABEL_WIDTH, RUN_VALUE_WIDTH = 14, 13
-"""Columns of the names on the left, and of the values of a run beside them."""
+"""Columns of the labels on the left, and of the values of a run next to them."""
 
 HEADINGS = (
     "metric", "unit", "value", "mean", "±", "least", "5 %", "median", "95 %", "greatest"
 )  # fmt: skip
-"""What may be told of a metric: of a run its value, of seeds their mean, of cases a range."""
+"""Columns of a metric: its value in a run, mean over seeds, or range over cases."""
 
 QUANTILE_KEYS = {"5 %": ("0.05", "5 %"), "median": ("0.5", "50 %"), "95 %": ("0.95", "95 %")}
-"""Quantiles by what a sweep and what many seeds call them."""
+"""Keys of the quantiles in drysim.json: of a sweep, and of an ensemble."""
 
 OPTIONAL_SIDECAR_COLUMNS = ("5 %", "95 %", "unit")
-"""What a narrow terminal does without."""
+"""Columns that a narrow terminal omits, in this order."""
 
 Fields = Mapping[str, Any]
 
 
 class SummaryRow(NamedTuple):
-    """A line of a summary: what, how much, and what that means."""
+    """A line of a summary: label, value and explanation."""
 
     name: str
     value: str
@@ -68,7 +69,7 @@ class SummaryRow(NamedTuple):
 
 
 def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
-    """Show what came out: the scene, how it was solved, metrics, verdicts, warnings.
+    """Show the summary of a run: scene, metrics, verdicts, warnings.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
 
 
 def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
-    """Give in words what was solved, and how."""
+    """Yield label and sentence: what was solved, and how."""
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
     defaulted = not scenario.static_given
@@ -110,7 +111,7 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 
 def _period_count(outcome: Outcome, multiple: int) -> int:
-    """Give how many periods of the base a repetition takes; other forces may need several."""
+    """Return the number of base periods in a repetition; a second force may need several."""
     base, trajectory = (
         common_period(outcome.scenario.excitation.frequencies),
         outcome.response.trajectory,
@@ -120,16 +121,16 @@ def _period_count(outcome: Outcome, multiple: int) -> int:
 
 
 def _describe_window(outcome: Outcome) -> str:
-    """Give the stretch of time that the metrics are of; the output grid may miss its end."""
+    """Describe the time window of the metrics."""
     settle, duration = outcome.scenario.measure.settle, outcome.scenario.measure.duration
-    if duration is None:  # a record ends it, on its grid
+    if duration is None:  # a record ends the window, on the output grid
         duration = (len(outcome.response) - 1) * outcome.response.dt - settle
     settled = f" after settling for {format_number(settle, 's')}" if settle else ""
     return f"{format_number(duration, 's')}{settled}"
 
 
 def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
-    """Give the metrics that matter most, in the units of an engineer."""
+    """Yield the main metrics."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     a_x, a_u = format_number(metrics["a_x"], "m/s²"), format_number(metrics["a_u"], "m/s²")
     yield SummaryRow("T_a", format_number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
@@ -166,7 +167,7 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
 
 
 def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
-    """Give the weighted metrics, where they were asked for."""
+    """Yield the frequency-weighted metrics, if requested."""
     metrics, weights = outcome.metrics, outcome.scenario.measure.weights
     if weights is None or metrics["a_w"] is None:
         return
@@ -185,7 +186,7 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
 
 
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:
-    """Give the stroke that is met once an hour, or the rigid stops that end it."""
+    """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
     how = "met once, extrapolated from the greatest peaks"
     if isinstance(law, EndStopLaw) and law.rigid and stroke == law.x_rM:
         how = "as far as the rigid stops let it"
@@ -193,7 +194,7 @@ def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> Summar
 
 
 def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
-    """Give how often and how hard the mass came to its end stops."""
+    """Yield how often and how hard the mass hit its end stops."""
     if not metrics["contacts"]:
         yield SummaryRow("end stops", "not met")
         return
@@ -207,17 +208,17 @@ def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
 
 
 def show_sidecar(fields: Fields) -> None:
-    """Show what drysim.json tells of a run, a sweep or a comparison.
+    """Show the summary of a result from its drysim.json.
 
     Parameters
     ----------
-    told : mapping
-        As the file has it.
+    fields : mapping
+        The content of the file.
     """
     console = stdout()
     print_line(console, (wording.sanitise(str(fields["scenario"]["name"])), "bold"))
     show_scene(console, _sidecar_scene(fields))
-    # Of many seeds the plain metrics are means; beside them stands how they scatter.
+    # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.
     found = fields.get("ensemble", fields)["metrics"]
     for approach, metrics in _metric_tables(found):
         print_line(console)
@@ -234,7 +235,7 @@ def show_sidecar(fields: Fields) -> None:
 
 
 def _sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
-    """Give what was computed, in words."""
+    """Yield label and sentence: what was computed."""
     numerics = fields["numerics"]
     yield "command", str(fields["command"])
     for at, axis in enumerate(numerics.get("swept", ())):
@@ -253,13 +254,13 @@ def _sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
 
 
 def _metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
-    """Give the metrics of every approach of a comparison; of anything else without a name."""
+    """Yield the metrics of every approach of a comparison; one unnamed table otherwise."""
     several = all(isinstance(one, Mapping) and "least" not in one for one in metrics.values())
     yield from metrics.items() if several and metrics else [("", metrics)]
 
 
 def _metric_columns(metrics: Fields) -> list[list[str]]:
-    """Give metrics as a table, column by column."""
+    """Return metrics as a table by columns."""
     rows = [_metric_row(name, found) for name, found in metrics.items() if name in UNITS]
     known = [row for row in rows if row is not None]
     columns = [list(column) for column in zip(HEADINGS, *known, strict=True)]
@@ -267,7 +268,7 @@ def _metric_columns(metrics: Fields) -> list[list[str]]:
 
 
 def _metric_row(name: str, found: Any) -> tuple[str, ...] | None:
-    """Give the cells of a metric; None where it is not known."""
+    """Return the cells of a metric, None if it has no value."""
     if found is None:
         return None
     if not isinstance(found, Mapping):
@@ -289,7 +290,7 @@ def _metric_row(name: str, found: Any) -> tuple[str, ...] | None:
 
 
 def sidecar_checks(fields: Fields) -> Iterator[tuple[bool | None, str]]:
-    """Give what became of every check, and in words what came out and where."""
+    """Yield whether each check passed (None: not judged), and its description."""
     numerics = fields.get("numerics", {})
     units = {axis["key"]: axis["unit"] for axis in numerics.get("swept", ())}
     for check in fields.get("checks", ()):
@@ -303,41 +304,41 @@ def sidecar_checks(fields: Fields) -> Iterator[tuple[bool | None, str]]:
 
 
 def show_title(console: AnyConsole, scenario: Scenario) -> None:
-    """Show the name of a scenario and what it is about."""
+    """Print the name and the description of a scenario."""
     print_line(console, (wording.sanitise(scenario.name), "bold"))
     if scenario.about:
         print_paragraph(console, "", scenario.about)
 
 
 def show_scene(console: AnyConsole, words: Iterable[tuple[str, str]]) -> None:
-    """Show in words what was solved, and how."""
+    """Print labelled sentences: what was solved, and how."""
     print_line(console)
     for name, sentence in words:
         print_labelled(console, name, sentence)
 
 
 def print_labelled(console: AnyConsole, head: str, sentence: str, style: str = "dim") -> None:
-    """Show a sentence beside its head in the column of the names."""
+    """Print a sentence next to its label."""
     print_paragraph(console, f"  {head}".ljust(LABEL_WIDTH), sentence, style)
 
 
 def check_mark(passed: bool | None) -> tuple[str, str]:
-    """Give the mark of a check and its style."""
+    """Return the mark of a check and its style."""
     if passed is None:
         return "· unjudged", "dim"
     return ("✓ holds", "green") if passed else ("✗ fails", "bold red")
 
 
 def clean_up_lines(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Give what was done to a record, as words of the scene."""
+    """Yield label and sentence of every cleaning step of a record."""
     for at, sentence in enumerate(sentences):
         yield "" if at else "cleaned", sentence
 
 
 def show_rows(console: AnyConsole, rows: Iterable[SummaryRow], width: int) -> None:
-    """Show numbers, each with its remark behind so many columns, or more for a long number.
+    """Print rows: label, value, explanation.
 
-    Long remarks are set below.
+    The values take at least `width` columns. An explanation that does not fit continues below.
     """
     rows = list(rows)
     width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
@@ -353,9 +354,9 @@ def show_rows(console: AnyConsole, rows: Iterable[SummaryRow], width: int) -> No
 def show_verdicts(
     console: AnyConsole, verdicts: Sequence[Verdict], axes: Sequence[Axis] = (), by: str = ""
 ) -> None:
-    """Show what became of the checks, over many cases with the one that decided.
+    """Print the verdicts of the checks, over many cases with the deciding one.
 
-    `by` is the word of a comparison that they are judged by.
+    `by` is the approach or law of a comparison that decides.
     """
     if verdicts:
         print_line(console)
@@ -366,9 +367,9 @@ def show_verdicts(
 
 
 def describe_verdict(verdict: Verdict, units: Mapping[str, str], by: str = "") -> str:
-    """Give a check with what came out, by which word of a comparison, and where.
+    """Describe a verdict: check, value, deciding approach or law (`by`), and place.
 
-    `units` has the unit of every swept key.
+    `units` maps swept keys to their units.
     """
     where = wording.describe_point(verdict.where or {}, units)
     parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
@@ -376,14 +377,14 @@ def describe_verdict(verdict: Verdict, units: Mapping[str, str], by: str = "") -
 
 
 def show_folder(console: AnyConsole, folder: Path | None) -> None:
-    """Show where the files were written."""
+    """Print where the files were written."""
     if folder is not None:
         print_line(console)
         print_line(console, ("  written".ljust(LABEL_WIDTH), "dim"), str(folder))
 
 
 def show_warnings(warnings: Sequence[WarningMessage]) -> None:
-    """Show warnings on stderr, one sentence each."""
+    """Print warnings on stderr, one paragraph each."""
     console = stderr()
     for warning in warnings:
         if console.is_terminal:

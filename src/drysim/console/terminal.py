@@ -1,8 +1,8 @@
-"""The two streams as paper: lines with a little colour where the terminal takes it.
+"""Terminal output: lines, paragraphs, tables and a progress bar on stdout and stderr.
 
-Words are wrapped to its width and tables ruled; pipes and files get words as they are, in
-aligned columns. A progress bar stands on stderr, at a terminal that can draw it and for work
-that lasts.
+A terminal gets colour, text wrapped to its width and ruled tables (by rich). Pipes and files
+get plain text and aligned columns, without importing rich. The progress bar appears on stderr,
+on a terminal that can draw it, once the work has lasted `PROGRESS_DELAY`.
 """
 
 from __future__ import annotations
@@ -25,40 +25,40 @@ if TYPE_CHECKING:
     AnyConsole: TypeAlias = "Console | Plain"
 
 DEFAULT_WIDTH = 80
-"""Columns of a terminal that tells nothing."""
+"""Columns of a terminal of unknown width."""
 
 TERMINAL_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")
-"""Words of the environment that make a terminal of any stream, as rich has it."""
+"""Environment variables that make any stream count as a terminal, as in rich."""
 
 WORKFLOW_COMMAND = re.compile(r"\s*::")
-"""The beginning of a line that the runner of a workflow on GitHub would obey."""
+"""Start of a line that GitHub Actions would execute as a workflow command."""
 
 INLINE_WORKFLOW_COMMAND = re.compile(r"##(\[|vso\[)")
-"""What others obey anywhere in a line: GitHub of old, and Azure."""
+"""Commands that older GitHub runners and Azure Pipelines accept anywhere in a line."""
 
 MIN_WIDTH, MAX_WIDTH = 50, 100
-"""Fewest and most columns that words are set in; a narrower terminal breaks lines itself."""
+"""Least and greatest width that text is wrapped to [columns]; longer lines are hard to read."""
 
 Styled = str | tuple[str, str]
-"""Words, or words and their style."""
+"""Text, or text and its rich style."""
 
 NO_VALUE = "–"
-"""What stands where there is nothing to say."""
+"""Table cell of a missing value."""
 
 COLUMN_GAP = 3
-"""Columns between two columns of a ruled table."""
+"""Blank columns between two columns of a ruled table."""
 
 Columns = Sequence[Sequence[str]]
-"""Column by column, headings first."""
+"""Table by columns, header first."""
 
 PROGRESS_DELAY = 1.0
-"""Time that work may take before a bar appears [s]."""
+"""Duration of work before the progress bar appears [s]."""
 
 Advance = Callable[..., None]
 
 
 class Plain:
-    """A pipe or a file."""
+    """A pipe or a file, with the part of rich's Console that is used here."""
 
     is_terminal = False
     is_dumb_terminal = True
@@ -68,7 +68,7 @@ class Plain:
 
     @property
     def width(self) -> int:
-        """Columns of the screen that the words may end on."""
+        """Width of the screen on which the text is likely shown [columns]."""
         variable = os.environ.get("COLUMNS", "")
         if variable.isdigit():
             return int(variable)
@@ -78,27 +78,27 @@ class Plain:
         return DEFAULT_WIDTH
 
     def print(self, words: str = "") -> None:
-        """Set one line."""
+        """Write one line."""
         self.file.write(f"{words}\n")
 
 
 def is_plain_stream(file: TextIO) -> bool:
-    """Whether a stream is no terminal, and is not to be taken for one."""
+    """Whether a stream is not a terminal and not to be treated as one."""
     return not (any(map(os.environ.get, TERMINAL_VARIABLES)) or file.isatty())
 
 
 def stdout() -> AnyConsole:
-    """Give stdout."""
+    """Return the console of stdout."""
     return _open_console(to_stderr=False)
 
 
 def stderr() -> AnyConsole:
-    """Give stderr."""
+    """Return the console of stderr."""
     return _open_console(to_stderr=True)
 
 
 def _open_console(to_stderr: bool) -> AnyConsole:
-    """Give a stream; a sign that it cannot encode becomes a question mark, not a crash."""
+    """Return a console; characters that its encoding lacks are printed as `?`."""
     stream = sys.stderr if to_stderr else sys.stdout
     reconfigure = getattr(stream, "reconfigure", None)
     if reconfigure is not None:
@@ -111,13 +111,13 @@ def _open_console(to_stderr: bool) -> AnyConsole:
 
 
 def print_line(console: AnyConsole, *texts: Styled) -> None:
-    """Set one line of pieces, however long it is.
+    """Print one line, without wrapping.
 
     Parameters
     ----------
-    paper : Paper
-    *pieces : str or (str, str)
-        Words with or without a style; control characters are spelled out, brackets stay.
+    console : AnyConsole
+    *texts : str or (str, str)
+        Text, or text and its style. Control characters are escaped, brackets are no markup.
     """
     parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in texts)
     shown = [(_printable(words), style) for words, style in parts]
@@ -130,24 +130,24 @@ def print_line(console: AnyConsole, *texts: Styled) -> None:
 
 
 def print_workflow_command(console: AnyConsole, words: str) -> None:
-    """Set one line that is meant to be a command to who runs a workflow."""
+    """Print one line that the runner of a workflow shall execute as a command."""
     _print(console, [(_printable(words), "")])
 
 
 def print_stdout(text: str) -> None:
-    """Say on stdout, line by line, what has no style."""
+    """Print plain text on stdout, line by line."""
     for words in text.split("\n"):
         print_line(stdout(), words)
 
 
 def print_stderr(text: str) -> None:
-    """Say it on stderr."""
+    """Print plain text on stderr, line by line."""
     for words in text.split("\n"):
         print_line(stderr(), words)
 
 
 def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
-    """Print a line; where stderr cannot be written, there is nobody left to tell."""
+    """Print a line; an error of stderr is ignored, because nothing is left to report it on."""
     try:
         if isinstance(console, Plain):
             console.print("".join(words for words, _ in parts))
@@ -161,7 +161,7 @@ def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
 
 
 def print_paragraph(console: AnyConsole, head: str, words: str, style: str = "") -> None:
-    """Set a sentence behind its head, its further lines below its first word."""
+    """Print wrapped text behind a label; further lines are indented by its width."""
     lines = wrap(console, words, len(head))
     print_line(console, (head, style), *lines[:1])
     for continuation in lines[1:]:
@@ -169,13 +169,13 @@ def print_paragraph(console: AnyConsole, head: str, words: str, style: str = "")
 
 
 def wrap(console: AnyConsole, words: str, head: int) -> list[str]:
-    """Give a sentence in lines that fit behind a head of so many columns."""
+    """Return text wrapped to the console, less `head` columns for a label."""
     width = max(min(max(console.width, MIN_WIDTH), MAX_WIDTH) - head, 20)
     return textwrap.wrap(sanitise(words), width, break_long_words=False, break_on_hyphens=False)
 
 
 def _printable(words: str) -> str:
-    """Give words on one line; runs of spaces stay, for they align."""
+    """Return text on one line, control characters escaped; blanks stay for alignment."""
     return "".join(
         character if character.isprintable() else sanitise(character) or " "
         for character in words
@@ -188,17 +188,17 @@ def print_table(
     left_aligned: Collection[str],
     optional: Sequence[str] = (),
 ) -> None:
-    """Show a table.
+    """Print a table.
 
     Parameters
     ----------
-    paper : Paper
-    given : sequence of sequence of str
-        Column by column, headings first.
-    left : collection of str
-        Headings of the columns that are set to the left.
-    spared : sequence of str, optional
-        How the headings begin of what a narrow terminal does without, in this order.
+    console : AnyConsole
+    columns : sequence of sequence of str
+        Table by columns, header first.
+    left_aligned : collection of str
+        Headers of the left-aligned columns; the others are right-aligned.
+    optional : sequence of str, optional
+        Beginnings of the headers of columns that a narrow terminal omits, in this order.
     """
     if isinstance(console, Plain):
         _print_plain_table(console, columns)
@@ -209,7 +209,7 @@ def print_table(
 def _print_rich_table(
     console: Console, columns: Columns, left_aligned: Collection[str]
 ) -> None:
-    """Show a table at a terminal."""
+    """Print a ruled table on a terminal."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
@@ -224,7 +224,7 @@ def _print_rich_table(
 
 
 def _fit_columns(columns: Columns, width: int, optional: Sequence[str]) -> Columns:
-    """Give the columns that a terminal has room for; the files hold them all."""
+    """Return the columns that fit the width; the files contain them all."""
     for heading in optional:
         if sum(max(map(len, column)) + COLUMN_GAP for column in columns) <= width:
             break
@@ -233,7 +233,7 @@ def _fit_columns(columns: Columns, width: int, optional: Sequence[str]) -> Colum
 
 
 def _print_plain_table(console: Plain, columns: Columns) -> None:
-    """Show a table in aligned columns, for pipes and files."""
+    """Print aligned columns, for pipes and files."""
     print_line(console)
     widths = [max(map(len, column)) for column in columns]
     for row in zip(*columns, strict=True):
@@ -243,24 +243,25 @@ def _print_plain_table(console: Plain, columns: Columns) -> None:
 
 @contextmanager
 def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> Iterator[Advance]:
-    """Give a function that tells how many more pieces of work are done.
+    """Show the progress of work while the block runs.
 
     Parameters
     ----------
     total : int
-        Pieces of work.
+        Number of work items.
     label : str
-        What they are, e.g. `cases`.
+        Their name, e.g. `cases`.
     quiet : bool, optional
         Show nothing.
     blocks : int, optional
-        Into how many blocks the pieces are gathered, one for each call of `advance`; they are
-        shown, too.
+        Number of blocks that the items are grouped in, one per call of `advance`; shown as
+        well.
 
     Yields
     ------
     callable
-        `advance(n=1)`, from any thread. Where nobody watches it does nothing and costs nothing.
+        `advance(n=1)` counts finished items, from any thread. It does nothing where no bar is
+        shown.
     """
     if quiet or not sys.stderr.isatty() or stderr().is_dumb_terminal:
         yield _ignore_advance
@@ -273,11 +274,11 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
 
 
 def _ignore_advance(n: int = 1) -> None:
-    """Take note of nothing."""
+    """Ignore finished items where no bar is shown."""
 
 
 class _ProgressBar:
-    """A bar that appears when the work has lasted for a while."""
+    """A progress bar that appears once the work has lasted for a while."""
 
     def __init__(self, total: int, label: str, blocks: int) -> None:
         self._total, self._label, self._done = total, label, 0
@@ -287,7 +288,7 @@ class _ProgressBar:
         self._task: Any = None
 
     def advance(self, n: int = 1) -> None:
-        """Count finished pieces; show the bar once the work has lasted."""
+        """Count finished items; show the bar when it is due."""
         with self._lock:
             self._done += n
             self._blocks_done += 1
@@ -298,7 +299,7 @@ class _ProgressBar:
                 self._shown.update(self._task, completed=self._done, pace=self._describe_rate())
 
     def _describe_rate(self) -> str:
-        """Give the rate, and the blocks that are done where a block is more than one piece."""
+        """Return the rate, with the count of blocks if a block has more than one item."""
         if not self._blocks:
             return ""
         rate = self._done / (time.monotonic() - self._begin)
@@ -307,7 +308,7 @@ class _ProgressBar:
         return f"{blocks}{each} {self._label}/s"
 
     def _show(self) -> None:
-        """Put the bar on the terminal."""
+        """Start the bar."""
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
         from rich.progress import TimeRemainingColumn as Remaining
 
@@ -328,7 +329,7 @@ class _ProgressBar:
         self._shown.start()
 
     def stop(self) -> None:
-        """Take the bar off the terminal."""
+        """Remove the bar."""
         with self._lock:
             if self._shown is not None:
                 self._shown.stop()
