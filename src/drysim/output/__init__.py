@@ -1,9 +1,9 @@
-"""Files: what finished work leaves on the disk. Computes nothing and shows nothing.
+"""Output folders: the files of finished work. Computes nothing and shows nothing.
 
-`write_run` and its like choose the writers of what was made, `tables`, `many`, `speed_error` and
-`drysim.plots` among them. `folder.write_folder` lets them write into `<name>.partial`, adds drysim.json
-last (`sidecar`), and puts the folder in its place; whether it may is for `check_writable` and
-`lock_partial` to say, before any work.
+`write_run` and its siblings choose the writers for a result (from `tables`, `many`, `sidecar`
+and `drysim.plots`). `folder.write_folder` runs them in `<name>.partial`, adds drysim.json last,
+and replaces the old folder by the new one. `check_writable` and `lock_partial` verify before
+any work that this is allowed.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 
 
 def write_scenario_yaml(result: Outcome | Ensemble | Table, folder: Path) -> None:
-    """Write scenario.yaml: resolved, defaults spelled out, it runs again as it is."""
+    """Write scenario.yaml: all defaults explicit, can be run again as it is."""
     _write_yaml(result.scenario, folder, SCENARIO_FILE)
 
 
 def write_shared_yaml(result: Comparison, folder: Path) -> None:
-    """Write scenario.yaml: what all approaches share."""
+    """Write scenario.yaml of a comparison: what all approaches share."""
     _write_yaml(result.table.scenario, folder, SCENARIO_FILE)
 
 
 def write_bench_yaml(result: Bench, folder: Path) -> None:
-    """Write scenario.yaml; of several scenes each under its own name."""
+    """Write scenario.yaml; several scenarios each under their own name."""
     alone = len(result.cases) == 1
     for panel in result.cases:
         _write_yaml(
@@ -52,7 +52,7 @@ def write_bench_yaml(result: Bench, folder: Path) -> None:
 
 
 def _write_yaml(scenario: Scenario, folder: Path, name: str) -> None:
-    """Write a scenario as plain words."""
+    """Write a scenario as YAML."""
     words = dump(scenario.resolved(relative_to=folder))
     (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
@@ -64,10 +64,10 @@ RUN_WRITERS = (
     tables.write_violations_csv,
     sidecar.write_spectra_csv,
 )
-"""Each takes an outcome and a folder, and writes its file when there is anything to write."""
+"""Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
 RUN_PLOTS = ("response", "spectra")
-"""The same in `drysim.plots`, for files that `--no-plots` leaves out."""
+"""The same in `drysim.plots`; `--no-plots` omits them."""
 
 
 def write_run(
@@ -79,23 +79,23 @@ def write_run(
     ----------
     outcome : Outcome
     folder : Path
-        Takes the place of what drysim wrote there before.
+        Replaces what drysim wrote there before.
     plots : bool
-        Whether pictures are wanted.
+        Whether to draw pictures.
     command : str
-        The command line, quoted as for a shell.
+        The command line, quoted for a shell.
     exit_code : int
-        With which the command ends.
+        Exit code of the command.
 
     Returns
     -------
     dict
-        What drysim.json says.
+        The content of drysim.json.
 
     Raises
     ------
     OutputError
-        The folder is not ours to replace, or cannot be written.
+        The folder was not written by drysim, or cannot be written.
     """
     writers = RUN_WRITERS + _plot_writers(RUN_PLOTS * plots)
     return write_folder(outcome, folder, writers, run_fields, command, exit_code)
@@ -109,7 +109,7 @@ def write_ensemble(
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:
-    """Write the output folder of many seeds; parameters and errors are as in `write_table`."""
+    """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
     from drysim.output import many
 
     writers = (
@@ -137,15 +137,15 @@ def write_table(
     exit_code: int,
     form: str = "csv",
 ) -> dict[str, Any]:
-    """Write the output folder of a sweep; parameters and errors are those of `write_run`.
+    """Write the output folder of a sweep; further parameters and errors as in `write_run`.
 
     Parameters
     ----------
-    folder : Path or Claim
-        A claim is finished: its `<name>.partial` takes the place of the output folder. With
-        exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
+    folder : Path or LockedFolder
+        A locked folder is completed: its `<name>.partial` replaces the output folder. With exit
+        code 130 it stays and keeps its finished cases, for `--resume`.
     form : str
-        How the cases are written: `csv` or `parquet`.
+        Format of the cases: `csv` or `parquet`.
     """
     from drysim.output import many
 
@@ -172,7 +172,7 @@ def write_comparison(
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:
-    """Write the output folder of a comparison; parameters and errors are those of `write_run`."""
+    """Write the output folder of a comparison; parameters and errors as in `write_run`."""
     from drysim.output import many
 
     writers = (
@@ -186,7 +186,7 @@ def write_comparison(
 def write_bench(
     bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
-    """Write the output folder of a bench; parameters and errors are those of `write_run`."""
+    """Write the output folder of a bench; parameters and errors as in `write_run`."""
     from drysim.output import many
 
     writers = (
@@ -200,7 +200,7 @@ def write_bench(
 def write_hard_cases(
     result: HardCases, folder: Path, *, command: str, exit_code: int
 ) -> dict[str, Any]:
-    """Write the output folder of the hard cases; parameters and errors are those of `write_run`."""
+    """Write the output folder of the hard cases; parameters and errors as in `write_run`."""
     from drysim.output import many
 
     writers = (many.write_hard_cases_csv,)
@@ -208,12 +208,12 @@ def write_hard_cases(
 
 
 def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
-    """Give a writer that writes the file of the seed that an ensemble shows."""
+    """Adapt a writer of an outcome to an ensemble, of which it writes the shown seed."""
     return lambda result, folder: write(result.shown, folder)
 
 
 def _plot_writers(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
-    """Give the functions that draw; they are loaded for pictures alone."""
+    """Return the drawing functions; matplotlib is imported only if there are pictures."""
     if not names:
         return ()
     from drysim.plots.comparison import comparison

@@ -1,12 +1,21 @@
 """The output folder: atomic, locked, resumable.
 
-A folder appears complete or not at all: the files are written into `<name>.partial`, which is
-ours by a lock for as long as the work lasts, and one rename puts it in the place of the old
-folder. drysim.json comes into `<name>.partial` first, to mark it as ours, and is written anew
-when all other files are there, since it names and hashes them. By it drysim knows a folder
-again: what it did not write itself, or what somebody has edited since, is never replaced, and
-`check_writable` tells so before any work. A kill leaves `<name>.partial` with the finished cases, for
-`--resume`; one between two renames leaves the old folder aside, and the next run puts it back.
+Problem
+    An output folder is complete or absent, whatever ends the process and whenever. Files that
+    drysim did not write, or that were edited since, are never replaced. An interrupted sweep or
+    ensemble can continue.
+
+Method
+    1. `check_writable` verifies the folder before any computation.
+    2. The files are written to `<name>.partial`, which is locked while the work lasts.
+       drysim.json is written there first and marks the folder as drysim's; it is rewritten
+       last, because it contains the names and hashes of all other files.
+    3. `<name>.partial` and the old folder are exchanged by one rename, or by two renames via
+       `<name>.replaced` where the system has no exchange.
+
+After a kill
+    `<name>.partial` holds the finished cases for `--resume`. A kill between two renames leaves
+    the old folder as `<name>.replaced`; the next run restores it.
 """
 
 from __future__ import annotations
@@ -29,36 +38,35 @@ from drysim.output.sidecar import Provenance, json_text
 from drysim.system import removed_error
 
 MARKER = "drysim.json"
-"""The file by which drysim knows a folder again: the first one in it and the last to leave."""
+"""The file that identifies a folder of drysim: first written, last removed."""
 
 MARKER_DRAFT = "drysim.json.new"
-"""A marker that is being written; it becomes `MARKER` by rename, so that none is ever torn."""
+"""A marker being written; renamed to `MARKER`, so that no marker is ever incomplete."""
 
 JOURNAL = "cases.jsonl"
-"""Finished seeds of a run under way, kept in `<name>.partial`: one line says what is run, each
-further one is a seed."""
+"""Finished seeds of an interrupted ensemble: a header line, then a line per seed."""
 
 CASES_FOLDER = "cases"
-"""The same for a sweep: a folder with a file for every finished block of cases."""
+"""The same for a sweep: a folder with one file per finished block of cases."""
 
 RESUMABLE_FILES = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9a-f]+\.cases)")
-"""What is kept there until the work is done."""
+"""Files that hold finished work until all of it is done."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
     r"|(events|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
 )
-"""Every file of a result: a kill may leave some in `<name>.partial` before they are listed."""
+"""Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
 
 SCENARIO_FILE = "scenario.yaml"
-"""The resolved scenario of a result: the one file in it that people edit."""
+"""The scenario of a result with all defaults explicit: the one file of it that users edit."""
 
 IGNORED_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
-"""What file managers leave behind without being asked; it may go with the folder."""
+"""Files written by file managers; they may be deleted with the folder."""
 
 BYTE_UNITS = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
-"""Units that sizes are told in [B]."""
+"""Units of file sizes [B]."""
 
 OTHER_FOLDER_HINT = "choose another folder with --out"
 ERRNO_HINTS = {
@@ -80,13 +88,11 @@ def write_folder(
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:
-    """Let all writers write, tell what made their files, and put the folder in its place."""
+    """Write all files and drysim.json of a result, and put the folder in place."""
     held = nullcontext(folder) if isinstance(folder, LockedFolder) else lock_partial(folder)
     with held as locked:
         check_lock(locked)
-        check_ownership(
-            resolve_name(locked.folder)
-        )  # what somebody has put there meanwhile stays
+        check_ownership(resolve_name(locked.folder))  # it may differ now
         for writer in writers:
             writer(result, locked.partial)
         files = {
@@ -103,7 +109,7 @@ def write_folder(
 
 
 def result_files(partial: Path) -> list[Path]:
-    """Give every file of a result, those in folders of its own included."""
+    """Return all files of a result, with those in its subfolders."""
     candidates = (path for path in partial.rglob("*") if path.is_file())
     return sorted(
         path
@@ -117,11 +123,21 @@ def _sha256(file: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-# Our hold on a folder, from before the work until its result is in place.
+# The lock on a folder, from before the work until its result is in place.
 
 
 class LockedFolder(NamedTuple):
-    """Our hold on an output folder: its name, and `<name>.partial`, where the work is done."""
+    """A locked output folder.
+
+    Attributes
+    ----------
+    folder : Path
+        The output folder.
+    partial : Path
+        `<name>.partial`, where the files are written.
+    held : os.stat_result
+        Identity of `<name>.partial` when it was locked.
+    """
 
     folder: Path
     partial: Path
@@ -129,36 +145,36 @@ class LockedFolder(NamedTuple):
 
     @property
     def journal(self) -> Path:
-        """Where finished seeds are kept while the work goes on."""
+        """File of the finished seeds."""
         return self.partial / JOURNAL
 
     @property
     def cases(self) -> Path:
-        """Where finished blocks of cases are kept."""
+        """Folder of the finished blocks of cases."""
         return self.partial / CASES_FOLDER
 
 
 @contextmanager
 def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
-    """Take `<name>.partial` for ourselves, marked as ours and locked, for as long as the block.
+    """Lock `<name>.partial` and mark it as drysim's while the block runs.
 
     Parameters
     ----------
     folder : Path
-        The output folder as the user names it.
+        The output folder as the user named it.
     resume : bool, optional
-        Keep the finished cases that an interrupted sweep has left there.
+        Keep the finished cases of an interrupted sweep.
 
     Yields
     ------
-    Claim
-        To be handed to whoever writes the files. When the block fails, `<name>.partial` stays
-        if it holds finished cases and is removed otherwise; `folder` is as it was.
+    LockedFolder
+        For the functions that write files. If the block fails, `<name>.partial` stays if it
+        holds finished cases and is removed otherwise; `folder` is unchanged.
 
     Raises
     ------
     OutputError
-        The folder is not ours to replace, or cannot be written.
+        The folder was not written by drysim, or cannot be written.
     """
     check_writable(folder)
     with translate_os_errors(folder):
@@ -170,23 +186,24 @@ def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
                 yield from _mark_partial(folder, target, partial, resume)
         except OSError:
             with suppress(OSError):
-                partial.rmdir()  # an empty one, even where no more files can be opened
+                partial.rmdir()  # works for an empty folder even if no more files can be opened
             raise
 
 
 def _mark_partial(
     folder: Path, target: Path, partial: Path, resume: bool
 ) -> Iterator[LockedFolder]:
-    """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed.
+    """Mark `<name>.partial` as drysim's and yield it; on failure keep what can be resumed.
 
-    Some files are held open for the time after a failure: to remove a folder, it is opened.
+    Reserved file descriptors are released after a failure: removing a folder opens it, and the
+    failure may have been that no more files could be opened.
     """
     with ExitStack() as reserve:
         try:
-            for end in (*os.pipe(), *os.pipe()):  # each is as good as a file held open
+            for end in (*os.pipe(), *os.pipe()):  # four descriptors
                 reserve.callback(os.close, end)
             recover(target, sibling(target, "replaced"))
-            # Without its marker the journal would be a stranger to the next drysim.
+            # Without its marker the next run would not recognise the journal as drysim's.
             remove_contents(partial, {CASES_FOLDER, JOURNAL, MARKER} if resume else set())
             write_marker(partial, '{"format": 1, "complete": false}\n')
             yield LockedFolder(folder, partial, partial.stat())
@@ -200,12 +217,12 @@ def _mark_partial(
 
 
 def check_lock(locked: LockedFolder) -> None:
-    """Make sure that `<name>.partial` is still the folder that we hold.
+    """Verify that `<name>.partial` is still the folder that was locked.
 
     Raises
     ------
     OutputError
-        When somebody has removed it, or has put another in its place.
+        When it was removed, or replaced by another one.
     """
     try:
         same = os.path.samestat(locked.partial.stat(), locked.held)
@@ -216,10 +233,10 @@ def check_lock(locked: LockedFolder) -> None:
 
 
 def write_marker(folder: Path, text: str) -> None:
-    """Give a folder its drysim.json, in one piece or not at all.
+    """Write drysim.json of a folder atomically.
 
-    It is on the disk before it has its name: without it, after a power cut, the folder would be
-    a stranger to the next drysim.
+    The draft is flushed to the disk before the rename: after a power cut, a folder with an
+    empty marker would not be recognised as drysim's.
     """
     (folder / MARKER_DRAFT).write_text(text, encoding="utf-8", newline="\n")
     flush_to_disk(folder / MARKER_DRAFT)
@@ -227,7 +244,7 @@ def write_marker(folder: Path, text: str) -> None:
 
 
 def install_partial(locked: LockedFolder) -> None:
-    """Put `<name>.partial` in the place of the output folder, without its finished cases."""
+    """Replace the output folder by `<name>.partial`, without its finished cases."""
     target = resolve_name(locked.folder)
     check_lock(locked)
     kept = [
@@ -242,7 +259,7 @@ def install_partial(locked: LockedFolder) -> None:
 
 
 def release_partial(partial: Path) -> None:
-    """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
+    """Keep `<name>.partial` if it holds finished cases, else remove it."""
     with suppress(OSError):
         if not _has_finished_work(partial) and not foreign_files(partial):
             remove_contents(partial)
@@ -250,18 +267,18 @@ def release_partial(partial: Path) -> None:
 
 
 def holds_sweep(folder: Path) -> bool:
-    """Tell whether an output folder holds the table of a sweep."""
+    """Whether an output folder holds the table of a sweep."""
     names = ("transmissibility.csv", "transmissibility")
     return any((folder / name).exists() for name in names)
 
 
 def is_resumable(folder: Path) -> bool:
-    """Tell whether an interrupted sweep has left finished cases beside an output folder."""
+    """Whether an interrupted sweep left finished cases for an output folder."""
     return _has_finished_work(sibling(resolve_name(folder), "partial"))
 
 
 def _has_finished_work(partial: Path) -> bool:
-    """Whether a folder holds finished cases."""
+    """Whether a folder holds finished cases or seeds."""
     if any(file.stat().st_size for file in (partial / CASES_FOLDER).glob("*.cases")):
         return True
     try:
@@ -271,16 +288,16 @@ def _has_finished_work(partial: Path) -> bool:
         return False
 
 
-# Whose folder is it? Tells before any work whether drysim may write or replace one.
+# Ownership: whether drysim may write or replace a folder, decided before any work.
 
 
 def check_writable(folder: Path) -> None:
-    """Find out, before any computation, whether a folder may be written; it need not exist.
+    """Verify, before any computation, that a folder may be written; it need not exist.
 
     Raises
     ------
     OutputError
-        The folder is not ours to replace, or cannot be written; nothing was touched.
+        The folder was not written by drysim, or cannot be written; nothing was changed.
     """
     with translate_os_errors(folder):
         target = resolve_name(folder)
@@ -297,12 +314,12 @@ def check_writable(folder: Path) -> None:
 
 
 def check_disk_space(folder: Path, volume: float) -> None:
-    """Find out, before any computation, whether a disk has room for so many bytes.
+    """Verify, before any computation, that the disk has room for `volume` bytes.
 
     Raises
     ------
     OutputError
-        When it has not: what is free, and what is needed at least.
+        When it has not, with the free and the needed size.
     """
     with translate_os_errors(folder):
         free = float(shutil.disk_usage(_existing_parent(resolve_name(folder))).free)
@@ -313,7 +330,7 @@ def check_disk_space(folder: Path, volume: float) -> None:
 
 
 def format_bytes(size: float) -> str:
-    """Give a number of bytes in words."""
+    """Return a number of bytes with its unit."""
     for unit, one in BYTE_UNITS.items():
         if size >= one:
             return f"{size / one:.3g} {unit}"
@@ -321,18 +338,18 @@ def format_bytes(size: float) -> str:
 
 
 def resolve_name(folder: Path) -> Path:
-    """Give a folder that the user calls `.` or `..` by its own name."""
+    """Return a folder named `.` or `..` by its own name."""
     return folder if folder.name not in ("", "..") else Path(os.path.realpath(folder))
 
 
 def sibling(target: Path, suffix: str) -> Path:
-    """Give the sibling `<name>.<suffix>`."""
+    """Return the sibling `<name>.<suffix>`."""
     return target.with_name(f"{target.name}.{suffix}")
 
 
 @contextmanager
 def translate_os_errors(folder: Path) -> Iterator[None]:
-    """Turn what the system says into what, where and what to do.
+    """Turn the OSErrors of the block into errors with a reason, a place and a hint.
 
     Raises
     ------
@@ -348,7 +365,7 @@ def translate_os_errors(folder: Path) -> Iterator[None]:
 
 
 def check_ownership(target: Path, leftover: bool = False) -> None:
-    """Raise when something is in the way that drysim did not write."""
+    """Raise OutputError if a path exists that drysim did not write."""
     if not _exists(target):
         return
     hint = f"move it away, or {OTHER_FOLDER_HINT}"
@@ -396,7 +413,7 @@ def foreign_files(partial: Path) -> list[str]:
 
 
 def _read_marker(target: Path) -> dict[str, Any] | None:
-    """Give the marker of a folder that drysim wrote, None for any other folder."""
+    """Return the marker of a folder that drysim wrote, None for any other folder."""
     file = target / MARKER
     try:
         marker = json.loads(file.read_bytes()) if file.is_file() else None
@@ -408,27 +425,27 @@ def _read_marker(target: Path) -> dict[str, Any] | None:
 
 
 def _listed_files(marker: dict[str, Any] | None) -> set[str]:
-    """Return the files that a marker names."""
+    """Return the files that a marker lists."""
     files = marker.get("files") if marker else None
     return set(files if isinstance(files, dict) else ())
 
 
 def _files_within(folder: Path) -> Iterator[str]:
-    """Give the files within a folder of a result, by their path from it."""
+    """Yield the files in a folder of a result, as relative paths."""
     for path in folder.rglob("*"):
         if not path.is_dir() and path.name not in IGNORED_FILES:
             yield path.relative_to(folder).as_posix()
 
 
 def _is_edited(file: Path, marker: dict[str, Any]) -> bool:
-    """Whether the scenario of a result, which runs again as it is, is somebody's own by now."""
+    """Whether the scenario of a result was edited since drysim wrote it."""
     files = marker.get("files")
     written = files.get(file.name) if isinstance(files, dict) else None
     return written is not None and file.is_file() and str(written) != _sha256(file)
 
 
 def _existing_parent(target: Path) -> Path:
-    """Give the nearest folder above a place that is there."""
+    """Return the nearest existing folder above a path."""
     parent = target.absolute().parent
     while not _exists(parent):
         parent = parent.parent
@@ -436,7 +453,7 @@ def _existing_parent(target: Path) -> Path:
 
 
 def _exists(path: Path) -> bool:
-    """Whether there is anything of that name; a link that leads nowhere counts."""
+    """Whether a path exists; a dangling symbolic link does."""
     try:
         os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
@@ -448,11 +465,11 @@ def _exists(path: Path) -> bool:
     return True
 
 
-# One folder in the place of another at one instant, locks, and what a kill leaves behind.
+# Atomic replacement, locks, and recovery after a kill.
 
 
 def replace_folder(partial: Path, target: Path, backup: Path) -> None:
-    """Put the new folder in place of the old one, and remove that."""
+    """Replace an old folder by a new one, and remove the old one."""
     if target.exists() and not any(target.iterdir()):
         target.rmdir()
     if not target.exists():
@@ -463,7 +480,7 @@ def replace_folder(partial: Path, target: Path, backup: Path) -> None:
         if _exchange(partial, target):
             backup = partial
         else:
-            # A kill between these two leaves the old folder aside: see recover().
+            # A kill between these two leaves the old folder as `backup`: see recover().
             target.rename(backup)
             try:
                 partial.rename(target)
@@ -475,7 +492,7 @@ def replace_folder(partial: Path, target: Path, backup: Path) -> None:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders at one instant; False where the system cannot (all but Linux)."""
+    """Exchange two folders atomically; False where the system cannot (all but Linux)."""
     import ctypes
 
     try:
@@ -487,7 +504,7 @@ def _exchange(one: Path, other: Path) -> bool:
 
 
 def recover(target: Path, backup: Path) -> None:
-    """Finish what a kill between two renames left behind."""
+    """Complete a replacement that a kill interrupted between two renames."""
     if backup.exists() and target.exists():
         remove_folder(backup)
     elif backup.exists():
@@ -496,12 +513,12 @@ def recover(target: Path, backup: Path) -> None:
 
 @contextmanager
 def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
-    """Hold a folder against other drysims; the lock dies with the process, even by kill -9.
+    """Lock a folder against other processes; the lock ends with the process, even if killed.
 
     Raises
     ------
     OutputError
-        When another one holds it, or has put another folder in its place.
+        When another process holds the lock, or has replaced the folder.
     """
     if os.name == "nt":  # Folders cannot be locked there.
         yield
@@ -513,7 +530,7 @@ def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
     )
     handle = os.open(target, os.O_RDONLY)
     try:
-        # Some network disks know no locks: any other OSError means to go on without.
+        # Some network disks have no locks: on any other OSError continue without.
         with suppress(OSError):
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -527,10 +544,10 @@ def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
 
 
 def remove_contents(folder: Path, keep: Collection[str] = ()) -> None:
-    """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
+    """Remove the contents of a folder, the marker last, so that the rest stays recognised."""
     for path in (folder, *folder.rglob("*")):
         if path.is_dir() and not path.is_symlink():
-            path.chmod(path.stat().st_mode | stat.S_IRWXU)  # nothing leaves a read-only folder
+            path.chmod(path.stat().st_mode | stat.S_IRWXU)  # a read-only folder keeps its files
     for path in sorted(folder.iterdir(), key=lambda path: path.name == MARKER):
         if path.name in keep:
             continue
@@ -541,15 +558,15 @@ def remove_contents(folder: Path, keep: Collection[str] = ()) -> None:
 
 
 def remove_folder(folder: Path) -> None:
-    """Remove a folder of ours; what cannot be removed now goes with the next run."""
+    """Remove a folder as far as possible; the next run removes the rest."""
     with suppress(OSError):
         remove_contents(folder)
     with suppress(OSError):
-        folder.rmdir()  # an empty one even where no more files can be opened to see it
+        folder.rmdir()  # works for an empty folder even if no more files can be opened
 
 
 def flush_to_disk(path: Path) -> None:
-    """Wait until a file or folder is on the disk."""
+    """Flush a file or folder to the disk."""
     if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
         return
     handle = os.open(path, os.O_RDONLY)

@@ -1,7 +1,7 @@
-"""drysim.json of many cases, and the CSV files of ensembles and benches.
+"""drysim.json of sweeps, comparisons, ensembles and benches, and the CSV files of the last two.
 
-Of a sweep and a comparison drysim.json tells the extremes with where they are, of an ensemble
-the statistics over its seeds; ensemble.csv has a row for each seed.
+The metrics of a sweep and a comparison are extremes with their places, those of an ensemble are
+statistics over its seeds; ensemble.csv has a row per seed.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ if TYPE_CHECKING:
 
 
 def table_fields(table: Table, provenance: Provenance) -> Fields:
-    """Give everything that made the numbers of a sweep, ready for JSON.
+    """Return the content of drysim.json for a sweep.
 
-    The metrics are extremes over the approach that was asked for, its reference left aside.
+    The metrics are extremes over the cases of the scenario's approach, references left out.
     """
     approach, *references = table.approaches or ("",)
     own = table.tallies.get(approach)
@@ -62,7 +62,7 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
 
 
 def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
-    """Give the same for a comparison: extremes for each approach, deviations, the verdict."""
+    """Return the content for a comparison: extremes per approach, deviations, verdict."""
     table, yardstick = comparison.table, comparison.yardstick
     numerics = {
         "approaches": table.approaches,
@@ -82,7 +82,7 @@ def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
 
 
 def _numerics_fields(table: Table, own: Tally | None) -> Fields:
-    """Give how the numbers were made, and how well the worst of them closes."""
+    """Return how the numbers were computed, with the worst energy residual and closure."""
     return {
         "cases": len(table.rows),
         "statuses": _count_statuses(table.tallies.values()),
@@ -98,7 +98,7 @@ def _numerics_fields(table: Table, own: Tally | None) -> Fields:
 
 
 def _seed_fields(own: Tally | None) -> Fields:
-    """Give how many seeds the cases are means over; where all share them, their hash."""
+    """Return the number of seeds of the means, and their hash if all cases share them."""
     if own is None or own.seeds is None:
         return {}
     found = own.seeds
@@ -107,7 +107,7 @@ def _seed_fields(own: Tally | None) -> Fields:
 
 
 def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
-    """Count what became of the cases of all approaches."""
+    """Count the statuses of the cases of all approaches."""
     lost: Counter[str] = Counter()
     for tally in tallies:
         lost.update({status: found.cases for status, found in tally.lost.items()})
@@ -116,7 +116,7 @@ def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
 
 
 def _metric_fields(tally: Tally | None) -> Fields:
-    """Give the extremes of every metric that is known anywhere."""
+    """Return the extremes of every metric that has a value in any case."""
     if tally is None:
         return {}
     return {
@@ -131,20 +131,20 @@ def _metric_fields(tally: Tally | None) -> Fields:
 
 
 def _quantile_fields(tally: Tally, name: str) -> Fields:
-    """Give the quantiles of a metric, where they were gathered."""
+    """Return the quantiles of a metric, if they were computed."""
     summary = tally.quantiles[name].summary() if name in tally.quantiles else {}
     return {"quantiles": summary} if summary else {}
 
 
 def _extreme_fields(extreme: Extreme, metric: str) -> Fields:
-    """Give an extreme and where it is; of a mean over many seeds how well it is known."""
+    """Return an extreme and its place; of a mean over seeds also its half-width."""
     row = extreme.row
     mean = {"half_width": row.half_widths.get(metric), "seeds": row.seeds}
     return {"value": extreme.value, "where": dict(row.point)} | (mean if row.over else {})
 
 
 def _deviation_fields(comparison: Comparison, approach: str) -> Fields:
-    """Give the greatest deviation from the yardstick, with where it is."""
+    """Return the greatest deviation from the reference, and its place."""
     worst = compare.largest_deviation(compare.deviations(comparison, approach))
     if worst is None or approach == comparison.yardstick:
         return {}
@@ -153,14 +153,14 @@ def _deviation_fields(comparison: Comparison, approach: str) -> Fields:
     return {"T_a_deviation": found | mean}
 
 
-# Many seeds.
+# Ensembles.
 
 
 SEED_HEADER = f"{SEED_KEY} [-]"
 
 
 def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
-    """Write ensemble.csv: every metric of every seed, and the hash of its base motion."""
+    """Write ensemble.csv: all metrics of every seed, and the hash of its base motion."""
     left_out = {"closure"}
     left_out |= set() if result.scenario.measure.weights else {*COMFORT_METRICS}
     left_out |= set() if result.scenario.stops else {*END_STOP_METRICS}
@@ -176,7 +176,7 @@ def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
 
 
 def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
-    """Write stroke_violations.csv: the seeds with which the stroke limit was met, if any."""
+    """Write stroke_violations.csv: the seeds that exceed the stroke limit, if any."""
     rows = [row for row in result.rows if row.metrics.get("violations")]
     if rows:
         seeds = [str(row.seed) for row in rows]
@@ -186,7 +186,7 @@ def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
 
 
 def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
-    """Give everything that made the numbers of an ensemble, ready for JSON.
+    """Return the content of drysim.json for an ensemble.
 
     The metrics are means.
     """
@@ -209,7 +209,7 @@ def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
 
 
 def _statistics_fields(result: Ensemble) -> Fields:
-    """Give the statistics of every metric that is known."""
+    """Return the statistics of every metric that has a value."""
     until = stopping_rule(result.scenario)
     return {
         "seeds": len(result.rows),
@@ -227,7 +227,7 @@ def _statistics_fields(result: Ensemble) -> Fields:
 
 
 def _statistic_fields(found: Statistic) -> dict[str, Any]:
-    """Give one statistic in words and numbers."""
+    """Return the statistics of one metric."""
     (least, at_least), (greatest, at_greatest) = found.least, found.greatest
     quantiles = {
         f"{100 * share:g} %": value
@@ -244,19 +244,19 @@ def _statistic_fields(found: Statistic) -> dict[str, Any]:
     }
 
 
-# Benches: speed_error.csv, hard_cases.csv, and what drysim.json says of them.
+# Benches: speed_error.csv, hard_cases.csv, and their drysim.json.
 
 
 BENCH_COLUMNS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
 LAST_BENCH_COLUMNS = ("time_over_lfilter", "samples", "repeats")
-"""Columns of numbers, before and behind the verdict."""
+"""Columns of numbers, before and after the verdict."""
 
 CASE_KEYS = ("scenario", "inputs", "excitation")
-"""What drysim.json says of every case of a bench."""
+"""Fields of drysim.json that differ between the cases of a bench."""
 
 
 def write_speed_error_csv(bench: Bench, folder: Path) -> None:
-    """Write speed_error.csv: a row for every entry on every case."""
+    """Write speed_error.csv: a row per entry and case."""
     headings = [
         "approach", "setting", *map(column_header, BENCH_COLUMNS), "verdict",
         "case", *map(column_header, LAST_BENCH_COLUMNS),
@@ -279,7 +279,7 @@ def write_speed_error_csv(bench: Bench, folder: Path) -> None:
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
-    """Give everything that made the numbers of a bench, ready for JSON."""
+    """Return the content of drysim.json for a bench."""
     numerics = {"engine": bench.engine, "cases": len(bench.cases)}
     metrics = {panel.scenario.name: _exact_fields(panel) for panel in bench.cases}
     frames = [
@@ -296,7 +296,7 @@ def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
 
 
 def _exact_fields(panel: BenchCase) -> Fields:
-    """Give what came out for the exact approach."""
+    """Return the results of the exact approach."""
     exact = panel.scores[0]
     return {
         "time_per_sample": exact.time,
@@ -308,7 +308,7 @@ def _exact_fields(panel: BenchCase) -> Fields:
 
 
 def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
-    """Write hard_cases.csv: a row for every approach on every case."""
+    """Write hard_cases.csv: a row per approach and case."""
     from drysim.bench.hard_cases import COMPARED_METRICS
 
     deviations = [f"{metric}_deviation" for metric in COMPARED_METRICS]
@@ -325,7 +325,7 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
 
 
 def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
-    """Give everything that made the verdicts, ready for JSON."""
+    """Return the content of drysim.json for the hard cases."""
     results = [one for case in result.cases for one in case.results]
     metrics: Fields = {
         name: dict(Counter(one.word for one in results if one.approach == name))
@@ -352,6 +352,6 @@ def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
 
 
 def quote_cell(words: str) -> str:
-    """Give words as a cell: in quotes where they hold a comma, a quote or a line end."""
+    """Return text as a CSV cell on one line, quoted if it has a comma or a quote."""
     words = " ".join(words.split())
     return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words

@@ -1,7 +1,7 @@
-"""drysim.json: what made these numbers; of a run also spectra.csv.
+"""drysim.json, the provenance of a result, and spectra.csv of a run.
 
-It holds no absolute path, no user and no host, and nothing but JSON: what every such file says
-is `sidecar_fields`, and values and words leave the machine as `sanitise` and its like make them.
+The file contains no absolute path, no user and no host, and is strict JSON: `sidecar_fields`
+collects the fields, `sanitise` and its siblings clean values and text.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ FORMAT_VERSION = 1
 """Version of the layout of drysim.json."""
 
 SOFTWARE_PACKAGES = ("numpy", "scipy", "numba", "pydantic", "yaml", "matplotlib")
-"""Packages that take part in the numbers and pictures; named when they were loaded."""
+"""Packages that affect numbers and pictures; listed if they were imported."""
 
 Fields = dict[str, Any]
 
 
 class Provenance(NamedTuple):
-    """What every command that writes files ends with.
+    """What the command contributes to drysim.json.
 
     Attributes
     ----------
     command : str
-        The command line, quoted as for a shell.
+        The command line, quoted for a shell.
     exit_code : int
     files : mapping
-        SHA-256 (hex) by name of the file in the output folder.
+        Name of each file in the output folder to its SHA-256 (hex).
     """
 
     command: str
@@ -64,9 +64,9 @@ class Provenance(NamedTuple):
 
 
 def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
-    """Give everything that made the numbers of an outcome, ready for JSON.
+    """Return the content of drysim.json for a run.
 
-    Values that are not finite are None.
+    Values that are not finite become None.
     """
     numerics = {
         **asdict(outcome.response.numerics),
@@ -82,7 +82,7 @@ def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
 
 
 def _spectra_fields(found: Spectra) -> Fields:
-    """Give how spectra were made."""
+    """Return the parameters of the spectral estimate."""
     return {
         "method": "Welch, Hann window, half overlapping, mean of the window removed",
         "series": "means over every step, their fading with frequency taken back",
@@ -93,7 +93,7 @@ def _spectra_fields(found: Spectra) -> Fields:
 
 
 def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.csv, but only when spectra were asked for."""
+    """Write spectra.csv, if spectra were requested."""
     found = outcome.spectra
     if found is None:
         return
@@ -120,19 +120,19 @@ def sidecar_fields(
     provenance: Provenance,
     **further: Any,
 ) -> Fields:
-    """Give what was found with all that every drysim.json says.
+    """Return the content of drysim.json.
 
     Parameters
     ----------
-    made : Outcome or Ensemble or Table or Panel
+    result : Outcome or Ensemble or Table or BenchCase
         What was computed.
     motion : Sines or Samples or None
-        How the base moved; None where it moved differently from case to case.
+        The base motion; None if it differs from case to case.
     numerics, metrics : mapping
-        How the numbers were made, and what they came to.
-    ending : Ending
+        How the numbers were computed, and the numbers.
+    provenance : Provenance
     **further
-        What else is told, behind the metrics.
+        Further fields, placed after the metrics.
     """
     scenario, law = result.scenario, result.scenario.law()
     force_record = law.force_record if isinstance(law, NormalForceLaw) else None
@@ -157,7 +157,7 @@ def sidecar_fields(
 
 
 def header_fields(provenance: Provenance, complete: bool = True) -> Fields:
-    """Give what every drysim.json begins with."""
+    """Return the first fields of every drysim.json."""
     exit_code = provenance.exit_code
     return {
         "format": FORMAT_VERSION,
@@ -170,12 +170,12 @@ def header_fields(provenance: Provenance, complete: bool = True) -> Fields:
 
 
 def origin_fields(known: Mapping[str, Any]) -> Fields:
-    """Give where a scenario came from: its file by its bare name, its hash, overrides."""
+    """Return the origin of a scenario: file name without folders, hash, overrides."""
     return {**known, "file": sanitise_file(str(known.get("file", "")))}
 
 
 def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
-    """Give the kind of base motion and, where it is a series, its hash."""
+    """Return the kind of base motion and, of a series, its hash."""
     block = scenario.excitation
     fields: Fields = {"kind": block.kind, "seed": getattr(block, "seed", None)}
     if isinstance(motion, Samples):
@@ -186,10 +186,9 @@ def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fie
 
 
 def _check_fields(verdict: Verdict) -> Fields:
-    """Give a verdict; over many cases also where it was decided, of a mean how sure it is.
+    """Return a verdict; over many cases with the deciding place, of a mean with its half-width.
 
-    One that was not judged has neither passed nor failed. Where there is no value the reason is
-    told.
+    `passed` is None if the check was not judged; `reason` replaces a missing value.
     """
     fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
     if verdict.reason:
@@ -200,7 +199,7 @@ def _check_fields(verdict: Verdict) -> Fields:
 
 
 def creation_time() -> str:
-    """Give the time of day in UTC, or what SOURCE_DATE_EPOCH says it is."""
+    """Return the current time in UTC, or that of SOURCE_DATE_EPOCH."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     try:
         time_utc = datetime.fromtimestamp(int(epoch), UTC)
@@ -210,7 +209,7 @@ def creation_time() -> str:
 
 
 def software_versions() -> dict[str, str]:
-    """Give the versions of Python and of what was loaded; nothing is loaded for its version."""
+    """Return the versions of Python and of the imported packages; imports nothing."""
     versions = {"python": ".".join(map(str, sys.version_info[:3]))}
     for name in SOFTWARE_PACKAGES:
         if name in sys.modules:
@@ -219,11 +218,11 @@ def software_versions() -> dict[str, str]:
 
 
 def json_text(fields: Mapping[str, Any]) -> str:
-    """Give a sidecar as JSON, in ASCII so that every terminal and pipe can take it."""
+    """Return fields as JSON in ASCII, which every terminal and pipe can encode."""
     return json.dumps(fields, indent=2, allow_nan=False) + "\n"
 
 
-# Values and words as they may leave the machine.
+# Values and text without private data.
 
 
 ABSOLUTE_FOLDERS = re.compile(
@@ -232,11 +231,11 @@ ABSOLUTE_FOLDERS = re.compile(
 """The folders of an absolute path within a sentence."""
 
 LEADING_FOLDERS = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
-"""The folders of an absolute path that is a word of a command, spaces and all."""
+"""The folders of an absolute path that is one argument of a command, with blanks."""
 
 
 def sanitise(value: Any) -> Any:
-    """Give a value as JSON knows it: finite numbers, no absolute path, nothing of numpy."""
+    """Return a value as JSON type: finite numbers, no absolute paths, no numpy types."""
     if isinstance(value, Mapping):
         return {str(key): sanitise(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -251,12 +250,12 @@ def sanitise(value: Any) -> Any:
 
 
 def sanitise_file(file: str) -> str:
-    """Give the name of a file as it was given, but without the folders of an absolute one."""
+    """Return a file name as it was typed, an absolute one without its folders."""
     return LEADING_FOLDERS.sub("", file, count=1)
 
 
 def sanitise_command(command: str) -> str:
-    """Give a command line, without the folders of absolute paths."""
+    """Return a command line, absolute paths without their folders."""
     try:
         words = shlex.split(command)
     except ValueError:

@@ -1,8 +1,8 @@
 """Tables: CSV files of a run and of many cases, Parquet of many cases; their columns and units.
 
-Numbers are the shortest text that reads back as the same number. Blocks of rows are written as
-they come, their text made ahead in threads by a kernel, or in plain Python by the same rules.
-Parquet has a file a block, for pandas, Polars, DuckDB and their like.
+Numbers are written as the shortest decimal that reads back as the same float. Rows are written
+in blocks; their text is formatted ahead in threads by a compiled kernel, or in plain Python by
+the same rules. Parquet has one file per block of cases.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ DIMENSIONLESS_COLUMNS = (
     "T_a_deviation", "T_a_deviation_half_width", "x_r_peak_deviation", "x_r_rms_deviation",
     "time_over_lfilter",
 )  # fmt: skip
-"""Columns of plain numbers that are no metrics."""
+"""Dimensionless columns that are not metrics."""
 
 COLUMN_UNITS = {
     **METRIC_UNITS,
@@ -52,7 +52,7 @@ COLUMN_UNITS = {
     "F_f": "N", "F_stop": "N", "F_L": "N", "F_fk": "N", "F_fs": "N",
     "event": "", "law": "",
 }  # fmt: skip
-"""Every column of fixed name, with its unit; an empty one stands for words."""
+"""Unit of every column of fixed name; empty for text."""
 
 RESPONSE_COLUMNS = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENT_COLUMNS = ("t", "event", "x_r", "F_L")
@@ -65,7 +65,7 @@ EVENT_CODES = sorted(EVENT_NAMES)
 
 
 def write_response_csv(outcome: Outcome, folder: Path) -> None:
-    """Write response.csv: the motion on its grid, and where there are end stops their force."""
+    """Write response.csv: the motion on the output grid, with the force of end stops if any."""
     motion = outcome.response
     stops = isinstance(motion.law, EndStopLaw)
     blocks = (_response_block(motion, part, stops) for part in motion.parts())
@@ -91,12 +91,12 @@ def write_events_csv(outcome: Outcome, folder: Path) -> None:
 
 
 def write_violations_csv(outcome: Outcome, folder: Path) -> None:
-    """Write stroke_violations.csv, but only when the stroke limit was met."""
+    """Write stroke_violations.csv, if the stroke limit was exceeded."""
     found = dict(outcome.metrics)
     if not found["violations"]:
         return
     for warning in outcome.warnings:
-        # The peak of the metrics is that of their window; the limit may be met before.
+        # The metrics cover their window only; the limit may have been exceeded before it.
         if warning.slug == "stroke-violated":
             found |= warning.numbers
     cells = [[format_cell(found[name])] for name in VIOLATION_METRICS]
@@ -108,7 +108,7 @@ def write_violations_csv(outcome: Outcome, folder: Path) -> None:
 
 
 def _response_block(motion: Response, part: slice, stops: bool) -> SeriesBlock:
-    """Give one block of response.csv."""
+    """Return one block of response.csv."""
     x_r, v_r, d, *_ = motion.points(part)
     t = np.arange(part.start, part.stop) * motion.dt
     u_dd, x_dd = motion.base(part), motion.acceleration(part)
@@ -117,13 +117,13 @@ def _response_block(motion: Response, part: slice, stops: bool) -> SeriesBlock:
 
 
 def _event_block(found: Events, part: slice) -> SeriesBlock:
-    """Give one block of events.csv."""
+    """Return one block of events.csv."""
     words = np.searchsorted(EVENT_CODES, found.kind[part])
     return SeriesBlock((found.t[part], found.x_r[part], found.F_L[part]), words)
 
 
 def column_header(name: str) -> str:
-    """Give the header cell of a column, e.g. `x_r [m]`."""
+    """Return the header of a column, e.g. `x_r [m]`."""
     return f"{name} [{COLUMN_UNITS[name]}]" if COLUMN_UNITS[name] else name
 
 
@@ -136,7 +136,7 @@ METRIC_COLUMNS = (
     "stroke_used", "stuck_share", "chatter_share", "violations", "closure",
 )  # fmt: skip
 INTERVAL_METRICS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
-"""The metrics whose confidence interval is told, where they are means over many seeds."""
+"""The metrics whose confidence interval is written, if they are means over several seeds."""
 
 
 def write_transmissibility_csv(table: Table, folder: Path) -> None:
@@ -152,7 +152,7 @@ def write_transmissibility_csv(table: Table, folder: Path) -> None:
 
 
 def write_comparison_csv(result: Comparison, folder: Path) -> None:
-    """Write comparison.csv: every case under every approach, and what it is off by."""
+    """Write comparison.csv: every case with every approach, and its deviation."""
     found = [result.off(row) or (None, None) for row in result.table.rows]
     off = [[format_cell(value) for value in column] for column in zip(*found, strict=True)]
     names = ["T_a_deviation", "T_a_deviation_half_width"]
@@ -170,9 +170,9 @@ def write_comparison_csv(result: Comparison, folder: Path) -> None:
 
 
 def write_case_violations_csv(table: Table, folder: Path) -> None:
-    """Write stroke_violations.csv of a sweep, but only when the stroke limit was met.
+    """Write stroke_violations.csv of a sweep, if the stroke limit was exceeded.
 
-    The reference is no seat that anybody would build, so it is left out.
+    The viscous reference is left out: it is not the seat under test.
     """
     own = next(iter(table.tallies.values()), None)
     if own is not None and own.beyond:
@@ -183,7 +183,7 @@ def write_case_violations_csv(table: Table, folder: Path) -> None:
 
 
 def _violation_rows(table: Table, approach: str) -> Iterator[CsvBytes]:
-    """Give the rows of the cases that meet the limit, block by block."""
+    """Yield the rows of the cases that exceed the limit, block by block."""
     for batch in as_batches(table.rows):
         if batch.approach == approach:
             rows = [row for row in batch if row.metrics.get("violations")]
@@ -193,23 +193,23 @@ def _violation_rows(table: Table, approach: str) -> Iterator[CsvBytes]:
 
 
 def optional_metrics(table: Table) -> tuple[str, ...]:
-    """Give the metrics that only a weighting or end stops add, behind all other columns."""
+    """Return the metrics that need a weighting or end stops; they follow all others."""
     optional = COMFORT_METRICS if table.scenario.measure.weights else ()
     return optional if table.scenario.stops is None else (*optional, *END_STOP_METRICS)
 
 
 def interval_metrics(table: Table) -> tuple[str, ...]:
-    """Give the metrics whose confidence interval is told; none without many seeds."""
+    """Return the metrics whose confidence interval is written; none without several seeds."""
     return (*INTERVAL_METRICS, *optional_metrics(table)) if _has_ensembles(table) else ()
 
 
 def _has_ensembles(table: Table) -> bool:
-    """Tell whether any case is many seeds; columns behind all others tell of them then."""
+    """Whether any case is a mean over seeds; this adds columns at the end."""
     return any(tally.seeds for tally in table.tallies.values())
 
 
 def _case_headers(table: Table) -> list[str]:
-    """Give the header cells of a table of cases."""
+    """Return the headers of a table of cases."""
     return [
         "approach",
         *_key_headers(table),
@@ -221,12 +221,12 @@ def _case_headers(table: Table) -> list[str]:
 
 
 def _key_headers(table: Table) -> list[str]:
-    """Give the header cells of the swept keys."""
+    """Return the headers of the swept keys."""
     return [f"{axis.key} [{axis.unit or '-'}]" for axis in table.axes]
 
 
 def _interval_headers(table: Table) -> list[str]:
-    """Give the header cells of what is known of means over many seeds."""
+    """Return the headers of the confidence intervals."""
     names = interval_metrics(table)
     units = [column_header(name).removeprefix(name) for name in names]
     cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
@@ -234,7 +234,7 @@ def _interval_headers(table: Table) -> list[str]:
 
 
 def _case_columns(table: Table) -> list[Iterable[str]]:
-    """Give the cells of a table of cases, column by column."""
+    """Return the cells of a table of cases by columns."""
     rows = table.rows
     return [
         [row.approach for row in rows],
@@ -253,12 +253,12 @@ def _key_columns(table: Table, rows: Sequence[Row]) -> list[list[str]]:
 
 
 def metric_columns(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
-    """Give the cells of some metrics, column by column."""
+    """Return the cells of some metrics by columns."""
     return [[format_cell(row.metrics.get(name)) for row in rows] for name in metrics]
 
 
 def _interval_columns(table: Table) -> list[list[str]]:
-    """Give the cells of what is known of means over many seeds."""
+    """Return the cells of the confidence intervals by columns."""
     names, rows = interval_metrics(table), table.rows
     if not names:
         return []
@@ -267,7 +267,7 @@ def _interval_columns(table: Table) -> list[list[str]]:
 
 
 def _case_block(batch: Batch, keys: Sequence[str], optional: Sequence[str]) -> CaseBlock:
-    """Give a block of cases as columns of numbers; a key that the approach lacks has none."""
+    """Return a block of cases as columns of numbers; NaN for a key that the approach lacks."""
     lacking = np.full(len(batch), np.nan)
     points = [batch.points.get(key, lacking) for key in keys]
     named = [batch.metrics[name] for name in (*METRIC_COLUMNS, *optional)]
@@ -277,15 +277,15 @@ def _case_block(batch: Batch, keys: Sequence[str], optional: Sequence[str]) -> C
     return CaseBlock(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
 
 
-# The same as Parquet.
+# Cases as Parquet.
 
 
 PARQUET_FOLDER = "transmissibility"
-"""The dataset: `approach=<name>/<number of the first case>.parquet` within it."""
+"""The dataset: `approach=<name>/<number of the first case>.parquet` in it."""
 
 
 def require_pyarrow() -> None:
-    """Make sure, before any work, that there is what writes Parquet.
+    """Verify, before any work, that pyarrow is installed.
 
     Raises
     ------
@@ -293,7 +293,7 @@ def require_pyarrow() -> None:
         With the command that installs it.
     """
     try:
-        import pyarrow  # noqa: F401 - only whether it is there
+        import pyarrow  # noqa: F401 - only to see whether it is installed
     except ImportError:
         raise UsageError(
             "--format parquet needs the package pyarrow, which is not installed",
@@ -313,7 +313,7 @@ def write_transmissibility_parquet(table: Table, folder: Path) -> None:
 
 
 def _arrow_table(table: Table, batch: Batch) -> Any:
-    """Give a block of cases as Arrow has them, the unit of each column in its metadata."""
+    """Return a block of cases as an Arrow table, the unit of each column in its metadata."""
     import pyarrow
 
     fields, columns = [], []
@@ -354,21 +354,21 @@ def _arrow_table(table: Table, batch: Batch) -> Any:
 
 
 MAX_THREADS = 4
-"""Most threads that make text; one more writes it down, and hardly a disk is faster."""
+"""Most formatting threads; one more thread writes, and few disks are faster than that."""
 
 CsvBytes = bytes | memoryview
 Given = TypeVar("Given")
 
 
 class SeriesBlock(NamedTuple):
-    """Columns of numbers, and which word stands in each row; all of shape (n,)."""
+    """Columns of numbers, and the index of the text in each row; all of shape (n,)."""
 
     numbers: Sequence[NDArray[np.float64]]
     codes: NDArray[np.generic]
 
 
 class CaseBlock(NamedTuple):
-    """Cases of one approach as columns of numbers, shape (columns, n); NaN for not known."""
+    """Cases of one approach as columns of numbers, shape (columns, n); NaN where missing."""
 
     approach: str
     numbers: NDArray[np.float64]
@@ -386,21 +386,21 @@ def write_csv(file: Path, headings: Sequence[str], blocks: Iterable[CsvBytes]) -
 def format_series(
     blocks: Iterable[SeriesBlock], words: Sequence[str], place: int
 ) -> Iterator[CsvBytes]:
-    """Give blocks as rows, in order; one of `words`, by code, stands behind `place` numbers."""
+    """Yield blocks as CSV rows, in order; a text of `words` follows `place` numbers."""
     if is_plain():
         return (_format_series_python(words, place, block) for block in blocks)
     return _format_ahead(partial(_format_series_kernel, words, place), blocks)
 
 
 def _format_series_python(words: Sequence[str], place: int, block: SeriesBlock) -> bytes:
-    """Give the rows of a block, in plain Python."""
+    """Return the rows of a block, in plain Python."""
     columns: list[Iterable[str]] = [format_floats(column) for column in block.numbers]
     columns.insert(place, map(words.__getitem__, block.codes.tolist()))
     return join_columns(columns)
 
 
 def _format_series_kernel(words: Sequence[str], place: int, block: SeriesBlock) -> memoryview:
-    """Give the rows of a block by the kernel."""
+    """Return the rows of a block, by the kernel."""
     from drysim.core.digits import WIDTH, put_rows
 
     numbers, table = np.stack(block.numbers), _byte_table(words)
@@ -413,14 +413,14 @@ def _format_series_kernel(words: Sequence[str], place: int, block: SeriesBlock) 
 def format_cases(
     blocks: Iterable[CaseBlock], words: Sequence[str], place: int
 ) -> Iterator[CsvBytes]:
-    """Give blocks of cases as rows, in order; `words` and `place` are those of the status."""
+    """Yield blocks of cases as CSV rows, in order; `words` and `place` describe the status."""
     if is_plain():
         return (_format_cases_python(words, place, block) for block in blocks)
     return _format_ahead(partial(_format_cases_kernel, words, place), blocks)
 
 
 def _format_cases_python(words: Sequence[str], place: int, block: CaseBlock) -> bytes:
-    """Give the rows of a block of cases, in plain Python."""
+    """Return the rows of a block of cases, in plain Python."""
     columns: list[Iterable[str]] = []
     for column, whole in zip(block.numbers.tolist(), block.whole, strict=True):
         kind = int if whole else float
@@ -430,7 +430,7 @@ def _format_cases_python(words: Sequence[str], place: int, block: CaseBlock) -> 
 
 
 def _format_cases_kernel(words: Sequence[str], place: int, block: CaseBlock) -> memoryview:
-    """Give the rows of a block of cases by the kernel."""
+    """Return the rows of a block of cases, by the kernel."""
     from drysim.core.digits import WIDTH, put_cases
 
     table = _byte_table(words)
@@ -443,7 +443,7 @@ def _format_cases_kernel(words: Sequence[str], place: int, block: CaseBlock) -> 
 
 
 def _byte_table(words: Sequence[str]) -> NDArray[np.uint8]:
-    """Give words as rows of letters, as the kernel wants them."""
+    """Return texts as rows of bytes, shape (texts, longest), for the kernel."""
     letters = np.array([word.encode() for word in words])
     return letters.view(np.uint8).reshape(len(words), -1)
 
@@ -451,20 +451,20 @@ def _byte_table(words: Sequence[str]) -> NDArray[np.uint8]:
 def _format_ahead(
     make: Callable[[Given], memoryview], blocks: Iterable[Given]
 ) -> Iterator[CsvBytes]:
-    """Give the text of every block, in order; some are made ahead, in threads."""
+    """Yield the text of every block, in order, formatted ahead in threads."""
     return system.map_in_order(make, blocks, min(system.processor_count(), MAX_THREADS))
 
 
 def format_floats(values: NDArray[np.float64]) -> Iterator[str]:
-    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
+    """Yield the shortest decimal that reads back as the same float; -0.0 becomes 0.0."""
     return map(repr, (values + 0.0).tolist())
 
 
 def format_cell(value: float | None) -> str:
-    """Give the shortest text that reads back as the same number; nothing for not known."""
+    """Return the shortest decimal that reads back as the same float; empty for None."""
     return "" if value is None else str(value + 0)
 
 
 def join_columns(columns: Iterable[Iterable[str]]) -> bytes:
-    """Give columns of cells as rows."""
+    """Return columns of cells as CSV rows."""
     return "".join(map("{}\n".format, map(",".join, zip(*columns, strict=True)))).encode()
