@@ -22,7 +22,7 @@ from drysim.wording import sanitise
 if TYPE_CHECKING:
     from rich.console import Console
 
-    AnyConsole: TypeAlias = "Console | Plain"
+    AnyConsole: TypeAlias = "Console | PlainConsole"
 
 DEFAULT_WIDTH = 80
 """Columns of a terminal of unknown width."""
@@ -57,7 +57,7 @@ PROGRESS_DELAY = 1.0
 Advance = Callable[..., None]
 
 
-class Plain:
+class PlainConsole:
     """A pipe or a file, with the part of rich's Console that is used here."""
 
     is_terminal = False
@@ -104,7 +104,7 @@ def _open_console(to_stderr: bool) -> AnyConsole:
     if reconfigure is not None:
         reconfigure(errors="replace")
     if is_plain_stream(stream):
-        return Plain(stream)
+        return PlainConsole(stream)
     from rich.console import Console
 
     return Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True)
@@ -149,7 +149,7 @@ def print_stderr(text: str) -> None:
 def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
     """Print a line; an error of stderr is ignored, because nothing is left to report it on."""
     try:
-        if isinstance(console, Plain):
+        if isinstance(console, PlainConsole):
             console.print("".join(words for words, _ in parts))
         else:
             from rich.text import Text
@@ -200,7 +200,7 @@ def print_table(
     optional : sequence of str, optional
         Beginnings of the headers of columns that a narrow terminal omits, in this order.
     """
-    if isinstance(console, Plain):
+    if isinstance(console, PlainConsole):
         _print_plain_table(console, columns)
     else:
         _print_rich_table(console, _fit_columns(columns, console.width, optional), left_aligned)
@@ -232,7 +232,7 @@ def _fit_columns(columns: Columns, width: int, optional: Sequence[str]) -> Colum
     return columns
 
 
-def _print_plain_table(console: Plain, columns: Columns) -> None:
+def _print_plain_table(console: PlainConsole, columns: Columns) -> None:
     """Print aligned columns, for pipes and files."""
     print_line(console)
     widths = [max(map(len, column)) for column in columns]
@@ -313,7 +313,7 @@ class _ProgressBar:
         from rich.progress import TimeRemainingColumn as Remaining
 
         screen = stderr()
-        assert not isinstance(screen, Plain), "no bar is begun on a pipe"
+        assert not isinstance(screen, PlainConsole), "no bar is begun on a pipe"
         pace = (TextColumn("{task.fields[pace]}"),) if self._blocks else ()
         columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), *pace, Remaining()
         self._shown = Progress(

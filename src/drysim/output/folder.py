@@ -77,14 +77,14 @@ ERRNO_HINTS = {
     errno.ENFILE: "end what holds so many files open",
 }
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 
 def write_folder(
-    result: Made,
+    result: Result,
     folder: Path | LockedFolder,
-    writers: Sequence[Callable[[Made, Path], None]],
-    to_fields: Callable[[Made, Provenance], dict[str, Any]],
+    writers: Sequence[Callable[[Result, Path], None]],
+    to_fields: Callable[[Result, Provenance], dict[str, Any]],
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:

@@ -357,7 +357,7 @@ MAX_THREADS = 4
 """Most formatting threads; one more thread writes, and few disks are faster than that."""
 
 CsvBytes = bytes | memoryview
-Given = TypeVar("Given")
+Input = TypeVar("Input")
 
 
 class SeriesBlock(NamedTuple):
@@ -449,7 +449,7 @@ def _byte_table(words: Sequence[str]) -> NDArray[np.uint8]:
 
 
 def _format_ahead(
-    make: Callable[[Given], memoryview], blocks: Iterable[Given]
+    make: Callable[[Input], memoryview], blocks: Iterable[Input]
 ) -> Iterator[CsvBytes]:
     """Yield the text of every block, in order, formatted ahead in threads."""
     return system.map_in_order(make, blocks, min(system.processor_count(), MAX_THREADS))
