@@ -79,4 +79,4 @@ __getattr__ = lazy_getattr(
 
 def __dir__() -> list[str]:
     """Return the public names, imported or not."""
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

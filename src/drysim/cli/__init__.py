@@ -18,7 +18,7 @@ from copy import copy
 from typing import Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperArgument, TyperCommand, TyperGroup
 
 from drysim.cli import commands, options, process
 from drysim.cli.manual import explain, manual
@@ -55,8 +55,8 @@ GC_THRESHOLD = 1_000_000
 """Allocations between two garbage collections; at most about 100 MB of garbage."""
 
 BUG_NOTICE = """
-This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
-lines above, the scenario file and what `drysim doctor` prints."""
+This is a bug in drysim. Please report it on the project's page, with the lines above, the
+scenario file and the output of `drysim doctor`."""
 
 
 class InterruptibleGroup(TyperGroup):
@@ -71,6 +71,27 @@ class InterruptibleGroup(TyperGroup):
 
             terminal.print_stderr("interrupted; no file is left half-written")
             raise
+
+
+class MetavarCommand(TyperCommand):
+    """Command whose help shows an argument as its metavar: `FILE`, not `{FILE} <str>`."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """Return the parameters, without the types of arguments in the help."""
+        parameters = super().get_params(ctx)
+        for one in parameters:
+            if isinstance(one, TyperArgument):  # typer has no option for this
+                vars(one)["display_type_rich"] = lambda ctx: None
+        return parameters
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words that follow the name of the command in its usage line."""
+        arguments = [one for one in self.get_params(ctx) if isinstance(one, TyperArgument)]
+        names = [str(one.metavar or one.name) for one in arguments]
+        return ["[OPTIONS]"] + [
+            name if one.required else f"[{name}]"
+            for name, one in zip(names, arguments, strict=True)
+        ]
 
 
 app = typer.Typer(
@@ -93,7 +114,7 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
 
 
 for one_command in COMMANDS:
-    app.command()(one_command)
+    app.command(cls=MetavarCommand)(one_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -177,12 +198,12 @@ def report_usage_error(fault: typer.TyperException) -> int:
     """Show what is wrong with the command line; return the exit code."""
     command = getattr(getattr(fault, "ctx", None), "command_path", "drysim")
     sentence = fault.format_message().replace("Value error, ", "")
-    return report_error(UsageError(sentence, f"`{command} --help` shows what it takes"))
+    return report_error(UsageError(sentence, f"see `{command} --help`"))
 
 
 def report_out_of_memory() -> int:
     """Show that memory is exhausted; return the exit code."""
-    print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
+    print("error: out of memory; shorten the run", file=sys.stderr)
     return EXIT_NOTHING_COMPUTED
 
 

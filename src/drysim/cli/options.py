@@ -47,11 +47,13 @@ Version = Annotated[
     bool,
     typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
 ]
-File = Annotated[str, typer.Argument(metavar="SCENARIO", help="File (YAML).")]
-Files = Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Files (YAML).")]
+File = Annotated[str, typer.Argument(metavar="FILE", help="Scenario (YAML).")]
+Files = Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenarios (YAML).")]
 Changes = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a key; may be repeated."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Override a scenario key; may be repeated."
+    ),
 ]
 Out = Annotated[
     Path | None,
@@ -60,19 +62,26 @@ Out = Annotated[
 Approach = Annotated[
     str | None,
     typer.Option(
-        "--approach", metavar="NAME", autocompletion=complete_approaches, help="How to solve."
+        "--approach",
+        metavar="NAME",
+        autocompletion=complete_approaches,
+        help="Solution approach (solver.approach).",
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compute nothing.")]
 Strict = Annotated[
-    bool, typer.Option("--strict", help="Warnings, and checks not judged, count as failed.")
+    bool, typer.Option("--strict", help="Count warnings and unjudged checks as failures.")
 ]
-StrictWarnings = Annotated[bool, typer.Option("--strict", help="Warnings make exit code 1.")]
-NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
+StrictWarnings = Annotated[
+    bool, typer.Option("--strict", help="Count warnings as failures (exit code 1).")
+]
+NoPlots = Annotated[bool, typer.Option("--no-plots", help="Write no pictures.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object instead of the summary.")
+]
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one a processor."),
+    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one per processor."),
 ]
 SeedWorkers = Annotated[
     int | None,
@@ -80,72 +89,76 @@ SeedWorkers = Annotated[
         "--workers",
         min=1,
         metavar="N",
-        help="Threads for many seeds; default: one a processor.",
+        help="Threads for several seeds; default: one per processor.",
     ),
 ]
 SeedResume = Annotated[
-    bool, typer.Option("--resume", help="Go on with the seeds where a run was interrupted.")
+    bool, typer.Option("--resume", help="Continue an interrupted run of several seeds.")
 ]
-Resume = Annotated[
-    bool, typer.Option("--resume", help="Go on where an interrupted sweep has stopped.")
-]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted sweep.")]
 Compared = Annotated[
     list[str],
     typer.Argument(
         metavar="A vs B [vs C ...]",
         autocompletion=complete_compared,
-        help="Approaches or friction laws; the last is the yardstick, viscous is added.",
+        help="Approaches or friction laws; the last is the reference, viscous is added.",
     ),
 ]
 ScenarioOption = Annotated[
     str | None,
     typer.Option(
-        "--scenario", "-s", metavar="FILE", help="Default: ./scenario.yaml, else the gallery's."
+        "--scenario",
+        "-s",
+        metavar="FILE",
+        help="Scenario; default: ./scenario.yaml, else the gallery's.",
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but what fails.")]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print errors and failed checks only.")
+]
 Format = Annotated[
-    Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")
+    Literal["text", "json", "github"], typer.Option("--format", help="Output format.")
 ]
 Table = Annotated[
     Literal["csv", "parquet"],
-    typer.Option("--format", help="How the cases are written; parquet needs pyarrow."),
+    typer.Option("--format", help="File format of the cases; parquet needs pyarrow."),
 ]
 Cluster = Annotated[
     str | None,
     typer.Option(
         "--cluster",
         metavar="ADDRESS",
-        help="Dask scheduler, tcp://host:8786 or tls://host:8786, or `local`: processes here.",
+        help="Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; `local`: local processes.",
     ),
 ]
 TlsCa = Annotated[
     Path | None,
-    typer.Option("--tls-ca-file", metavar="FILE", help="Whom to trust at tls:// (PEM)."),
+    typer.Option("--tls-ca-file", metavar="FILE", help="CA certificate for tls:// (PEM)."),
 ]
 TlsCert = Annotated[
     Path | None,
-    typer.Option("--tls-cert", metavar="FILE", help="Our certificate for tls:// (PEM)."),
+    typer.Option("--tls-cert", metavar="FILE", help="Own certificate for tls:// (PEM)."),
 ]
 TlsKey = Annotated[
     Path | None,
-    typer.Option("--tls-key", metavar="FILE", help="Its private key (PEM)."),
+    typer.Option("--tls-key", metavar="FILE", help="Private key of that certificate (PEM)."),
 ]
 Name = Annotated[
-    str, typer.Argument(metavar="NAME", autocompletion=complete_gallery, help="In the gallery.")
+    str,
+    typer.Argument(metavar="NAME", autocompletion=complete_gallery, help="Gallery scenario."),
 ]
 Show = Annotated[
-    bool, typer.Option("--list", help="Show the gallery; after `hard`, its hard cases.")
+    bool, typer.Option("--list", help="List the gallery; with `hard`, the hard cases.")
 ]
 OptionalFile = Annotated[
     str | None,
-    typer.Argument(metavar="SCENARIO", help="File (YAML); default: two of the gallery."),
+    typer.Argument(metavar="FILE", help="Scenario (YAML); default: two of the gallery."),
 ]
 Repeats = Annotated[
-    int, typer.Option("--repeats", min=1, metavar="N", help="Runs of an entry, at most.")
+    int, typer.Option("--repeats", min=1, metavar="N", help="Most runs per entry.")
 ]
 Samples = Annotated[
-    int, typer.Option("--samples", min=1, metavar="N", help="Samples of the work, at most.")
+    int, typer.Option("--samples", min=1, metavar="N", help="Most samples per run.")
 ]
 Patience = Annotated[
     float | None,
@@ -153,20 +166,18 @@ Patience = Annotated[
         "--patience",
         min=1e-3,
         metavar="SECONDS",
-        help=f"What one run may take, default {RUN_TIME_LIMIT:g}: slower entries run on a "
-        f"shorter stretch; with --hard {HARD_TIME_LIMIT:g}, and what takes longer fails.",
+        help=f"Time limit per run, default {RUN_TIME_LIMIT:g}: slower entries run on fewer "
+        f"samples. With --hard, default {HARD_TIME_LIMIT:g}: slower runs fail.",
     ),
 ]
-Peers = Annotated[
-    bool, typer.Option("--peers/--no-peers", help="Whether other programs take part.")
-]
+Peers = Annotated[bool, typer.Option("--peers/--no-peers", help="Include other programs.")]
 Steady = Annotated[
-    bool, typer.Option("--steady", help="Time the steady states of a sweep instead.")
+    bool, typer.Option("--steady", help="Measure the steady states of a sweep instead.")
 ]
 Hard = Annotated[
-    bool, typer.Option("--hard", help="Put every approach through the hard cases instead.")
+    bool, typer.Option("--hard", help="Run every approach on the hard cases instead.")
 ]
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that drysim wrote.")]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of drysim.")]
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
