@@ -180,5 +180,5 @@ def test_disk_without_room_for_the_response_is_told_before_the_work(drysim, seat
     monkeypatch.setattr("drysim.study.run.solve", lambda case: pytest.fail("began to work"))
     answer = drysim("run", seat)
     assert answer.code == 2
-    assert re.search(r"it takes \d+ kB at least, and 5 bytes are free", answer.err)
-    assert "make room on the disk" in answer.err
+    assert re.search(r"it needs at least \d+ kB, and 5 bytes are free", answer.err)
+    assert "free disk space" in answer.err

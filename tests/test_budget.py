@@ -163,7 +163,7 @@ def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, dry
     assert answer.code == 3
     assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
     assert "take a shorter step" in answer.err
-    assert answer.err.startswith("patience: the oscillator turns by 100000 radians within")
+    assert answer.err.startswith("note: the oscillator turns by 100000 radians within")
 
 
 LUGRE = {

@@ -87,7 +87,7 @@ def test_run_says_that_it_replaces_a_sweep(drysim, seat):
     over = ("--no-plots", "--set", "sweep={friction.kinetic: [10, 20]}")
     assert "replaces" not in drysim("run", seat, *over).err
     assert "replaces" not in drysim("sweep", seat, *over).err
-    told = "out/seat holds a sweep, which this run replaces; --out keeps it\n"
+    told = "this run replaces the sweep in out/seat; use --out to keep it\n"
     assert drysim("run", seat, *over).err.startswith(told)
     assert "replaces" not in drysim("run", seat, *over).err
 
@@ -305,9 +305,9 @@ def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat
         claim.journal.write_text("1\n2\n")
         refused = drysim(*words)
     assert refused.code == 2
-    assert "another drysim is writing" in refused.err
-    assert "given up" not in refused.err
-    assert "beginning anew: the finished cases" in drysim(*words).err
+    assert "another drysim process is writing" in refused.err
+    assert "starting over" not in refused.err
+    assert "starting over: finished cases" in drysim(*words).err
 
 
 def test_fault_that_nobody_reads_keeps_its_exit_code(tmp_path):
@@ -331,7 +331,7 @@ def test_full_stdout_is_a_fault_and_not_a_traceback(seat):
             text=True,
         )
     assert done.returncode == 2
-    assert "stdout cannot be written" in done.stderr
+    assert "cannot write to stdout" in done.stderr
     assert "Traceback" not in done.stderr
 
 
@@ -467,7 +467,7 @@ def test_doctor_runs_a_scenario_to_its_picture(drysim, monkeypatch):
     monkeypatch.setattr("drysim.plots.response.response", broken)
     code, out, _ = drysim("doctor")
     assert code == 3
-    assert "FAULT run         AttributeError: no such method" in out
+    assert "FAIL  run         AttributeError: no such method" in out
 
 
 @pytest.mark.parametrize(
@@ -479,7 +479,7 @@ def test_doctor_checks_versions_against_the_minimums(drysim, monkeypatch, least,
     monkeypatch.setattr("drysim.study.doctor.requires", lambda _: declared)
     monkeypatch.setattr("drysim.study.doctor.version", lambda name: found.get(name, "99"))
     code, out, _ = drysim("doctor")
-    wrong = [line for line in out.splitlines() if line.startswith("FAULT")]
+    wrong = [line for line in out.splitlines() if line.startswith("FAIL")]
     assert (code, wrong == []) == ((0, True) if sound else (3, False))
     if not sound:
         (line,) = wrong

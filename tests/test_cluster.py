@@ -141,7 +141,7 @@ def test_wrong_address_is_told(drysim, swept, monkeypatch):
 def test_workers_of_a_cluster_are_not_ours_to_count(drysim, swept, address):
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address, "--workers", 2)
     assert done.code == 2
-    assert "--workers has no meaning" in done.err
+    assert "--workers cannot be combined" in done.err
 
 
 def test_missing_extra_is_named(drysim, swept, monkeypatch):

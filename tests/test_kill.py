@@ -159,7 +159,7 @@ def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size
     left = {path.name for path in disk.iterdir()} - {"seat.yaml", "out"}
     assert left <= ({"out.partial"} if name == "sweep" else set())
     if code:
-        assert "make room on the disk" in said
+        assert "free disk space" in said
 
 
 @pytest.mark.parametrize("death", [MemoryError(), RuntimeError("a bug")])

@@ -567,7 +567,7 @@ def test_failure_while_writing_leaves_the_old_folder():
     before = tree()
     with pytest.raises(OutputError, match="no space left") as fault:
         fail_half_way(OSError(28, "No space left on device"))
-    assert "make room" in fault.value.hint
+    assert "free disk space" in fault.value.hint
     with pytest.raises(KeyboardInterrupt):
         fail_half_way(KeyboardInterrupt())
     assert tree() == before
@@ -578,7 +578,7 @@ def test_two_at_once_do_not_mix():
     with fresh(Path("out")) as partial:
         (partial / "response.csv").write_text("first")
         with (
-            pytest.raises(OutputError, match="another drysim is writing out"),
+            pytest.raises(OutputError, match="another drysim process is writing out"),
             fresh(Path("out")),
         ):
             pass
@@ -1092,7 +1092,7 @@ def test_two_sweeps_at_once_do_not_mix():
         claim.journal.write_text(CASES)
         for resume in (False, True):
             with (
-                pytest.raises(OutputError, match="another drysim is writing out"),
+                pytest.raises(OutputError, match="another drysim process is writing out"),
                 output.lock_partial(Path("out"), resume),
             ):
                 pass

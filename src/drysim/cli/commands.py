@@ -56,7 +56,7 @@ PNG_TRAILER = b"IEND\xaeB`\x82"
 
 
 def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> int:
-    """Write a commented scenario from the gallery."""
+    """Copy a commented scenario from the gallery."""
     from drysim.console import terminal
     from drysim.study import gallery
 
@@ -66,8 +66,8 @@ def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> i
     with tolerate_closed_pipe(Path()):
         terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
-        terminal.print_stderr(f"its friction loop: {loop}")
-    terminal.print_stderr(f"now: drysim run {written[0]}")
+        terminal.print_stderr(f"friction loop: {loop}")
+    terminal.print_stderr(f"next: drysim run {written[0]}")
     return EXIT_OK
 
 
@@ -105,7 +105,7 @@ def run(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """One case, or one under many seeds: motion, metrics, checks."""
+    """Compute one case, for one or many seeds: motion, metrics."""
     from drysim.output.folder import check_writable, holds_sweep
     from drysim.scenario.load import load
     from drysim.study.case import prepare
@@ -123,7 +123,7 @@ def run(
 
         return work.show_plan(case, folder, mode)
     if holds_sweep(folder):
-        mode.print_status(f"{folder} holds a sweep, which this run replaces; --out keeps it")
+        mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
     requested = (case, folder, command_line(context), mode)
     if single:
         return run_single(*requested, strict=strict, plots=not no_plots)
@@ -136,12 +136,11 @@ def run(
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:
     """Raise UsageError for options that need several seeds."""
-    only = "has a meaning only with many seeds"
-    hint = "ask for them by --set excitation.seeds=20, or leave it out"
+    hint = "add --set excitation.seeds=20, or omit the option"
     if workers is not None:
-        raise UsageError(f"--workers {only}: a single run is one thread", hint)
+        raise UsageError("--workers needs several seeds: a single run uses one thread", hint)
     if resume:
-        raise UsageError(f"--resume {only}: a single run begins anew", hint)
+        raise UsageError("--resume needs several seeds: a single run starts over", hint)
 
 
 def run_single(
@@ -157,7 +156,7 @@ def run_single(
     check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
     for warning in case.warnings:
         if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
-            mode.print_status(f"patience: {warning.sentence}")
+            mode.print_status(f"note: {warning.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
     fields = output.write_run(outcome, folder, plots=plots, command=command, exit_code=code)
@@ -184,7 +183,7 @@ def sweep(
     tls_cert: options.TlsCert = None,
     tls_key: options.TlsKey = None,
 ) -> int:
-    """Every case of the sweep block: transmissibility."""
+    """Compute all cases of the sweep block: transmissibility."""
     from drysim.cli.work import sweep_executor
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
@@ -265,7 +264,7 @@ def compare(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """Approaches or friction laws on one base motion; a verdict."""
+    """Compare approaches or friction laws on one base motion."""
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
@@ -308,7 +307,7 @@ def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode
     from drysim.study import gallery
 
     name = FALLBACK_FOR_LAWS if LAWS.keys() & {*names} else FALLBACK_SCENARIO
-    mode.print_status(f"no {LOCAL_SCENARIO} here: comparing the gallery's {name}")
+    mode.print_status(f"no {LOCAL_SCENARIO} in this folder: using {name} from the gallery")
     return str(gallery.find(name).file)
 
 
@@ -319,7 +318,7 @@ def validate(
     strict: options.StrictWarnings = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """Check files, compute nothing."""
+    """Check scenario files without computing."""
     from drysim.console import problems
     from drysim.study.case import find_problems
 
@@ -338,7 +337,7 @@ def validate(
 
 
 def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
-    """Extremes, quantiles and checks of a result on the disk."""
+    """Show metrics, quantiles and checks of a finished result."""
     from drysim.console import summaries
 
     fields = read_sidecar(folder)
@@ -362,7 +361,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     from drysim.output.folder import MARKER
 
     file = folder / MARKER
-    hint = "name the folder that a run, a sweep or a comparison has written"
+    hint = "name an output folder of `drysim run`, `sweep` or `compare`"
     try:
         fields = json.loads(file.read_text(encoding="utf-8"))
     except OSError as fault:
@@ -372,7 +371,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
         fields = None
     needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
     if not isinstance(fields, dict) or not needed <= fields.keys():
-        raise OutputError(f"{file} holds no finished result", hint)
+        raise OutputError(f"{file} has no finished result", hint)
     return fields
 
 
@@ -392,10 +391,10 @@ def bench(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """Speed against error, beside programs that people know."""
+    """Measure speed and error of the approaches and of scipy."""
     mode, command = OutputMode(as_json, quiet), command_line(context)
     if steady and hard:
-        raise UsageError("--steady and --hard ask for two benches", "ask for one at a time")
+        raise UsageError("--steady and --hard cannot be combined", "use one of them")
     if hard:
         return bench_hard_cases(scenario, changes or [], out, patience, dry_run, mode, command)
     from drysim.bench import scipy_ivp, speed_error
@@ -456,7 +455,7 @@ def bench_hard_cases(
     from drysim.console import findings, terminal
 
     with terminal.progress(
-        len(requested) * len(APPROACHES_BY_NAME), "trials", mode.quiet
+        len(requested) * len(APPROACHES_BY_NAME), "runs", mode.quiet
     ) as advance:
         result = hard_cases.run(requested, limit, advance)
     code = result.exit_code()
@@ -493,7 +492,7 @@ def show_bench_plan(
 
 
 def schema() -> int:
-    """JSON schema of scenario files, for editors."""
+    """Print the JSON schema of scenario files, for editors."""
     from drysim.scenario import schema as describe
 
     with tolerate_closed_pipe():
@@ -502,14 +501,14 @@ def schema() -> int:
 
 
 def doctor() -> int:
-    """Versions, known answers, a run with its picture; two seconds."""
+    """Check the installation: versions, known results, a run."""
     from drysim.console import terminal
     from drysim.study.doctor import check_installation
 
     findings = [*check_installation(), check_run()]
     with tolerate_closed_pipe():
         for finding in findings:
-            mark = "ok" if finding.passed else "FAULT"
+            mark = "ok" if finding.passed else "FAIL"
             terminal.print_stdout(f"{mark:<6}{finding.name:<12}{finding.sentence}")
     return EXIT_OK if all(finding.passed for finding in findings) else EXIT_NUMERICS_FAILED
 

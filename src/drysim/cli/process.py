@@ -153,8 +153,8 @@ def tolerate_closed_pipe(written: Path | None = None, code: int = 0) -> Iterator
 def stdout_error(fault: OSError, written: Path | None = None, code: int = 0) -> OutputError:
     """Return the error for an unwritable stdout; parameters as in `tolerate_closed_pipe`."""
     reason = (fault.strerror or str(fault)).lower()
-    hint = f"the files are complete, in {written}" if written else ""
-    error = OutputError(f"stdout cannot be written: {reason}", hint)
+    hint = f"the files in {written} are complete" if written else ""
+    error = OutputError(f"cannot write to stdout: {reason}", hint)
     if written:
         error.exit_code = code or EXIT_CHECK_FAILED
     return error
@@ -245,8 +245,8 @@ class OutputMode(NamedTuple):
 
         def show() -> None:
             terminal.print_stdout("\n".join(sentences))
-            terminal.print_stdout(f"would be written to {fields['folder']}")
-            terminal.print_stdout("dry run: nothing was computed, nothing was written")
+            terminal.print_stdout(f"output folder: {fields['folder']}")
+            terminal.print_stdout("dry run: nothing computed, nothing written")
             summaries.show_warnings(warnings)
 
         return self.report({"dry_run": True, **fields}, show, warnings)
@@ -267,7 +267,8 @@ class OutputMode(NamedTuple):
         with output.lock_partial(folder, resume) as locked:
             if discarding:
                 self.print_status(
-                    f"beginning anew: the finished {what} in {folder}.partial are given up"
+                    f"starting over: finished {what} in {folder}.partial are discarded "
+                    "(`--resume` keeps them)"
                 )
             yield locked
 

@@ -102,7 +102,7 @@ def sweep_executor(
     if cluster is None:
         if any(certificates):
             raise UsageError(
-                "certificates have no meaning without a cluster", "add --cluster tls://..."
+                "the --tls options need a cluster", "add --cluster tls://host:8786"
             )
         yield lambda case, store, finished: solve(
             case, workers=workers, store=store, finished=finished
@@ -113,8 +113,8 @@ def sweep_executor(
 
     if workers is not None and cluster != LOCAL:
         raise UsageError(
-            "--workers has no meaning beside the address of a cluster",
-            "its workers are as many as were started; --cluster local takes --workers",
+            "--workers cannot be combined with the address of a cluster",
+            "a cluster has the workers that were started; --cluster local takes --workers",
         )
     own, warn = Certificates(*certificates), terminal.print_stderr
     with connect(cluster, workers, mode.print_status, warn, own) as link:

@@ -70,11 +70,11 @@ BYTE_UNITS = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
 
 OTHER_FOLDER_HINT = "choose another folder with --out"
 ERRNO_HINTS = {
-    errno.ENOSPC: f"make room on the disk, or {OTHER_FOLDER_HINT}",
+    errno.ENOSPC: f"free disk space, or {OTHER_FOLDER_HINT}",
     errno.ENAMETOOLONG: "choose a shorter name with --out",
     errno.EBUSY: "name a folder inside it with --out",
-    errno.EMFILE: "let a process open more files, by `ulimit -n 1024`",
-    errno.ENFILE: "end what holds so many files open",
+    errno.EMFILE: "raise the limit of open files, e.g. `ulimit -n 1024`",
+    errno.ENFILE: "close programs that have many files open",
 }
 
 Result = TypeVar("Result")
@@ -325,7 +325,7 @@ def check_disk_space(folder: Path, volume: float) -> None:
         free = float(shutil.disk_usage(_existing_parent(resolve_name(folder))).free)
     if volume > free:
         needed, has = format_bytes(volume), format_bytes(free)
-        sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
+        sentence = f"cannot write {folder}: it needs at least {needed}, and {has} are free"
         raise OutputError(sentence, ERRNO_HINTS[errno.ENOSPC])
 
 
@@ -526,7 +526,7 @@ def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
     import fcntl
 
     busy = OutputError(
-        f"another drysim is writing {folder} right now", f"wait for it, or {OTHER_FOLDER_HINT}"
+        f"another drysim process is writing {folder}", f"wait for it, or {OTHER_FOLDER_HINT}"
     )
     handle = os.open(target, os.O_RDONLY)
     try:

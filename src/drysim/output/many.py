@@ -202,7 +202,7 @@ def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
         **excitation_fields(result.scenario, motion),
         "sha256": combined_sha256(row.sha256 for row in result.rows),
         "seeds": len(result.rows),
-        "sha256_of": "sha256 of every seed, one a line",
+        "sha256_of": "sha256 of every seed, one per line",
     }
     more = {"excitation": drawn, "ensemble": _statistics_fields(result)}
     return sidecar_fields(result, motion, numerics, result.metrics, provenance, **more)

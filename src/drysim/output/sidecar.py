@@ -85,7 +85,7 @@ def _spectra_fields(found: Spectra) -> Fields:
     """Return the parameters of the spectral estimate."""
     return {
         "method": "Welch, Hann window, half overlapping, mean of the window removed",
-        "series": "means over every step, their fading with frequency taken back",
+        "series": "means over each step, corrected for their attenuation with frequency",
         "segment": found.segment,
         "segments": found.segments,
         "resolution": 1.0 / found.segment,

@@ -297,7 +297,7 @@ def require_pyarrow() -> None:
     except ImportError:
         raise UsageError(
             "--format parquet needs the package pyarrow, which is not installed",
-            'install it by pip install "drysim[parquet]", or leave --format out',
+            'install it by pip install "drysim[parquet]", or omit --format',
         ) from None
 
 
