@@ -123,7 +123,7 @@ def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
     assert last["uncertainty"] > 0.1 * last["error_x_r"] > 1e-4
     assert "warning: the reference, solve_ivp events RK45, 0.001, is in doubt" in answer.err
     shown = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots").out
-    assert "held to     nothing: solve_ivp events RK45, 0.001 is in doubt itself" in shown
+    assert "reference   none: solve_ivp events RK45, 0.001 is not reliable itself" in shown
 
 
 def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on(works):
@@ -438,7 +438,7 @@ def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
     (tmp_path / "held.yaml").write_text(HARD_HELD)
     answer = drysim("bench", "--hard", "held.yaml")
     assert answer.code == 0
-    assert "no checks   held: without checks nothing is promised" in answer.out
+    assert "no checks   held: stick-slip cannot be verified" in answer.out
     table = rows_of(tmp_path / "out/held-hard/hard_cases.csv")
     verdicts = {row["approach"]: row["verdict"] for row in table}
     assert verdicts["stick-slip"] == "no checks"
@@ -493,4 +493,4 @@ def test_exact_approach_holds_every_hard_case(process):
 def test_two_benches_are_not_run_as_one(drysim):
     answer = drysim("bench", "--steady", "--hard", "--dry-run")
     assert answer[:2] == (2, "")
-    assert "--steady and --hard ask for two benches" in answer.err
+    assert "--steady and --hard cannot be combined" in answer.err

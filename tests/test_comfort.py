@@ -236,7 +236,7 @@ def test_memory_of_weighting_counts(monkeypatch):
 def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, seat):
     words = (seat, "--no-plots", "--set", "measure={direction: horizontal}")
     answer = drysim("run", *words)
-    assert re.search(r"SEAT +[0-9.]+ +by dose [0-9.]+, VDV", answer.out)
+    assert re.search(r"SEAT +[0-9.]+ +SEAT_VDV [0-9.]+, VDV", answer.out)
     assert re.search(r"a_w +[0-9.]+ m/s² +Wd, k 1.4; MTVV", answer.out)
     assert "SEAT" in drysim("sweep", *words, "--set", "sweep={friction.kinetic: [1, 9]}").out
     assert "SEAT" not in drysim("run", seat, "--no-plots").out

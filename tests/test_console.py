@@ -44,7 +44,7 @@ NEGATIVE = Problem(
 STANDSTILL = Problem("the mass will not move", "still.yaml", severity="warning")
 
 SHOWN = """\
-error: seat.yaml is not a scenario yet: 2 problems
+error: seat.yaml: 2 errors
 
 seat.yaml:3:3: unknown key `stifness` in oscillator; did you mean `stiffness`?
   3 │   stifness: 7500
@@ -87,7 +87,7 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
         made.response.numerics.why,
         f"peak |x_r| {peak:.4g} mm",
         "of the stroke limit of 5 mm",
-        "limit met 3 times",
+        "limit exceeded 3 times",
         f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm",
         "✗ fails T_x < 0.1, with ",
         "written out/seat",
@@ -164,7 +164,7 @@ def test_steady_orbit_shows_how_well_it_closes(capsys):
     summaries.show_outcome(
         replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
     )
-    assert "steady orbit (2 periods), closes to 1.2e-13" in capsys.readouterr().out
+    assert "periodic orbit (2 periods), closure 1.2e-13" in capsys.readouterr().out
 
 
 def test_warnings_go_to_stderr_one_a_line_when_piped(capsys):
@@ -221,7 +221,7 @@ def test_problems_are_shown_as_the_contract_has_them(capsys):
 
 
 def test_fault_shows_its_problems_on_stderr(capsys):
-    sentence = "seat.yaml is not a scenario yet: 2 problems"
+    sentence = "seat.yaml: 2 errors"
     problems.show_error(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
     assert capsys.readouterr() == ("", SHOWN + "\nmend it\n")
 
@@ -230,7 +230,7 @@ def test_fault_of_a_record_is_said_once_at_its_place(capsys):
     problem = Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")
     problems.show_error(RecordError(problem))
     assert capsys.readouterr().err == (
-        "error: road.csv cannot be used\n\nroad.csv:12:3: `abc` is not a number\n"
+        "error: road.csv: 1 error\n\nroad.csv:12:3: `abc` is not a number\n"
         "  12 │ 1 abc\n     │   ^^^\n"
     )
 
@@ -243,9 +243,9 @@ def test_fault_without_a_place_is_a_sentence_and_a_hint(capsys):
 def test_every_file_gets_its_verdict(capsys):
     problems.show_problems({"seat.yaml": (TYPO,), "ok.yaml": (), "still.yaml": (STANDSTILL,)})
     out = capsys.readouterr().out
-    assert "error: seat.yaml is not a scenario yet: 1 problem\n" in out
-    assert "ok: ok.yaml is a scenario\n" in out
-    assert "ok: still.yaml is a scenario, with 1 warning\n" in out
+    assert "error: seat.yaml: 1 error\n" in out
+    assert "ok: ok.yaml\n" in out
+    assert "ok: still.yaml: 1 warning\n" in out
     assert "still.yaml: warning: the mass will not move\n" in out
 
 
@@ -306,11 +306,11 @@ def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
     words = ["measure=null", "excitation.frequency=5", "solver.step=1e-3"]
     varied = "friction.normal_variation={amplitude: 0.4, frequency: 9}"
     summaries.show_outcome(package.run(package.load(seat, [*words, varied])))
-    assert "steady orbit (5 periods)" in capsys.readouterr().out
+    assert "periodic orbit (5 periods)" in capsys.readouterr().out
     for step in (1e-3, 1.0):  # one longer than the period makes it no shorter
         words[-1] = f"solver.step={step}"
         summaries.show_outcome(package.run(package.load(seat, words)))
-        assert "steady orbit (a period)" in capsys.readouterr().out
+        assert "periodic orbit (1 period)" in capsys.readouterr().out
 
 
 def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
@@ -392,7 +392,7 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
     ):
         assert said in out
     assert "not settled" not in out
-    assert "limit met" not in out
+    assert "exceeded" not in out
 
 
 def test_what_is_swept_is_not_said_to_be_fixed(capsys):
@@ -428,22 +428,22 @@ def test_stroke_violations_are_counted_with_how_much(capsys):
     met = [row for row in table.own if row.metrics["violations"]]
     far = (max(row.metrics["x_r_peak"] for row in met) - 0.015) * 1e3
     cases = "1 case" if len(met) == 1 else f"{len(met)} cases"
-    assert f"limit met {cases} of 6, {far:.4g} mm too far at the worst" in out
+    assert f"limit exceeded in {cases} of 6, by up to {far:.4g} mm" in out
 
 
 def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
     table = small(limit=0.1)
     rows = tuple(replace(row, metrics={**row.metrics, "violations": 1}) for row in table.rows)
     many.show_table(replace(table, rows=rows))
-    assert "limit met 6 cases of 6, while it settles" in words(capsys.readouterr().out)
+    assert "limit exceeded in 6 cases of 6, during settling" in words(capsys.readouterr().out)
 
 
 def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
     table = spoil(small(), NOT_SETTLED, 1, 2, note="after 600 s")
     many.show_table(spoil(table, FAILED, 4, note=""))
     out = words(capsys.readouterr().out)
-    assert "not settled 2 cases the first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
-    assert "failed 1 case the first at frequency 2 Hz, rms 1 m/s²" in out
+    assert "not settled 2 cases first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
+    assert "failed 1 case first at frequency 2 Hz, rms 1 m/s²" in out
 
 
 @pytest.mark.parametrize(
@@ -540,7 +540,7 @@ def test_comparison_is_aligned_columns_when_piped(capsys):
     assert table[at + 2][2] == "–"
     assert table[at + 2][5] == f"{100 * exact.metrics['stuck_share']:.3g}"
     assert words(" ".join(SENTENCES)) in words(out)
-    assert "yardstick   stick-slip" in out
+    assert "reference   stick-slip" in out
     assert max(map(len, out.splitlines())) <= 80
     assert err == ""
 

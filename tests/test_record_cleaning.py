@@ -597,9 +597,7 @@ def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
     told = json.loads((tmp_path / "out/r/drysim.json").read_text())
     (one,) = told["excitation"]["realised"]["clean_up"]
     assert one["sentence"].startswith(words)
-    assert drysim("validate", "r.yaml").out.startswith(
-        f"ok: r.yaml is a scenario\n\nr.yaml: note: {words}"
-    )
+    assert drysim("validate", "r.yaml").out.startswith(f"ok: r.yaml\n\nr.yaml: note: {words}")
     assert drysim("validate", "r.yaml", "--format", "github").out.startswith(
         f"::notice file=r.yaml::{words}"
     )
@@ -658,6 +656,6 @@ def test_unknown_displacement_of_a_record_comes_with_the_way_to_it(tmp_path, dry
     (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
     (tmp_path / "r.yaml").write_text(SCENE)
     answer = " ".join(drysim("run", "r.yaml", "--no-plots").out.split())
-    assert "base displacement not known; for that, state a high-pass: `remove: {below" in answer
+    assert "base displacement not known; it needs a high-pass: `remove: {below" in answer
     answer = drysim("run", "r.yaml", "--no-plots", "--set", "excitation.remove=0.3 Hz").out
     assert "not known" not in answer

@@ -244,7 +244,7 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
     table = swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 100 mm]}")
     out = said(table, capsys)
     assert f"peak |x_r| {PEAK} mm 344 % of the stroke limit, at limit 0.01 m" in out
-    assert f"limit met 2 cases of 4, {PEAK - 10:.2f} mm too far at the worst" in out
+    assert f"limit exceeded in 2 cases of 4, by up to {PEAK - 10:.2f} mm" in out
     (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
     assert warning.sentence == (
         f"the stroke limit is met in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
@@ -255,14 +255,14 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
 def test_case_that_uses_the_most_of_its_own_limit_is_told_beside_the_peak(swept, capsys):
     out = said(swept("{stroke.limit: [100 mm, 10 mm]}"), capsys)
     assert f"peak |x_r| {PEAK} mm 34.4 % of the stroke limit, at limit 0.1 m" in out
-    assert "344 % of the stroke limit at the most, at limit 0.01 m" in out
-    assert f"{PEAK - 10:.2f} mm too far at the worst" in out
+    assert "344 % greatest share of the stroke limit, at limit 0.01 m" in out
+    assert f"by up to {PEAK - 10:.2f} mm" in out
 
 
 def test_rigid_stops_use_all_of_any_limit_and_no_more(swept, capsys):
     out = said(swept("{stroke.limit: [6 mm, 30 mm]}", ", stops: {restitution: 0.4}"), capsys)
     assert "peak |x_r| 30 mm 100 % of the stroke limit, at limit 0.03 m" in out
-    assert "at the most" not in out
+    assert "greatest share" not in out
 
 
 def test_limit_with_one_value_is_not_told_as_that_of_the_file(swept, capsys):
@@ -374,7 +374,7 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
 def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
     answer = drysim("sweep", noisy, "--no-plots")
     assert "seeds       5 in every case, from 3 to 7; values are means" in answer.out
-    assert "at the worst: 0." in answer.out
+    assert "widest interval: 0." in answer.out
     assert "with some seeds" in answer.err
     plan = drysim("sweep", noisy, "--dry-run").out
     assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")

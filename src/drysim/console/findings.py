@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCaseResult, HardCases
     from drysim.bench.score import Bench, BenchCase, Score
 
-OPTIONAL_BENCH_COLUMNS = ("energy", "samples", "T_a error", "ns a sample")
+OPTIONAL_BENCH_COLUMNS = ("energy", "samples", "T_a error", "ns/sample")
 OPTIONAL_HARD_COLUMNS = ("viscous", "smooth", "signum", "moreau", "switch")
 """Columns that a narrow terminal omits, in this order."""
 
@@ -54,7 +54,7 @@ def bench_columns(panel: BenchCase) -> list[list[str]]:
     scores = panel.scores
     return [
         ["entry", *map(entry_label, scores)],
-        ["ns a sample", *(_format_optional(one.time, 3) for one in scores)],
+        ["ns/sample", *(_format_optional(one.time, 3) for one in scores)],
         ["× lfilter", *(_format_optional(one.ratio, 3) for one in scores)],
         ["x_r error", *(_format_optional(one.error_x_r, 2) for one in scores)],
         ["T_a error", *(_format_optional(one.error_T_a, 2) for one in scores)],
@@ -78,17 +78,17 @@ def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: reference of the exact approach, next best, failures."""
     exact, reference = panel.scores[0], panel.reference
     if reference is not None and reference.in_doubt:
-        yield "held to", f"nothing: {entry_label(reference)} is in doubt itself"
+        yield "reference", f"none: {entry_label(reference)} is not reliable itself"
     elif reference is not None and reference.error_x_r is not None:
         own = format_number(reference.uncertainty or 0.0, digits=2)
         sentence = (
-            f"the errors of {exact.approach} are those of {entry_label(reference)} against it, "
-            f"over {reference.samples} samples: an upper bound; two runs of the reference differ "
-            f"by {own}"
+            f"{entry_label(reference)}; {exact.approach} differs from it by the errors above, "
+            f"over {reference.samples} samples: an upper bound; two reference runs differ"
+            f" by {own}"
         )
-        yield "held to", sentence
+        yield "reference", sentence
     elif exact.error_x_r is not None:
-        yield "held to", f"{exact.approach} is held to the error of x_r that it states itself"
+        yield "reference", f"none; the error of x_r is an estimate of {exact.approach} itself"
     others = [
         one for one in panel.scores[1:]
         if one.time and one.error_x_r is not None and one.error_x_r <= EXACT_BELOW
@@ -96,7 +96,10 @@ def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
     if exact.time and others:
         next_one = min(others, key=lambda one: one.time or 0.0)
         times = format_number((next_one.time or 0.0) / exact.time, digits=2)
-        yield "next", f"{entry_label(next_one)} is as exact and takes {times} times as long"
+        yield (
+            "next best",
+            f"{entry_label(next_one)} is as accurate and takes {times} times as long",
+        )
     for one in panel.scores:
         if one.verdict.startswith("failed"):
             yield "failed", f"{entry_label(one)}: {one.verdict.partition(', ')[2]}"
@@ -116,7 +119,7 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
     print_table(console, hard_case_columns(result), ("case",), OPTIONAL_HARD_COLUMNS)
     print_line(console)
     rule = (
-        f"{EXACT} keeps every check of a case; T_a, peak and RMS of x_r by the others are "
+        f"{EXACT} passes every check of the case; the others have T_a, peak and RMS of x_r "
         f"within {format_percent(TOLERANCE)} of it"
     )
     print_labelled(console, "held", rule)
@@ -124,10 +127,8 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
         one.scenario.name for one in result.cases if one.results[0].word == NO_CHECKS
     ]
     if without_checks:
-        sentence = (
-            f"{', '.join(without_checks)}: without checks nothing is promised that {EXACT} could "
-            "hold or break; give `checks`"
-        )
+        names = ", ".join(without_checks)
+        sentence = f"{names}: {EXACT} cannot be verified; add `checks`"
         print_labelled(console, NO_CHECKS, sentence, "bold red")
     for case in result.cases:
         for one in case.results:

@@ -58,15 +58,15 @@ MAIN_METRICS = (
     ("a_w", "a_w", "m/s²"),
     ("T_x", "T_x", ""),
     ("peak |x_r|", "x_r_peak", "m"),
-    ("in an hour", "stroke_once_an_hour", "m"),
+    ("hourly peak", "stroke_once_an_hour", "m"),
     ("stuck", "stuck_share", "%"),
 )
 """Label, metric and unit of the rows."""
 
 END_STOP_METRICS = (
     ("impact_speed", "m/s", "at up to"),
-    ("stop_force_peak", "N", "pushing with up to"),
-    ("impulse_peak", "N·s", "with an impulse of up to"),
+    ("stop_force_peak", "N", "force up to"),
+    ("impulse_peak", "N·s", "impulse up to"),
 )
 """Metric, unit and wording of the severity of end-stop impacts."""
 
@@ -132,7 +132,7 @@ def _ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     residual = ensemble.statistics["energy_residual"]
     if residual:
         words = format_number(residual.greatest[0], digits=2)
-        yield SummaryRow("energy", words, "is the most that an energy balance leaves, relative")
+        yield SummaryRow("energy", f"residual at most {words}")
     if lost := sum(row.status != OK for row in ensemble.rows):
         yield SummaryRow("failed", format_count(lost, "seed"), style="bold red")
 
@@ -143,27 +143,28 @@ def _describe_scatter(
     """Yield the scatter of a metric over the seeds."""
     low, high = (found.quantiles[at] * scale for at in (0, -1))
     if format_number(low) != format_number(high):
-        which = "9 of 10" if found.seeds >= MIN_QUANTILE_SEEDS else f"all {found.seeds}"
-        yield f"{which} seeds from {format_number(low)} to {format_number(high, unit)}"
+        which = "90 % of" if found.seeds >= MIN_QUANTILE_SEEDS else f"all {found.seeds}"
+        yield f"{which} seeds: {format_number(low)} to {format_number(high, unit)}"
     if found.seeds < len(ensemble.rows):
-        yield f"known with {found.seeds} of {len(ensemble.rows)} seeds"
+        yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
     if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
         value, seed = found.greatest
         used = format_percent(value / stroke.limit)
-        yield f"most with seed {seed}, {used} of the stroke limit"
+        yield f"greatest with seed {seed}, {used} of the stroke limit"
 
 
 def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     """Yield how many seeds exceed the stroke limit, and how hard they hit end stops."""
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
-        name, how = "limit met", [f"of {len(ensemble.rows)}"]
+        seeds, how = format_count(beyond, "seed"), [f"of {len(ensemble.rows)}"]
+        name, value = "limit", f"exceeded with {seeds}"
         for metric, unit, words in END_STOP_METRICS:
             if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
-                value, seed = found.greatest
-                name = "stops met"
-                how.append(f"{words} {format_number(value, unit)} with seed {seed}")
-        yield SummaryRow(name, format_count(beyond, "seed"), ", ".join(how), "bold red")
+                greatest, seed = found.greatest
+                name, value = "stops hit", seeds
+                how.append(f"{words} {format_number(greatest, unit)} with seed {seed}")
+        yield SummaryRow(name, value, ", ".join(how), "bold red")
 
 
 # A sweep.
@@ -259,7 +260,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
         yield _isolation_row(table, compare.isolation_limits(table.own))
     yield from stroke_rows(table, own)
     if ends := own.extremes.get("stuck_share"):
-        remark = f"most {describe_place(table, ends[1])}" if ends[1].value else ""
+        remark = f"greatest {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
             remark = describe_extent(table, own, "stuck_share")
         yield SummaryRow(
@@ -267,9 +268,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
         )
     if ends := own.extremes.get("energy_residual"):
         residual = format_number(ends[1].value, digits=2)
-        yield SummaryRow(
-            "energy", residual, "is the most that an energy balance leaves, relative"
-        )
+        yield SummaryRow("energy", f"residual at most {residual}")
     yield from _failure_rows(table)
 
 
@@ -281,7 +280,7 @@ def widest_interval_row(
     if row is not None:
         width = row.half_widths[metric]
         mean, where = row.metrics.get(metric), wording.describe_case(row.point, axes)
-        words = f"at the worst: {format_interval(mean, width)} at {where}"
+        words = f"widest interval: {format_interval(mean, width)} at {where}"
         yield SummaryRow("", f"± {format_number(width, digits=2)}", words)
 
 
@@ -289,9 +288,7 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
     """Return the frequency above which the seat isolates, over all curves that do."""
     begins = [one.above for one in found if one.above is not None]
     if not begins:
-        return SummaryRow(
-            "isolation", "nowhere", "T_a does not stay below 1 up to the end of a curve"
-        )
+        return SummaryRow("isolation", "nowhere", "T_a is not below 1 at the end of any curve")
     first, last, remark = min(begins), max(begins), "T_a stays below 1"
     alike = first == last and len(begins) == len(found)
     if not alike and len(found) <= MAX_NAMED_CURVES:
@@ -323,33 +320,30 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
     if used and format_percent(used[1].value) != share:
         most = format_percent(used[1].value)
         yield SummaryRow(
-            "", most, f"of the stroke limit at the most, {describe_place(table, used[1])}"
+            "", most, f"greatest share of the stroke limit, {describe_place(table, used[1])}"
         )
     if own.beyond:
-        name, remark = _describe_violation(table, own)
-        yield SummaryRow(
-            name, format_count(own.beyond, "case"), f"of {own.cases}, {remark}", "bold red"
-        )
+        cases, remark = format_count(own.beyond, "case"), f"of {own.cases}, "
+        if table.scenario.stops and (speed := own.extremes.get("impact_speed")):
+            name, value = "stops hit", cases
+            fastest = format_number(speed[1].value, "m/s")
+            remark += f"at up to {fastest}, {describe_place(table, speed[1])}"
+        else:
+            name, value = "limit", f"exceeded in {cases}"
+            remark += _describe_violation(table, own)
+        yield SummaryRow(name, value, remark, "bold red")
 
 
-def _describe_violation(table: Table, own: Tally) -> tuple[str, str]:
-    """Return the label and the extent of exceeding the limit or hitting the stops."""
-    ends, worst = own.extremes.get("impact_speed"), own.worst
-    if ends and table.scenario.stops:
-        return (
-            "stops met",
-            f"at up to {format_number(ends[1].value, 'm/s')}, {describe_place(table, ends[1])}",
-        )
+def _describe_violation(table: Table, own: Tally) -> str:
+    """Describe by how much, or when, the stroke limit is exceeded."""
+    worst = own.worst
     limit = stroke_limit(table.scenario, worst) if worst else None
     if own.seeds or worst is None or limit is None:
-        return "limit met", "with some of the seeds"
+        return "with some of the seeds"
     peak = worst.metrics["x_r_peak"] or 0.0
     if peak < limit:
-        return "limit met", "while it settles"
-    return (
-        "limit met",
-        f"{format_length(peak - limit, own.greatest('x_r_peak'))} too far at the worst",
-    )
+        return "during settling"
+    return f"by up to {format_length(peak - limit, own.greatest('x_r_peak'))}"
 
 
 def _failure_rows(table: Table) -> Iterator[SummaryRow]:
@@ -364,13 +358,13 @@ def _failure_rows(table: Table) -> Iterator[SummaryRow]:
         where = wording.describe_case(first.point, table.axes)
         note = f": {first.note}" if first.note else ""
         cases = format_count(counts[status], "case")
-        yield SummaryRow(status, cases, f"the first at {where}{note}", "bold red")
+        yield SummaryRow(status, cases, f"first at {where}{note}", "bold red")
 
 
 def describe_extent(table: Table, own: Tally, metric: str) -> str:
     """Describe where a metric is least and greatest."""
     if is_constant(own, metric):
-        return "the same in every case" + " that has numbers" * bool(own.lost)
+        return "the same in every case" + " that has a value" * bool(own.lost)
     least, most = (describe_place(table, end) for end in own.extremes[metric])
     return f"least {least}, greatest {most}" if least != most else least
 
@@ -447,7 +441,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     show_title(console, table.scenario)
     show_scene(
         console,
-        [*sweep_scene(table), *_law_lines(comparison), ("yardstick", comparison.yardstick)],
+        [*sweep_scene(table), *_law_lines(comparison), ("reference", comparison.yardstick)],
     )
     print_table(
         console, comparison_columns(comparison), ("approach",), OPTIONAL_COMPARISON_COLUMNS

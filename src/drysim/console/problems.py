@@ -43,7 +43,7 @@ def show_error(fault: DrysimError) -> None:
     console = stderr()
     sentence, problems = fault.message, getattr(fault, "problems", ())
     if isinstance(fault, RecordError):
-        sentence, problems = f"{fault.problem.file} cannot be used", (fault.problem,)
+        sentence, problems = f"{fault.problem.file}: 1 error", (fault.problem,)
     print_line(console, ("error: ", "bold red"), sentence)
     _print_problems(console, problems)
     if fault.hint:
@@ -82,13 +82,13 @@ def _print_heading(console: AnyConsole, file: str, problems: Sequence[Problem]) 
     errors = sum(problem.severity == "error" for problem in problems)
     warnings = sum(problem.severity == "warning" for problem in problems)
     if errors:
-        count = format_count(errors, "problem")
-        print_line(console, ("error: ", "bold red"), f"{file} is not a scenario yet: {count}")
+        count = format_count(errors, "error")
+        print_line(console, ("error: ", "bold red"), f"{file}: {count}")
     elif warnings:
         count = format_count(warnings, "warning")
-        print_line(console, ("ok: ", "green"), f"{file} is a scenario, with {count}")
+        print_line(console, ("ok: ", "green"), f"{file}: {count}")
     else:
-        print_line(console, ("ok: ", "green"), f"{file} is a scenario")
+        print_line(console, ("ok: ", "green"), file)
 
 
 def _print_problems(console: AnyConsole, problems: Sequence[Problem]) -> None:

@@ -99,9 +99,9 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
         count = _period_count(outcome, numerics.period_multiple)
-        long = "a period" if count == 1 else format_count(count, "period")
+        long = format_count(count, "period")
         closure = format_number(numerics.closure, digits=2)
-        yield "window", f"one repetition of the steady orbit ({long}), closes to {closure}"
+        yield "window", f"one repetition of the periodic orbit ({long}), closure {closure}"
     else:
         yield "window", _describe_window(outcome)
     if (found := outcome.spectra) is not None:
@@ -140,7 +140,8 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     excitation = outcome.scenario.excitation
     advice = ""
     if isinstance(excitation, Record) and metrics["u_rms"] is None:
-        advice = f"; for that, state a high-pass: {excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}"
+        high_pass = excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
+        advice = f"; it needs a high-pass: {high_pass}"
     yield SummaryRow(
         "T_x", format_number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{advice}"
     )
@@ -155,14 +156,15 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         yield from _end_stop_rows(metrics)
     elif metrics["violations"]:
         first = format_number(metrics["t_first_violation"], "s")
-        when = f"first at {first}, beyond for {format_number(metrics['t_beyond'], 's')}"
-        yield SummaryRow("limit met", format_times(metrics["violations"]), when, "bold red")
+        when = f"first at {first}, for a total of {format_number(metrics['t_beyond'], 's')}"
+        count = format_times(metrics["violations"])
+        yield SummaryRow("limit", f"exceeded {count}", when, "bold red")
     events = format_count(len(outcome.response.events), "event")
     yield SummaryRow("stuck", format_percent(metrics["stuck_share"]), events)
     residual = format_number(metrics["energy_residual"], digits=2)
-    yield SummaryRow("energy", residual, "is what the energy balance leaves, relative")
+    yield SummaryRow("energy", f"residual {residual}")
     if (error := outcome.response.numerics.error) is not None:
-        bound = "at most, relative to its peak, is the error of x_r"
+        bound = "bound of the error of x_r, relative to its peak"
         yield SummaryRow("error", format_number(error, digits=2), bound)
 
 
@@ -172,7 +174,7 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     if weights is None or metrics["a_w"] is None:
         return
     SEAT, dose = format_number(metrics["SEAT"]), format_number(metrics["VDV"], "m/s^1.75")
-    yield SummaryRow("SEAT", SEAT, f"by dose {format_number(metrics['SEAT_VDV'])}, VDV {dose}")
+    yield SummaryRow("SEAT", SEAT, f"SEAT_VDV {format_number(metrics['SEAT_VDV'])}, VDV {dose}")
     how = f"{weights[0]}, k {format_number(weights[1])}"
     highest, crest = (
         format_number(metrics["MTVV"], "m/s²"),
@@ -187,24 +189,24 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
 
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
-    how = "met once, extrapolated from the greatest peaks"
+    how = "reached once an hour, extrapolated from the greatest peaks"
     if isinstance(law, EndStopLaw) and law.rigid and stroke == law.x_rM:
-        how = "as far as the rigid stops let it"
-    return SummaryRow("in an hour", format_length(stroke, peak), how)
+        how = "limited by the rigid stops"
+    return SummaryRow("hourly peak", format_length(stroke, peak), how)
 
 
 def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
     """Yield how often and how hard the mass hit its end stops."""
     if not metrics["contacts"]:
-        yield SummaryRow("end stops", "not met")
+        yield SummaryRow("end stops", "not hit")
         return
     impact = f"at up to {format_number(metrics['impact_speed'], 'm/s')}, "
     if metrics["stop_force_peak"] is None:
         impact += f"{format_number(metrics['impulse_peak'], 'N·s')}"
     else:
-        impact += f"pushing with up to {format_number(metrics['stop_force_peak'], 'N')}"
-    lost = f"; they take {format_number(metrics['energy_stops'], 'J')}"
-    yield SummaryRow("stops met", format_times(metrics["contacts"]), impact + lost, "bold red")
+        impact += f"force up to {format_number(metrics['stop_force_peak'], 'N')}"
+    lost = f"; energy lost {format_number(metrics['energy_stops'], 'J')}"
+    yield SummaryRow("stops hit", format_times(metrics["contacts"]), impact + lost, "bold red")
 
 
 def show_sidecar(fields: Fields) -> None:

@@ -313,7 +313,7 @@ class _ProgressBar:
         from rich.progress import TimeRemainingColumn as Remaining
 
         screen = stderr()
-        assert not isinstance(screen, PlainConsole), "no bar is begun on a pipe"
+        assert not isinstance(screen, PlainConsole), "no progress bar on a pipe"
         pace = (TextColumn("{task.fields[pace]}"),) if self._blocks else ()
         columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), *pace, Remaining()
         self._shown = Progress(
