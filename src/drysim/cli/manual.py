@@ -41,7 +41,7 @@ def overrides_begun(incomplete: str) -> Iterator[str]:
 
 Name = Annotated[
     str | None,
-    typer.Argument(metavar="PAGE", autocompletion=page_names, help="Default: the symbols."),
+    typer.Argument(metavar="PAGE", autocompletion=page_names, help="Page; default: symbols."),
 ]
 List = Annotated[bool, typer.Option("--list", help="List the pages.")]
 Word = Annotated[

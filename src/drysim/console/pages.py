@@ -14,13 +14,13 @@ WIDEST = 100
 
 def show_page(page: Page) -> None:
     """Show a page: set by rich at a terminal, as Markdown in a pipe."""
-    text, paper = for_terminal(page), terminal.stdout()
-    if isinstance(paper, terminal.Plain):
+    text, console = for_terminal(page), terminal.stdout()
+    if isinstance(console, terminal.PlainConsole):
         terminal.print_stdout(text.rstrip("\n"))
         return
     from rich.markdown import Markdown
 
-    paper.print(Markdown(text), width=min(paper.width, WIDEST), soft_wrap=False)
+    console.print(Markdown(text), width=min(console.width, WIDEST), soft_wrap=False)
 
 
 def list_pages() -> None:
@@ -40,9 +40,9 @@ def show_entries(entries: Iterable[Entry]) -> None:
             terminal.print_stdout("")
         unit = f" [{entry.unit}]" if entry.unit and entry.unit not in "-–" else ""
         terminal.print_stdout(f"{entry.word}{unit}: {entry.kind}")
-        paper = terminal.stdout()
-        terminal.print_paragraph(paper, "  ", entry.text)
+        console = terminal.stdout()
+        terminal.print_paragraph(console, "  ", entry.text)
         facts = {"default": entry.default, "where": entry.where, "example": entry.example}
         for name, fact in facts.items():
             if fact:
-                terminal.print_paragraph(paper, f"  {name + ':':<9}", fact)
+                terminal.print_paragraph(console, f"  {name + ':':<9}", fact)

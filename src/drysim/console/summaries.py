@@ -116,7 +116,7 @@ def _period_count(outcome: Outcome, multiple: int) -> int:
         common_period(outcome.scenario.excitation.frequencies),
         outcome.response.trajectory,
     )
-    assert trajectory is not None, "an approach gives its response with its track"
+    assert trajectory is not None, "the response of an approach has its trajectory"
     return round(trajectory.end / base) if base else multiple
 
 
