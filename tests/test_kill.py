@@ -151,7 +151,7 @@ def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size
     (disk / "seat.yaml").write_text(SCENARIO)
     code, said = finished(disk, *COMMANDS[name])
     assert code == 0 or re.match(
-        r"error: cannot write out: (no space left on device|it takes .+ and .+ are free)$",
+        r"error: cannot write out: (no space left on device|it needs .+ and .+ are free)$",
         said.splitlines()[0],
     )
     assert code in (0, 2)
