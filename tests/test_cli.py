@@ -467,7 +467,7 @@ def test_doctor_runs_a_scenario_to_its_picture(drysim, monkeypatch):
     monkeypatch.setattr("drysim.plots.response.response", broken)
     code, out, _ = drysim("doctor")
     assert code == 3
-    assert "FAIL  run         AttributeError: no such method" in out
+    assert "FAIL  run          AttributeError: no such method" in out
 
 
 @pytest.mark.parametrize(

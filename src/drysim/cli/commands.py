@@ -509,7 +509,7 @@ def doctor() -> int:
     with tolerate_closed_pipe():
         for finding in findings:
             mark = "ok" if finding.passed else "FAIL"
-            terminal.print_stdout(f"{mark:<6}{finding.name:<12}{finding.sentence}")
+            terminal.print_stdout(f"{mark:<6}{finding.name:<13}{finding.sentence}")
     return EXIT_OK if all(finding.passed for finding in findings) else EXIT_NUMERICS_FAILED
 
 
