@@ -17,7 +17,7 @@ from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
 
 import drysim
 from drysim import errors
-from drysim.cli import main
+from drysim.cli import main, options
 from drysim.manual import SHELVES, for_terminal, pages
 from drysim.manual.words import COLUMN, KEY, METRIC, WARNING, entries, explain, similar
 from drysim.metrics.table import METRICS
@@ -248,3 +248,10 @@ def test_manual_and_explain_refuse_unknown_words_with_a_hint(drysim):
     assert drysim("explain", "T_a").out.startswith("T_a: metric\n")
     assert drysim("manual", "--list").out.startswith("start\n  symbols")
     assert drysim("manual").out.startswith("# Symbols\n")
+
+
+def test_shell_completes_keys_metrics_words_and_pages():
+    assert "friction.kinetic=" in options.complete_overrides("fric")
+    assert "checks=[T_a < 1, x_r_peak" in options.complete_overrides("checks=[T_a < 1, x_")
+    assert {"friction.kinetic", "T_a", "stroke-violated"} <= set(options.complete_words())
+    assert options.complete_pages() == list(pages())

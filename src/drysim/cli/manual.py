@@ -1,54 +1,27 @@
-"""The commands `manual` and `explain`, and the words that the shell completes."""
+"""The commands `manual` and `explain`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Annotated
 
 import typer
 
+from drysim.cli import options
 from drysim.cli.process import tolerate_closed_pipe
 from drysim.errors import EXIT_OK, UsageError
 
-CHECKS = "checks="
-"""Key whose values are completed by metrics."""
-
-
-def page_names() -> list[str]:
-    """Return the pages of the manual, for the completion of the shell."""
-    from drysim.manual import pages
-
-    return list(pages())
-
-
-def known_words() -> list[str]:
-    """Return all words that `explain` knows, for the completion of the shell."""
-    from drysim.manual.words import entries
-
-    return [entry.word for entry in entries()]
-
-
-def overrides_begun(incomplete: str) -> Iterator[str]:
-    """Complete `--set`: keys of a scenario, and metrics behind `checks=`."""
-    from drysim.manual.words import KEY, METRIC, entries
-
-    if incomplete.startswith(CHECKS):
-        head = incomplete.rstrip("_abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
-        yield from (head + one.word for one in entries() if one.kind == METRIC)
-    else:
-        yield from dict.fromkeys(f"{one.word}=" for one in entries() if one.kind == KEY)
-
-
 Name = Annotated[
     str | None,
-    typer.Argument(metavar="PAGE", autocompletion=page_names, help="Page; default: symbols."),
+    typer.Argument(
+        metavar="PAGE", autocompletion=options.complete_pages, help="Page; default: symbols."
+    ),
 ]
 List = Annotated[bool, typer.Option("--list", help="List the pages.")]
 Word = Annotated[
     str,
     typer.Argument(
         metavar="WORD",
-        autocompletion=known_words,
+        autocompletion=options.complete_words,
         help="Scenario key, metric, column, warning, exit code, approach, law or event.",
     ),
 ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from string import ascii_letters
 from typing import Annotated, Literal
 
 import typer
@@ -36,6 +38,35 @@ def complete_gallery() -> list[str]:
     return [piece.name for piece in (*list_scenarios(), *list_scenarios(HARD_FOLDER))]
 
 
+CHECKS = "checks="
+"""Key whose values are completed by metrics."""
+
+
+def complete_pages() -> list[str]:
+    """Return the pages of the manual."""
+    from drysim.manual import pages
+
+    return list(pages())
+
+
+def complete_words() -> list[str]:
+    """Return all words that `explain` knows."""
+    from drysim.manual.words import entries
+
+    return [entry.word for entry in entries()]
+
+
+def complete_overrides(incomplete: str) -> Iterator[str]:
+    """Complete `--set`: keys of a scenario, and metrics behind `checks=`."""
+    from drysim.manual.words import KEY, METRIC, entries
+
+    if incomplete.startswith(CHECKS):
+        head = incomplete.rstrip(f"_{ascii_letters}")
+        yield from (head + one.word for one in entries() if one.kind == METRIC)
+    else:
+        yield from dict.fromkeys(f"{one.word}=" for one in entries() if one.kind == KEY)
+
+
 def show_version(wanted: bool) -> None:
     """Print the version and exit."""
     if wanted:
@@ -52,7 +83,10 @@ Files = Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenarios (
 Changes = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="KEY=VALUE", help="Override a scenario key; may be repeated."
+        "--set",
+        metavar="KEY=VALUE",
+        autocompletion=complete_overrides,
+        help="Override a scenario key; may be repeated.",
     ),
 ]
 Out = Annotated[

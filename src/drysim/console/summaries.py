@@ -386,10 +386,11 @@ def show_folder(console: AnyConsole, folder: Path | None) -> None:
 
 
 def show_warnings(warnings: Sequence[WarningMessage]) -> None:
-    """Print warnings on stderr, one paragraph each."""
+    """Print warnings on stderr, one paragraph each; at a terminal with the way to read more."""
     console = stderr()
     for warning in warnings:
         if console.is_terminal:
-            print_paragraph(console, "warning: ", warning.sentence, "yellow")
+            sentence = f"{warning.sentence} (drysim explain {warning.slug})"
+            print_paragraph(console, "warning: ", sentence, "yellow")
         else:
             print_line(console, "warning: ", warning.sentence)
