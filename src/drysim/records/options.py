@@ -1,6 +1,6 @@
-"""What a scenario may say of a record: its blocks, their short forms and their checks.
+"""The scenario blocks of a measured record: fields, short forms and validation.
 
-Nothing here opens a file: a scenario without a record executes none of the readers.
+No file is opened and no reader is imported here.
 """
 
 from __future__ import annotations
@@ -38,19 +38,19 @@ from drysim.units import (
 )
 
 SUGGESTED_HIGH_PASS = 0.3
-"""Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
+"""Corner frequency of the high-pass that messages suggest [Hz], below human sensitivity."""
 
 TRENDS = ("nothing", "mean", "line")
-"""What `remove` may take away by a word alone, each more than the one before."""
+"""Values of `remove` that are a single word, each removing more than the one before."""
 
 MAX_FILTER_ORDER = 8
-"""Beyond this order a filter run both ways rings longer than it helps."""
+"""Filters of higher order, applied forwards and backwards, ring for too long to be useful."""
 
 MAX_SKIPPED_ROWS = 10_000
-"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
+"""Limit of `skip`. Headers of loggers are shorter; more rows would be samples."""
 
 Interpolation = Literal["line", "spline"]
-"""How values between samples are found: on straight lines, or on the cubic spline."""
+"""Interpolation between samples: linear, or a cubic spline."""
 
 PositiveTime = Annotated[float, Quantity("s", above=0)]
 
@@ -94,16 +94,16 @@ class Removal(Block):
 
     @property
     def has_filters(self) -> bool:
-        """Whether anything is filtered."""
+        """Whether a filter is requested."""
         return (self.below, self.above) != (None, None)
 
     @property
     def any(self) -> bool:
-        """Whether there is anything to do."""
+        """Whether anything is removed."""
         return self.has_filters or self.trend != "nothing"
 
     def yaml_with(self, **more: object) -> str:
-        """Return the key `remove` as a file would have it with further keys; Hz as floats."""
+        """Return the key `remove` as YAML with further keys; floats are frequencies [Hz]."""
         words = self.model_copy(update=more).model_dump(exclude_defaults=True)
         if words.keys() == {"trend"}:
             return f"`remove: {words['trend']}`"
@@ -146,7 +146,7 @@ def _validate_column(value: object) -> object:
 
 
 def _expand_removal(value: object) -> object:
-    """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
+    """Expand the short forms `mean` and `0.3 Hz` to blocks."""
     if isinstance(value, dict | Removal):
         return value
     if value in TRENDS:
@@ -162,7 +162,7 @@ def _expand_removal(value: object) -> object:
 
 
 def _validate_full_scale(value: object) -> object:
-    """Ask for a text: a number without a unit is what a full scale must not be."""
+    """Require text with a unit; the unit of a full scale cannot be guessed."""
     if isinstance(value, str) and not NUMBER_PATTERN.fullmatch(value.strip()):
         return value
     raise ValueError(f"must say its unit, such as `50 m/s²`, not {format_value(value)}")
@@ -176,18 +176,18 @@ Column = Annotated[str | int, BeforeValidator(_validate_column)]
 
 
 class _RemovalSchema:
-    """What `remove` looks like to an editor."""
+    """JSON schema of `remove`: a word, a frequency or the block."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Give the JSON schema: a word, a frequency or the block."""
+        """Return the JSON schema."""
         frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
         return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
 
 
 RemovalOption = Annotated[Removal, BeforeValidator(_expand_removal), _RemovalSchema()]
-"""The block, or short for it a word of its trend or the frequency of its high-pass."""
+"""The block, or as short forms the name of its trend or the frequency of its high-pass."""
 
 
 class Recorded(Block):
@@ -254,7 +254,7 @@ class Recorded(Block):
     @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
     @classmethod
     def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse a key that says nothing about a file of this format."""
+        """Reject a key that has no meaning for the format of the file."""
         if not value:
             return value
         from drysim.records.formats import format_of
@@ -267,7 +267,7 @@ class Recorded(Block):
     @field_validator("gaps", "resample")
     @classmethod
     def _without_kinks(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse lines through displacements: their kinks would be shocks of the base."""
+        """Reject linear interpolation of displacement: kinks would be acceleration impulses."""
         key = "fill" if info.field_name == "gaps" else "by"
         if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
             raise InvalidValue(
@@ -276,34 +276,34 @@ class Recorded(Block):
         return value
 
     def model_post_init(self, context: Any, /) -> None:
-        """Keep the scenario's folder, which the context of the validation names."""
+        """Store the folder of the scenario from the validation context."""
         if isinstance(context, Mapping) and "folder" in context:
             self._folder = Path(context["folder"])
 
     @property
     def measured(self) -> str:
-        """What the samples are, as `SI` names it."""
+        """Measured quantity, a key of `SI`."""
         raise NotImplementedError
 
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Give the SI unit of the samples from the words read so far; None where unknown."""
+        """Return the SI unit of the samples given the validated fields; None if unknown."""
         raise NotImplementedError
 
     def file_from(self, folder: Path) -> str:
-        """Give the path of the record relative to another folder."""
+        """Return the path of the record relative to another folder."""
         path = self.path
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
 
     @property
     def path(self) -> Path:
-        """Where the record is, as messages name it."""
+        """Path of the record as messages show it."""
         return self._folder / self.file
 
     @property
     def named(self) -> str:
-        """The file as the scenario gives it; results hold no absolute path."""
+        """File name as in the scenario, but never an absolute path, for use in results."""
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
 
