@@ -320,7 +320,7 @@ class Quantity:
         if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
             span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g} {self.unit}".strip()
             raise ValueError(
-                f"must lie between {span} in size, or be 0, not {format_value(value_in)}"
+                f"must be 0 or between {span} in magnitude, not {format_value(value_in)}"
             )
         return value
 
@@ -522,6 +522,7 @@ def _edit_distance(a: str, b: str) -> int:
     """Return the edit distance: substitutions, insertions, deletions and adjacent swaps."""
     if abs(len(a) - len(b)) > 4 or len(a) > 60:
         return 99
+    # Rows of the dynamic programme: `row[j]` is the distance of a[: i + 1] to b[:j].
     before: list[int] = []
     row = list(range(len(b) + 1))
     for i, x in enumerate(a):

@@ -175,7 +175,7 @@ def dump(mapping: Mapping[str, Any]) -> str:
     import yaml
 
     class Dumper(yaml.SafeDumper):
-        """Puts words in quotes that would read back as something else."""
+        """Quotes text that would be read back as another value."""
 
     def word(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
         style = None if parse_scalar(text) == text else "'"
@@ -215,7 +215,7 @@ def read_bytes(path: Path) -> bytes:
         inside = _suggest_file_inside(path) if str(other) == "a folder" else "; name a file"
         raise here.unreadable(f"this is {other}{inside}") from None
     except FileNotFoundError:
-        why = ": it is a link that leads nowhere" if path.is_symlink() else _suggest_file(path)
+        why = ": broken symbolic link" if path.is_symlink() else _suggest_file(path)
         raise here.unreadable(f"no such file{why}") from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
@@ -249,7 +249,7 @@ def check_characters(text: str, file: str) -> None:
     places = [text.find(BYTE_ORDER_MARK), bad.start() if bad else -1]
     first = min((location for location in places if location >= 0), default=None)
     if first is not None:
-        sentence = f"character U+{ord(text[first]):04X} has no place in a scenario; remove it"
+        sentence = f"character U+{ord(text[first]):04X} is not allowed in a scenario; remove it"
         raise _location_of_character(text, first, file).unreadable(sentence)
 
 
@@ -371,7 +371,7 @@ class _TreeBuilder:
             self.anchors[event.anchor] = None
         if event.tag is not None:
             self.problems.append(
-                location.problem("tags such as `!!float` are refused; remove it")
+                location.problem("tags such as `!!float` are not supported; remove it")
             )
         if isinstance(event, yaml.ScalarEvent):
             value = event.value if event.style else parse_scalar(event.value)
@@ -382,7 +382,7 @@ class _TreeBuilder:
             node = self.mapping(location, depth, event.flow_style)
         self.value_count += 1
         if max(self.value_count, node.size) > MAX_VALUES:
-            raise location.unreadable(f"this is more than {MAX_VALUES} values, aliases counted")
+            raise location.unreadable(f"more than {MAX_VALUES} values, with aliases expanded")
         if event.anchor is not None:
             self.anchors[event.anchor] = node
         return node
@@ -391,9 +391,7 @@ class _TreeBuilder:
         """Return the value that an alias refers to."""
         node = self.anchors.get(anchor)
         if node is None:
-            word = (
-                "stands inside itself" if anchor in self.anchors else "has no anchor before it"
-            )
+            word = "contains itself" if anchor in self.anchors else "has no anchor before it"
             raise location.unreadable(f"alias `*{shorten(anchor)}` {word}")
         return node._replace(location=location)
 
@@ -513,8 +511,8 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
         return error_context.here("unknown escape in double quotes; use single quotes", start)
     if re.search(r"expected (key|<block end>|'-' indicator)", what):
         if error_context.line[: error_context.at[1]].strip():
-            return error_context.here("nothing may follow the value in its line")
-        sentence = "this line fits no block above it; check its indentation"
+            return error_context.here("unexpected text after the value")
+        sentence = "the indentation of this line matches no block above"
         return error_context.here(sentence, *_first_word(error_context))
     if error_context.line.startswith("%"):
         sentence = "this directive is not understood; remove it"
@@ -538,7 +536,7 @@ def _explain_colon_error(error_context: _ErrorContext) -> Problem:
     number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
     before = lines[number]
     if ":" not in before:
-        sentence = "a colon is missing behind this key"
+        sentence = "a colon is missing after this key"
         return error_context.here(sentence, (number, _indent(before)), len(before.strip()))
     sentence = "this line is indented deeper than the one before it allows"
     return error_context.here(sentence, *_first_word(error_context))
@@ -631,8 +629,8 @@ def _override_items(overrides: Overrides) -> Iterator[tuple[Location, str, objec
     if not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
         given = shorten(repr(overrides), MAX_OVERRIDE_LENGTH)
         raise UsageError(
-            f"overrides are a mapping by dotted key, or words such as `friction.kinetic=30`, "
-            f"not {given}"
+            "overrides must be a mapping by dotted key, or words such as "
+            f"`friction.kinetic=30`, not {given}"
         )
     for word in words:
         key, equals, text = word.partition("=")
@@ -673,7 +671,7 @@ def _parse_value(text: str, location: Location) -> tuple[Node, tuple[Problem, ..
     check_characters(text, location.file)
     node, problems = parse(text, lambda start, end: location)
     if node is None:
-        raise location.unreadable("has no value; `null` takes the key away")
+        raise location.unreadable("has no value; `null` removes the key")
     return node, problems
 
 
@@ -694,7 +692,7 @@ def _to_node(value: Any, location: Location, depth: int = 0) -> Node:
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, location)
     raise location.unreadable(
-        f"a value of type {type(value).__name__} has no place in a scenario"
+        f"a value of type {type(value).__name__} is not allowed in a scenario"
     )
 
 
@@ -702,8 +700,8 @@ def _from_numpy(value: Any, location: Location) -> Any:
     """Return the Python value of a numpy scalar or array; raise for a masked scalar."""
     bare = getattr(value, "tolist", lambda: value)()
     if bare is None and value is not None:
-        what = f"a value of type {type(value).__name__} with nothing behind its mask"
-        raise location.unreadable(f"{what} has no place in a scenario")
+        what = f"a masked value of type {type(value).__name__}"
+        raise location.unreadable(f"{what} is not allowed in a scenario")
     return bare
 
 
@@ -738,7 +736,7 @@ def _set_node(
         children[step] = new
     elif children.pop(step, None) is None:
         hint = did_you_mean(closest_match(step, children))
-        raise location.unreadable(f"there is no `{shorten(step)}` to take away{hint}")
+        raise location.unreadable(f"there is no `{shorten(step)}` to remove{hint}")
     if step in children:
         children[step] = children[step]._replace(
             key=node.value[step].key if rest and step in node.value else location
