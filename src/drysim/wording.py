@@ -283,7 +283,7 @@ def _describe_realised(motion: Samples) -> str:
     for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
         found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
         if isinstance(found, float) and isinstance(asked, float):
-            words.append(f"{format_number(found, unit)} (asked for: {format_number(asked)})")
+            words.append(f"{format_number(found, unit)} (requested: {format_number(asked)})")
     error = motion.realised.get("psd_error")
     if isinstance(error, float):
         words.append(f"PSD within {format_percent(error)} of its peak")
@@ -456,7 +456,7 @@ def describe_seeds(
     if until is not None:
         share = format_number(100 * until.half_width, "%")
         wish = f"until the interval of {until.metric} is ±{share} of its mean; "
-    return f"{span}; {wish}values are means, ± half of their 95 % confidence interval"
+    return f"{span}; {wish}values are mean ± half-width of the 95 % confidence interval"
 
 
 # The model: oscillator, friction, end stops.
