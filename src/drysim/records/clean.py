@@ -35,6 +35,9 @@ from drysim.records.columns import (
 from drysim.records.options import Gaps, Removal, Resample, Window
 from drysim.wording import format_count, join_words
 
+METHODS = {"line": "linear interpolation", "spline": "cubic spline"}
+"""Interpolation methods in messages."""
+
 STEP_TOLERANCE = 1e-9
 """Relative tolerance for the equality of two times or steps: rounding."""
 
@@ -60,7 +63,7 @@ MIN_GAP_STEPS = 1.5
 """A step longer than this many regular steps is a gap."""
 
 POOR_TIMES_HINT = (
-    "give `rate` or `step` in place of `time` where only the printed times are poor"
+    "if only the printed times are inaccurate, set `rate` or `step` instead of `time`"
 )
 """Hint for times that a recorder cannot have produced."""
 
@@ -122,7 +125,7 @@ def fit_grid(
     halt = np.flatnonzero(steps <= 0)
     if halt.size:
         row = int(halt[0]) + 1
-        what = "runs backwards" if steps[row - 1] < 0 else "stands still"
+        what = "decreases" if steps[row - 1] < 0 else "repeats"
         sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
         raise columns.at(
             row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR_TIMES_HINT}")
@@ -132,6 +135,7 @@ def fit_grid(
     if dt is not None:
         return TimeGrid(dt, first)
     usual = float(np.median(steps))
+    # Missing rows: assign each time to the nearest multiple of the median step.
     at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
     dt = _even_step(t, at, digit, second) if at[-1] >= len(t) else None
     if dt is not None:
@@ -155,6 +159,7 @@ def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | No
     largest = float(np.abs(t[[0, -1]]).max())
     rounding = LAST_DIGIT_ERROR * digit + 4 * np.spacing(largest)
     slack = max(rounding, MAX_JITTER * dt, SINGLE_PRECISION * largest)
+    # Prefer an integer rate [Hz] if the printed digits allow it.
     rate = round(1 / max(dt * second, MIN_STEP))
     if rate and _grid_deviation(t, at, 1 / rate / second) <= min(rounding, MAX_ROUNDING * dt):
         return 1 / rate
@@ -180,9 +185,9 @@ def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> 
     if abs(steps[row - 1] - usual) <= MAX_ROUNDING * usual:
         row = int(np.argmax(np.abs(steps - usual))) + 1
     sentence = (
-        f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
-        f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
-        f"even grid; or {POOR_TIMES_HINT}"
+        f"the time steps are uneven: {steps[row - 1]:.6g} before this row, "
+        f"{usual:.6g} typically, {steps.min():.6g} to {steps.max():.6g} overall; "
+        f"`resample` makes them even; {POOR_TIMES_HINT}"
     )
     return columns.at(row, index, sentence)
 
@@ -224,8 +229,8 @@ def make_report(
     """Return the report of a step. Its sentence is extended by the RMS before and after."""
     (mean, rms), (mean_after, rms_after) = _mean_and_rms(before), _mean_and_rms(after)
     full_sentence = (
-        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, of the samples about "
-        f"means of {mean:.4g} and {mean_after:.4g} {unit}"
+        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, about means "
+        f"of {mean:.4g} and {mean_after:.4g} {unit}"
     )
     return CleaningReport(step, full_sentence, rms, rms_after, mean, mean_after, numbers)
 
@@ -279,7 +284,7 @@ def fill_gaps(
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
     if len(known) < 2 or not (there[0] and there[-1]):
         row = 0 if not there[0] else len(values) - 1
-        raise columns.at(row, index, "the record begins or ends with a gap; cut that away")
+        raise columns.at(row, index, "the record begins or ends with a gap; cut it off")
     if not len(holes):
         return known, grid._replace(at=at), None
     allowed = 0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
@@ -295,8 +300,8 @@ def fill_gaps(
     filled = np.insert(known, after + 1, interpolate(at, known, new, gaps.fill))
     numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
     sentence = (
-        f"{format_count(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
-        f"{gaps.fill}s, the longest of {longest:.4g} s"
+        f"{format_count(len(holes), 'gap')} ({format_count(int(missing.sum()), 'sample')}) "
+        f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
     )
     report = make_report("gaps", sentence, known, filled, unit, numbers)
     return filled, grid._replace(at=np.insert(at, after + 1, new)), report
@@ -317,7 +322,7 @@ def _gap_message(
     """Return the message for a gap of `width` steps."""
     missing = round(width) - 1
     count = f"{format_count(missing, 'sample')} {'is' if missing == 1 else 'are'}"
-    more = f" ({format_count(number, 'gap')} in all)" if number > 1 else ""
+    more = f" ({format_count(number, 'gap')} in total)" if number > 1 else ""
     if gaps is None:
         # Suggest the smallest sufficient `gaps.at_most`, rounded up to three digits.
         digit = 10.0 ** (floor(log10(longest)) - 2)
@@ -327,7 +332,7 @@ def _gap_message(
     else:
         way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
-        f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
+        f"{count} missing before this row: a step of {width * dt:.6g} s, not {dt:.6g} s"
         f"{more}: {way}"
     )
 
@@ -383,9 +388,9 @@ def resampling_grid(
             most = half * (1 / MAX_ALIAS_GAIN - 1) ** (-1 / (2 * order))
             # 1 % less remains sufficient after rounding to three digits.
             sentence = (
-                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
-                f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
-                f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
+                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz aliases frequencies "
+                f"above {half:.6g} Hz; add a low-pass with a gain of at most 0.1 there, "
+                f"`remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
             )
             raise record_error(display_path, sentence)
     return ResamplingGrid(step, refinement)
@@ -408,7 +413,7 @@ def resample_onto(
     require_memory_to_load(display_path, 8 * count)
     if count < 2:
         raise record_error(
-            display_path, f"the record lasts {length:.6g} s, less than `resample` asks for"
+            display_path, f"the record lasts {length:.6g} s, less than one step of `resample`"
         )
     places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
     own = np.arange(float(n)) if at is None else at
@@ -436,8 +441,8 @@ def resampling_report(
     if grid.spread is not None:
         least, most = grid.spread
         numbers |= {"least_step": least, "greatest_step": most}
-        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
-    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {wanted.by}s"
+        was = f"uneven steps of {least:.4g} to {most:.4g} s (mean {grid.dt:.4g} s)"
+    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {METHODS[wanted.by]}"
     return make_report("resample", sentence, before, after.values[:], unit, numbers)
 
 
@@ -488,21 +493,22 @@ def remove(
     if wanted.above is not None:
         _check_corner(wanted.above, "above", series, display_path)
         remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
-        words.append(f"what is above {wanted.above:g} Hz")
+        words.append(f"frequencies above {wanted.above:g} Hz")
     if wanted.below is not None:
         _check_corner(wanted.below, "below", series, display_path)
         before_high_pass = series._replace(values=remaining)
         remaining = high_pass(remaining, series.dt, wanted.below, wanted.order, ends)
-        words.append(f"what is below {wanted.below:g} Hz")
-    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.has_filters else ""
+        words.append(f"frequencies below {wanted.below:g} Hz")
+    by = f" (zero-phase Butterworth of order {wanted.order})" if wanted.has_filters else ""
     removed = series.values[:] - remaining
     mean, drift = float(removed.mean()), float(removed[-1] - removed[0])
     sentence = (
-        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
-        f"{drift:+.4g} {unit}"
+        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, drift from first to "
+        f"last sample {drift:+.4g} {unit}"
     )
     if wanted.below is not None:
-        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
+        edge = f"the first and the last {1 / wanted.below:.3g} s"
+        sentence += f"; {edge} depend on the extension of the ends"
     numbers = {"mean": mean, "drift": drift}
     report = make_report("remove", sentence, series.values[:], remaining, unit, numbers)
     return Filtered(series._replace(values=remaining), before_high_pass, report)
@@ -615,7 +621,7 @@ def window_range(series: Series, window: Window | None, display_path: str) -> tu
     wrong, until = "", series.first + (len(series.values) - 1) * series.dt
     for key, t, at in (("from", window.start, first), ("to", window.to, last)):
         if not wrong and not 0 <= at < len(series.values):
-            side = "before the beginning" if at < 0 else "behind the end"
+            side = "before the beginning" if at < 0 else "after the end"
             wrong = f"`window.{key}`, {t:{TIME_FORMAT}} s, is {side} of"
     sentence = (
         f"{wrong or 'the window must hold two samples of'} the record, which runs from "
@@ -709,6 +715,7 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     as u.
     """
     u_dd, dt = motion.u_dd[:] - fit_trend(motion.u_dd[:], "line"), motion.dt
+    # Integrate piecewise linear ü exactly, and remove the drift after each integration.
     u_d = np.zeros_like(u_dd)
     np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
     u_d -= u_d.mean()

@@ -186,7 +186,7 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
         reader, sha256, filled = hash_file(path)
     except system.NotARegularFile as other:
         raise record_error(
-            str(path), f"the record is {other}; only a regular file is read"
+            str(path), f"the record is {other}; only regular files are supported"
         ) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
@@ -204,14 +204,12 @@ def _record_size(path: Path, suffixes: Collection[str]) -> int:
         size = system.file_size(path)
     except FileNotFoundError:
         raise record_error(
-            str(path), f"the record is not there{_missing_file_hint(path, suffixes)}"
+            str(path), f"the record does not exist{_missing_file_hint(path, suffixes)}"
         ) from None
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
-        suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
-        raise record_error(
-            str(path), f"a record {suffix} cannot be read; what is read: {kinds}"
-        )
+        suffix = f"of type `{path.suffix}`" if path.suffix else "without a suffix"
+        raise record_error(str(path), f"a record {suffix} is not supported; supported: {kinds}")
     return size
 
 
@@ -220,7 +218,7 @@ def _missing_file_hint(path: Path, suffixes: Collection[str]) -> str:
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
     if path.is_symlink():
-        return ": it is a link that leads nowhere"
+        return ": broken symbolic link"
     files = islice(path.parent.iterdir(), MAX_FILES_EXAMINED)
     names = (file.name for file in files if file.suffix.lower() in suffixes)
     return did_you_mean(closest_match(path.name, names))
@@ -255,7 +253,7 @@ def hash_file(path: Path) -> tuple[Reader, str, bool]:
 
 def changed_error(path: Path) -> RecordError:
     """Return the error for a file that was modified after it was hashed."""
-    sentence = "the record changed while it was read; wait until it is whole"
+    sentence = "the record changed while it was read; wait until it is complete"
     return RecordError(Problem(sentence, str(path), 0))
 
 
@@ -309,7 +307,7 @@ def gap_hint(at_most: str = "50 ms", which: str = "short ones") -> str:
 GAP_HINT = gap_hint()
 """Hint for a missing sample where the length of the gap is not yet known."""
 
-INFINITE_HINT = "an infinite sample is no gap that could be filled; export the record anew"
+INFINITE_HINT = "an infinite sample cannot be interpolated; export the record again"
 """Hint for an infinite sample."""
 
 MAX_LISTED_COLUMNS = 12
@@ -556,7 +554,7 @@ class Channels(Columns):
                     good |= np.isnan(block)
                 if not good.all():
                     bad = int(np.argmin(good))
-                    why = f"no number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
+                    why = f"not a number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
                     raise self.at(row + bad, index, why)
                 row += len(block)
         return found
@@ -675,14 +673,14 @@ def column_factor(
     place = f"in the scenario's `{block}` block"
     if columns.normalised:
         if full_scale is None:
-            instead = " in place of `unit`" if unit else ""
-            sentence = "the samples are whole numbers, shares of a full scale without a unit"
-            way = f"give `full_scale: 50 {si}`, say{instead}, {place}"
+            instead = " instead of `unit`" if unit else ""
+            sentence = "the samples are integers, fractions of a full scale without a unit"
+            way = f"set `full_scale`, e.g. `full_scale: 50 {si}`,{instead} {place}"
             raise columns.error(f"{sentence}; {way}")
         return convert(full_scale, si)
     if full_scale is not None:
-        sentence = "the samples are no shares of a full scale but floating-point numbers"
-        raise columns.error(f"{sentence}; give their `unit` in place of `full_scale`")
+        sentence = "the samples are floating-point numbers, not fractions of full scale"
+        raise columns.error(f"{sentence}; set `unit` instead of `full_scale`")
     return _unit_factor(columns, index, unit, si, place)
 
 
@@ -717,10 +715,7 @@ def time_factor(columns: Columns, index: int) -> float:
 
 def missing_spacing_error(columns: Columns) -> RecordError:
     """Return the error for a record without time step."""
-    sentence = (
-        "nothing says how the samples are spaced: "
-        f"give `time` (a {columns.word}), `rate` or `step`"
-    )
+    sentence = f"the time step is unknown: set `time` (a {columns.word}), `rate` or `step`"
     for label in columns.labels:
         # A unit of time identifies times; without a unit, the name does.
         if (
@@ -729,7 +724,7 @@ def missing_spacing_error(columns: Columns) -> RecordError:
             else label.name.lower() in ("t", "time")
         ):
             where = f"the {columns.place} has `{label.quote}`"
-            sentence += f"; `time: {label.name}` is what is missing, as {where}"
+            sentence += f"; `time: {label.name}` fits, as {where}"
             break
     return columns.error(sentence)
 
@@ -744,15 +739,13 @@ def _parse_unit(columns: Columns, index: int, written: str, si: str) -> float:
 # Formats, and the sentences that reject keys without meaning for them.
 
 
-KNOWN_STEP = dict.fromkeys(
-    ("time", "rate", "step"), "knows the step of its samples; remove `{key}`"
-)
-KNOWN_TIMES = "knows the times of its samples; remove `{key}`"
-USE_CHANNEL = "has channels; write `channel` in place of `column`"
-USE_COLUMN = "has no channels; write `column` in place of `channel`"
+KNOWN_STEP = dict.fromkeys(("time", "rate", "step"), "contains its time step; remove `{key}`")
+KNOWN_TIMES = "contains its times; remove `{key}`"
+USE_CHANNEL = "has channels; write `channel` instead of `column`"
+USE_COLUMN = "has no channels; write `column` instead of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
-NOT_TEXT = "is no table of text; remove `skip`"
-NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
+NOT_TEXT = "is no text table; remove `skip`"
+NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and set `unit` if the file has none"
 
 
 class Format(NamedTuple):

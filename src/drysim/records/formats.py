@@ -163,7 +163,7 @@ def _read_mat5(file: RecordFile) -> list[MatVariable]:
     order = {b"IM": "<", b"MI": ">"}.get(file.reader[MAT5_HEADER_SIZE - 2 : MAT5_HEADER_SIZE])
     view = ByteView(file, file.reader, order or "<")
     if order is None:
-        raise view.damaged("its head is none")
+        raise view.damaged("its header is invalid")
     at, found = MAT5_HEADER_SIZE, []
     while at < len(view.raw):
         element = _read_element(view, at)
@@ -226,10 +226,10 @@ def _decompress(view: ByteView, element: Mat5Element) -> Iterator[bytes]:
         try:
             piece = unpacker.decompress(packed, DECOMPRESSED_AT_ONCE)
         except zlib.error:
-            raise view.damaged("a variable cannot be unpacked") from None
+            raise view.damaged("a variable cannot be decompressed") from None
         packed = unpacker.unconsumed_tail
         if not (piece or packed or at < end or unpacker.eof):
-            raise view.damaged("a variable is not packed whole")
+            raise view.damaged("a compressed variable is truncated")
         yield piece
 
 
@@ -240,10 +240,10 @@ def _load_mat5(
     numbers = _read_element(inner, at)
     kind = MAT5_TYPES.get(numbers.kind)
     if kind is None or numbers.size != count * np.dtype(kind).itemsize:
-        raise view.damaged("the numbers of a variable do not fit its shape")
+        raise view.damaged("the size of a variable does not match its shape")
     if element.kind == MATRIX:
         if numbers.start + numbers.size > 8 + element.size:
-            raise view.damaged("the numbers of a variable are longer than itself")
+            raise view.damaged("the numbers of a variable exceed its size")
         return view.lazy(element.start - 8 + numbers.start, count, kind)
     return _read_compressed(view, element, numbers.start, count, kind)
 
@@ -271,7 +271,9 @@ def mat_columns(file: RecordFile) -> Channels:
     """Return the real vectors among the variables of a MAT file."""
     head = file.reader[:1024]
     if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
-        sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
+        sentence = (
+            "the MAT file is of version 7.3, which is not supported; save it with `save -v7`"
+        )
         raise record_error(file.display_path, sentence)
     # Version 5 begins with text; the first integer of version 4 contains a zero byte.
     found = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
@@ -325,7 +327,7 @@ def wav_columns(file: RecordFile) -> Channels:
     if size < each:
         raise record_error(file.display_path, "the WAV holds no samples")
     if size % each:
-        raise _wav_error(file, "its last sample is not whole")
+        raise _wav_error(file, "its last sample is incomplete")
     reads = [
         partial(_read_samples, file, start, form, number) for number in range(form.channels)
     ]
@@ -340,7 +342,7 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
         raise record_error(
-            file.display_path, f"the record is {kind}, of which only RIFF is read; convert it"
+            file.display_path, f"the WAV is {kind}; only RIFF is supported: convert it"
         )
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
         raise record_error(file.display_path, "the record is no WAV: it does not begin as one")
@@ -353,7 +355,7 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
             form = _parse_format_chunk(file, raw[at + 8 : at + 8 + size])
         if name == b"data":
             if form is None:
-                raise _wav_error(file, "its samples come before their form")
+                raise _wav_error(file, "its samples precede their format")
             return form, at + 8, size
         at += 8 + size + size % 2
     raise _wav_error(file, "it has no samples")
@@ -362,19 +364,19 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
 def _parse_format_chunk(file: RecordFile, chunk: bytes) -> WavFormat:
     """Parse the `fmt ` chunk."""
     if len(chunk) < 16:
-        raise _wav_error(file, "the form of its samples is too short")
+        raise _wav_error(file, "the format of its samples is too short")
     code, bits = _little_endian(chunk, 0, 2), _little_endian(chunk, 14, 2)
     if code == EXTENSIBLE and len(chunk) >= 26:
         code = _little_endian(chunk, 24, 2)
     form = WavFormat(code, bits, _little_endian(chunk, 2, 2), _little_endian(chunk, 4, 4))
     if (code, bits) not in SAMPLE_TYPES:
-        kinds = "whole numbers of 8, 16, 24, 32 bits and floating point of 32, 64"
-        sentence = f"the WAV has samples of {bits} bits in code {code}; what is read: {kinds}"
+        kinds = "integers of 8, 16, 24, 32 bits and floating point of 32, 64"
+        sentence = f"the WAV has samples of {bits} bits in format {code}; supported: {kinds}"
         raise record_error(file.display_path, sentence)
     if not form.channels or not form.rate:
         raise _wav_error(file, f"it has {form.channels} channels at {form.rate} Hz")
     if _little_endian(chunk, 12, 2) != bits // 8 * form.channels:
-        raise _wav_error(file, "the sizes that it gives for its samples do not fit")
+        raise _wav_error(file, "its sample sizes are inconsistent")
     return form
 
 
@@ -433,7 +435,7 @@ def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -
     except ImportError:
         sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
         way = f'pip install "drysim[{extra}]"'
-        raise record_error(file.display_path, f"{sentence}; install it by: {way}") from None
+        raise record_error(file.display_path, f"{sentence}; install it with: {way}") from None
 
 
 def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
@@ -550,7 +552,7 @@ def tdms_columns(file: RecordFile) -> Channels:
     def read() -> list[Channel]:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
         if whole.file_status.incomplete_final_segment:
-            sentence = "the TDMS file is cut short: its last segment is not whole"
+            sentence = "the TDMS file is truncated: its last segment is incomplete"
             raise record_error(file.display_path, sentence)
         return [
             _tdms_channel(file, channel)
@@ -614,7 +616,7 @@ def uff_columns(file: RecordFile) -> Channels:
     pyuff = _import_package("pyuff", "uff", file)
     if len(DATA_SET_DELIMITER.findall(file.raw)) % 2:
         raise record_error(
-            file.display_path, f"{NOT_UNIVERSAL}: its last data set does not end"
+            file.display_path, f"{NOT_UNIVERSAL}: its last data set is not terminated"
         )
 
     def read() -> list[tuple[Channel, Channel]]:

@@ -56,41 +56,42 @@ PositiveTime = Annotated[float, Quantity("s", above=0)]
 
 
 class Gaps(Block):
-    """Short gaps are filled; longer ones stay faults."""
+    """Interpolation of short gaps; longer gaps remain errors."""
 
     fill: Interpolation
-    """By what: a straight `line` between the samples on either side, or the cubic `spline`
-    through all samples that are there."""
+    """Interpolation method: linear between the neighbouring samples (`line`), or a cubic spline
+    through all samples (`spline`).
+    """
     at_most: PositiveTime
-    """Longest gap that is filled [s], from the last sample before it to the first behind."""
+    """Longest gap to fill [s], from the last sample before it to the first one after it."""
 
 
 class Resample(Block):
-    """Another grid, or an even one for times that are uneven."""
+    """Resampling onto another time grid, or of uneven times onto an even grid."""
 
     rate: Frequency | None = None
-    """Samples per second [Hz]."""
+    """Sampling rate [Hz]."""
     step: PositiveTime | None = None
-    """Distance of the samples [s], in place of `rate`."""
+    """Time step [s], instead of `rate`."""
     by: Interpolation
-    """By what: the straight `line` between two samples, or the cubic `spline` through all."""
+    """Interpolation method: linear (`line`), or a cubic spline (`spline`)."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rate", "step"),)
 
 
 class Removal(Block):
-    """What is taken away from the whole record: its trend, and what is outside a band."""
+    """What is removed from the whole record: a trend, and frequencies outside a band."""
 
     trend: Literal["nothing", "mean", "line"] = "nothing"
-    """Its mean or its line (least squares)."""
+    """Trend to subtract: the `mean` or the least-squares `line`."""
     below: Frequency | None = None
-    """What is slower than this frequency [Hz], by a Butterworth high-pass without phase shift,
-    which halves the amplitude there."""
+    """Remove frequencies below this one [Hz], by a zero-phase Butterworth high-pass that halves
+    the amplitude at this frequency."""
     above: Frequency | None = None
-    """What is faster than this frequency [Hz], by such a low-pass."""
+    """Remove frequencies above this one [Hz], by a zero-phase Butterworth low-pass."""
     order: Annotated[int, Field(strict=True, ge=1, le=MAX_FILTER_ORDER)] = 2
-    """Order of these filters [-] in each of their two directions; both together fall by 12 dB
-    an octave and order."""
+    """Order of the filters in each of the two directions [-]; together the slope is 12 dB per
+    octave and order."""
 
     @property
     def has_filters(self) -> bool:
@@ -121,12 +122,12 @@ class Removal(Block):
 
 
 class Window(Block):
-    """The part of a record that counts; its first sample becomes t = 0."""
+    """The part of a record to use; its first sample becomes t = 0."""
 
     start: Time | None = Field(None, alias="from")
-    """First time [s], on the record's own time axis; default its first sample."""
+    """First time [s] on the time axis of the record; default: its first sample."""
     to: Time | None = None
-    """Last time [s]; default the record's last sample."""
+    """Last time [s]; default: the last sample of the record."""
 
     @model_validator(mode="after")
     def _forwards(self) -> Self:
@@ -165,7 +166,7 @@ def _validate_full_scale(value: object) -> object:
     """Require text with a unit; the unit of a full scale cannot be guessed."""
     if isinstance(value, str) and not NUMBER_PATTERN.fullmatch(value.strip()):
         return value
-    raise ValueError(f"must say its unit, such as `50 m/s²`, not {format_value(value)}")
+    raise ValueError(f"must include a unit, such as `50 m/s²`, not {format_value(value)}")
 
 
 FullScale = Annotated[str, BeforeValidator(_validate_full_scale)]
@@ -191,42 +192,45 @@ RemovalOption = Annotated[Removal, BeforeValidator(_expand_removal), _RemovalSch
 
 
 class Recorded(Block):
-    """Evenly spaced samples in a column or channel of a file, and how they are read."""
+    """Evenly spaced samples in a column or channel of a file."""
 
     file: Annotated[str, Field(min_length=1)]
-    """The record, relative to the scenario's folder; its suffix tells its format."""
+    """File of the record, relative to the folder of the scenario; its suffix determines the
+    format."""
     skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
-    """Rows at the top of a text file that are passed over, as words of a logger above the
-    header are [-]; default 0."""
+    """Rows to skip at the top of a text file, such as a preamble above the header [-]; default
+    0."""
     column: Column | None = None
     """Column of the samples: its name in the header, with or without unit, or its number from
-    1; of MATLAB files the variable. May be left out when there is but one besides the time."""
+    1; in MATLAB files the variable. Optional if there is only one besides the time."""
     channel: Column | None = None
-    """Channel of the samples, its number from 1 or its name; for formats that have channels.
-    May be left out when there is but one."""
+    """Channel of the samples: its number from 1 or its name, for formats with channels.
+    Optional if there is only one."""
     unit: str | None = None
-    """Unit of the samples, such as m/s2, g or N; needed unless the file says it, as the header
-    `u_dd [m/s2]` does."""
+    """Unit of the samples, such as m/s2, g or N; required unless the file contains it, as in
+    the header `u_dd [m/s2]`."""
     full_scale: FullScale | None = None
-    """What digital full scale means, with its unit, such as `50 m/s2`: in place of `unit` for
-    a WAV whose samples are whole numbers."""
+    """Value of digital full scale with its unit, such as `50 m/s2`, instead of `unit`: for WAV
+    files with integer samples."""
     time: Column | None = None
-    """Column of the time, evenly spaced; seconds unless its header says otherwise."""
+    """Column of the times, evenly spaced; in seconds unless its header has another unit."""
     rate: Frequency | None = None
-    """Samples per second [Hz], in place of `time`."""
+    """Sampling rate [Hz], instead of `time`."""
     step: PositiveTime | None = None
-    """Distance of the samples [s], in place of `time`."""
+    """Time step [s], instead of `time`."""
     scale: Dimensionless = 1.0
     """Factor on every sample [-]."""
     gaps: Gaps | None = None
-    """What becomes of missing samples; default: each is a fault."""
+    """Interpolation of missing samples; by default each is an error."""
     resample: Resample | None = None
-    """Another grid for the record; default: its own, which must be even."""
+    """Resampling onto another time grid; default: the grid of the record, which must be
+    even."""
     remove: RemovalOption = Field({}, validate_default=True)
-    """What is taken away from the whole record: `mean`, `line`, a band as in
-    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
+    """What is removed from the whole record: `mean`, `line`, a band as in
+    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default.
+    """
     window: Window | None = None
-    """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
+    """The part to use, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("time", "rate", "step"),
@@ -271,7 +275,7 @@ class Recorded(Block):
         key = "fill" if info.field_name == "gaps" else "by"
         if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
             raise InvalidValue(
-                "must be spline: a displacement on lines has kinks, not line", key
+                "must be spline, not line: linear interpolation of displacement has kinks", key
             )
         return value
 
@@ -308,14 +312,14 @@ class Recorded(Block):
 
 
 class Measured(Block):
-    """What a record of base motion holds."""
+    """The measured quantity of a record of base motion."""
 
     quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
-    """What the samples are. Velocity and displacement become acceleration through splines."""
+    """Measured quantity. Velocity and displacement are differentiated through splines."""
     gravity: Literal["refuse", "keep"] = "refuse"
-    """What becomes of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it a fault,
-    `keep` leaves it in, so that the spring bears the weight of the mass."""
+    """Treatment of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it an error; `keep`
+    keeps it, so that the spring carries the weight of the mass."""
 
 
 class RecordedMotion(Recorded, Measured):
-    """Base motion as it was measured: which column of which file, and what it holds."""
+    """Measured base motion: file, column and quantity."""

@@ -145,8 +145,8 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     mean = float(values.mean())
     if not mean > 0.0:
         sentence = (
-            f"the mean of the normal force is {mean:.6g} N; of surfaces that are pressed "
-            "together it is above 0 N: check its sign (`scale: -1` turns it)"
+            f"the mean of the normal force is {mean:.6g} N; it must be "
+            "positive (compression): check the sign (`scale: -1` reverses it)"
         )
         raise record_error(display_path, sentence)
     clean_up = tuple(one.to_dict() for one in reports)
@@ -262,7 +262,7 @@ def _sample_times(
     spacing_key = next((key for key in ("time", "rate", "step") if getattr(record, key)), None)
     if file_spacing is not None:
         if spacing_key is not None:
-            sentence = f"{columns.describe_column(index)} knows the step of its samples"
+            sentence = f"{columns.describe_column(index)} has a time step of its own"
             raise columns.error(f"{sentence}, {file_spacing[0]:.6g} s; remove `{spacing_key}`")
         return None, file_spacing
     if spacing_key is None:

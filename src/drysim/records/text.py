@@ -399,8 +399,8 @@ class TextTable(Columns):
     @property
     def skip_hint(self) -> str:
         """How to skip the header."""
-        skip = f"`skip: {self.line - 1}` passes over the header"
-        return f"; {skip}, and columns have numbers then"
+        skip = f"`skip: {self.line - 1}` skips the header"
+        return f"; {skip}; then select columns by number"
 
     def series(self) -> list[int]:
         """Return the 0-based columns that may contain samples; unnamed ones do not."""
@@ -428,11 +428,11 @@ def detect_table(file: TextFile) -> TextTable:
     line, width = find_wide_row(file)
     if line:
         sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
-        raise record_error(file.display_path, f"{sentence}: write one sample a row", line)
+        raise record_error(file.display_path, f"{sentence}: write one sample per row", line)
     content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
-        hint = f"`skip: {likely - 1}` passes over the rows above it"
+        hint = f"`skip: {likely - 1}` skips the rows above it"
         raise record_error(
             file.display_path,
             f"row {likely} looks like the header, not row {line}: {hint}",
@@ -474,8 +474,8 @@ def detect_table(file: TextFile) -> TextTable:
         sentence = f"the header names {names}, but row {line} has {width}"
         if delimiter == "," and width == 2 * len(header):
             sentence += (
-                "; commas seem to part columns and decimals alike: write decimals with points, "
-                "or columns with semicolons"
+                "; commas seem to be both delimiter and decimal mark: use decimal points, or "
+                "semicolons as delimiter"
             )
         raise record_error(file.display_path, sentence, line)
     labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
@@ -565,6 +565,8 @@ def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
     if not _is_regular(np.frombuffer(block, np.uint8), lines, table):
         return None
     if table.delimiter:
+        # Make one comma-separated sequence of the block. A decimal comma becomes a point; a
+        # comma that is neither decimal mark nor delimiter becomes invalid.
         comma = "." if decimal == "," else "?"
         given, plain = f",{table.delimiter}\n", f"{comma},,"  # the last duplicate counts
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
@@ -596,6 +598,8 @@ def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
         each = table.width
     if marks.size != lines * each:
         return False
+    # The counts agree in total; the last mark of each line must precede its end, and the first
+    # mark of the next line must follow it.
     ends = np.flatnonzero(codes == ord("\n"))
     per_line = marks.reshape(lines, each)
     return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
@@ -649,8 +653,8 @@ def _describe_fault(cell: Cell, decimal: str) -> str:
     if NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     if TIME_OF_DAY.fullmatch(text):
-        instead = "give `rate` or `step` in place of `time`"
-        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
+        instead = "set `rate` or `step` instead of `time`"
+        return f"`{cell.quote}` is a time of day, which is not supported; {instead}"
     return f"`{cell.quote}` is not a number"
 
 
@@ -678,7 +682,7 @@ def open_text(file: RecordFile) -> TextFile:
     if file.reader.find(b"\0") >= 0:
         raise record_error(
             file.display_path,
-            "the record is binary: it holds a zero byte, which text never does",
+            "the record is binary: it contains a zero byte",
         )
     text = TextFile(
         file.display_path, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
@@ -688,7 +692,7 @@ def open_text(file: RecordFile) -> TextFile:
     below = next(islice(raw_lines(text), skip, None), None)
     if below is None and file.skip:
         raise record_error(
-            file.display_path, f"`skip` passes over {file.skip} rows, and the file has no more"
+            file.display_path, f"`skip` skips {file.skip} rows, and the file has no more"
         )
     return text._replace(line=below[0], begin=below[1]) if below else text
 
@@ -769,8 +773,8 @@ def _read_at2_header(text: TextFile) -> At2Header:
             return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
     raise record_error(
         text.display_path,
-        f"the record is no AT2: none of its first {MAX_HEADER_LINES} lines says NPTS and DT, "
-        "as in `NPTS= 4000, DT= .0050 SEC`",
+        f"the record is no AT2: none of its first {MAX_HEADER_LINES} lines contains NPTS and "
+        "DT, as in `NPTS= 4000, DT= .0050 SEC`",
     )
 
 
@@ -786,7 +790,7 @@ def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
                     raise record_error(text.display_path, sentence, line, cell)
         raise record_error(text.display_path, "the record holds no rows of numbers")
     if len(values) != header.n:
-        more = "less: it is cut short" if len(values) < header.n else "more"
+        more = "fewer: the file is truncated" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
         raise _at2_error(text, header.line, f"{sentence}, {more}")
     return values

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from drysim.core.model import BLOCK_SIZE, Samples, Signal, blocks, mean_and_std
 from drysim.errors import WarningMessage
 from drysim.records import SI
-from drysim.records.clean import STEP_TOLERANCE, CleaningReport
+from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import Floats
 from drysim.records.options import SUGGESTED_HIGH_PASS, TRENDS, Recorded, RecordedMotion
 
@@ -30,7 +30,7 @@ GRAVITY_TOLERANCE = 0.05
 MIN_SAMPLES = 16
 """Fewer samples than this define a piecewise linear motion on purpose."""
 
-UNDERSAMPLED = "the samples are too far apart for what is fast"
+UNDERSAMPLED = "the sampling is too coarse for the high frequencies"
 
 LINEAR_CORNER, SPLINE_CORNER = 0.05, 0.15
 """Shares of the sampling rate below which lines and splines preserve the RMS within 1 %.
@@ -62,8 +62,8 @@ def clipping_warnings(file: str, values: Signal, unit: str) -> Iterator[WarningM
         if peaks.any():
             start, count = int(at[first[peaks][0]]) + 1, int(lengths[peaks].sum())
             sentence = (
-                f"{file}: {count} samples look clipped, the first of them sample {start}: "
-                f"{MIN_CLIPPED_SAMPLES} or more on end are the {name} of all, {limit:.4g} "
+                f"{file}: {count} samples look clipped, the first is sample {start}: "
+                f"runs of {MIN_CLIPPED_SAMPLES} or more equal the {name} value, {limit:.4g} "
                 f"{unit}; measure with a wider range"
             )
             numbers = {"limit": limit, "sample": start, "samples": count}
@@ -90,10 +90,10 @@ def gravity_errors(record: RecordedMotion, mean: float) -> Iterator[str]:
     if near and record.gravity == "refuse":
         trend = _trend_to_remove(record)
         yield (
-            f"the mean of ü is {mean:.4g} m/s², so gravity seems left in the record: "
-            f"{record.remove.yaml_with(trend=trend)} takes it away, or a high-pass, "
-            f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}; `gravity: keep` states "
-            "that it is to stay"
+            f"the mean of ü is {mean:.4g} m/s², which looks like gravity: remove it with "
+            f"{record.remove.yaml_with(trend=trend)} or a high-pass, "
+            f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}, or keep it with "
+            "`gravity: keep`"
         )
 
 
@@ -111,8 +111,8 @@ def mean_warnings(
         (mean, spread), name, unit = mean_and_std(motion.u), "u", "m"
     if record.gravity == "refuse" and abs(mean) > LARGE_MEAN * spread:
         sentence = (
-            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large against the RMS "
-            f"about it, {spread:.4g} {unit}; {_mean_remedy(record)}"
+            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large compared with the "
+            f"RMS about it, {spread:.4g} {unit}; {_mean_remedy(record)}"
         )
         yield WarningMessage("record-mean", sentence, {"mean": mean, "rms_about_mean": spread})
 
@@ -122,13 +122,13 @@ def _mean_remedy(record: RecordedMotion) -> str:
     trend, removed, below = _trend_to_remove(record), record.remove.trend, record.remove.below
     if below is not None:
         return (
-            f"the high-pass at {below:g} Hz has taken away that of the whole record: this one "
-            "is of its ends or of a short window"
+            f"the high-pass at {below:g} Hz has removed the mean of the whole record; this "
+            "one comes from its ends or from a short window"
         )
     if TRENDS.index(removed) < TRENDS.index(trend):
         remedy = record.remove.yaml_with(trend=trend)
-        return f"{remedy} takes away what is an offset of the sensor"
-    return f"the {removed} of the whole record is removed, and this part has one of its own"
+        return f"{remedy} removes a sensor offset"
+    return f"the {removed} of the whole record is removed already; this window has its own"
 
 
 def filling_warnings(
@@ -137,8 +137,8 @@ def filling_warnings(
     """Warn if more than 1 % of the samples were interpolated."""
     if report and (share := report.numbers["samples"] / n) > NOTABLE_SHARE:
         sentence = (
-            f"{file}: {share * 100:.2g} % of the samples were filled in, not measured; "
-            "take a record without gaps, or a window without them"
+            f"{file}: {share * 100:.2g} % of the samples were interpolated, not measured; "
+            "use a record without gaps, or a window without them"
         )
         yield WarningMessage("record-filled", sentence, {"share": share})
 
@@ -156,7 +156,7 @@ def resampling_warnings(
     by = record.resample.by if record.resample else ""
     remedy = "`by: spline` loses less; " if by == "line" else ""
     sentence = (
-        f"{record.named}: resampling by {by}s changed the RMS by "
+        f"{record.named}: resampling by {METHODS.get(by, by)} changed the RMS by "
         f"{(after / before - 1) * 100:+.2g} %: {UNDERSAMPLED}; "
         f"{remedy}{_low_pass_hint(record, SPLINE_CORNER / resampled.numbers['step_before'])}"
     )
@@ -214,16 +214,16 @@ def _linear_interpolation_warnings(
         low_pass = _low_pass_hint(record, LINEAR_CORNER / dt)
         resample = f"`resample: {{rate: {required_refinement(kept) / dt:.6g} Hz, by: spline}}`"
         if (lost := 1 - rms_share_of_spline(values)) <= NOTABLE_SHARE:
-            remedy = f"{resample} keeps it; {low_pass}"
+            remedy = f"{resample} preserves it; {low_pass}"
         else:
             corner = float(f"{SPLINE_CORNER / dt:.2g}")
             remedy = (
-                f"a spline would lose {lost * 100:.2g} %, too, as {UNDERSAMPLED}; {low_pass}, "
-                f"and beside {resample} {corner:.6g} Hz will do"
+                f"a spline would lose {lost * 100:.2g} %, too: {UNDERSAMPLED}; {low_pass}; "
+                f"together with {resample} {corner:.6g} Hz is enough"
             )
         sentence = (
-            f"{record.named}: linear interpolation leaves {kept * rms:.4g} of {rms:.4g} "
-            f"{SI[record.measured]} RMS, {(1 - kept) * 100:.2g} % less than at the samples: "
+            f"{record.named}: linear interpolation reduces the RMS from {rms:.4g} to "
+            f"{kept * rms:.4g} {SI[record.measured]}, by {(1 - kept) * 100:.2g} %: "
             f"{remedy}"
         )
         yield WarningMessage("record-interpolated", sentence, {"kept": kept, "step": dt})
@@ -233,9 +233,9 @@ def _low_pass_hint(record: Recorded, corner: float) -> str:
     """Return how to remove frequencies above a corner [Hz], given what is removed already."""
     below = record.remove.below
     if below is not None and below >= corner:
-        return "record it at a higher rate"
+        return "record at a higher rate"
     remedy = record.remove.yaml_with(above=float(f"{corner:.2g}"))
-    return f"a low-pass, {remedy} or lower, takes it away"
+    return f"a low-pass, {remedy} or lower, removes the high frequencies"
 
 
 def displacement_warnings(
@@ -252,10 +252,10 @@ def displacement_warnings(
     share = 0.5 * float(apart @ apart) / squares if squares else 0.0
     if share > NOTABLE_SHARE:
         sentence = (
-            f"{record.named}: RMS{{u}}, and with it T_x, depends on how the record is "
-            f"continued beyond its ends, by about {share * 100:.2g} %; leave out the first and "
-            f"the last {1.0 / record.remove.below:.3g} s by `excitation.window`, take a longer "
-            "record or a higher `remove.below`"
+            f"{record.named}: RMS{{u}}, and with it T_x, is uncertain by about "
+            f"{share * 100:.2g} %: it depends on the extension of the record beyond its ends; "
+            f"exclude the first and the last {1.0 / record.remove.below:.3g} s with "
+            "`excitation.window`, or use a longer record or a higher `remove.below`"
         )
         yield WarningMessage("displacement-ends", sentence, {"share": share})
 
