@@ -167,7 +167,9 @@ def test_full_scale_and_unit_go_with_their_kinds_of_samples(tmp_path, samples):
     assert refused(tmp_path, "float.wav") == (
         "channel 1 has no unit; write `unit: m/s²` in the scenario's `excitation` block"
     )
-    assert "set `unit` instead of `full_scale`" in refused(tmp_path, "float.wav", full_scale="2 g")
+    assert "set `unit` instead of `full_scale`" in refused(
+        tmp_path, "float.wav", full_scale="2 g"
+    )
 
 
 def test_clipped_samples_are_said(tmp_path, samples):
