@@ -295,7 +295,7 @@ def test_rows_may_be_passed_over_where_there_is_no_header(tmp_path):
 def test_more_rows_than_there_are_cannot_be_passed_over(tmp_path):
     found = problem_of(tmp_path, "a [g]\n1\n2\n", skip=3, step=1)
     assert found.sentence == "`skip` skips 3 rows, and the file has no more"
-    with pytest.raises(ValidationError, match="a WAV is no text table; remove `skip`"):
+    with pytest.raises(ValidationError, match="a WAV is not a text table; remove `skip`"):
         record(tmp_path, file="r.wav", skip=1)
 
 
@@ -336,7 +336,7 @@ def test_what_is_missing_is_asked_for_in_order(tmp_path):
     text = "Zeit [ms];acc [m/s2];b [m/s2]\n0;1;3\n1;2;4\n"
     said = problem_of(tmp_path, text).sentence
     assert said.endswith("`time: Zeit` fits, as the header has `Zeit [ms]`")
-    assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("give `column`")
+    assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("set `column`")
 
 
 def test_times_of_day_are_told_from_other_words(tmp_path):
@@ -428,7 +428,7 @@ FAULTS = {
     "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
     "number": (ROWS, {"time": "t", "column": 3}, "there is no column 3"),
     "no header": ("0,1\n1,2\n", {"time": "t"}, "the file has no header"),
-    "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "give `column`, its name or number"),
+    "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "set `column`, its name or number"),
     "two alike": ("a [g],a [m]\n0,1\n1,2\n", {"step": 1, "column": "a"}, "columns 1 and 2"),
     "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` fits"),
     "ragged": (ROWS + "0.03\n", {"time": "t"}, "row 5 has 1 cell, not 2"),
@@ -436,7 +436,7 @@ FAULTS = {
     "one sample": ("a [g]\n1\n", {"step": 1}, "the record has one sample only"),
     "empty": ("", {"step": 1}, "the record is empty"),
     "only blanks": ("\n \n", {"step": 1}, "the record is empty"),
-    "header alone": ("# x\na [g]\n", {"step": 1}, "the record holds no rows of numbers"),
+    "header alone": ("# x\na [g]\n", {"step": 1}, "the record contains no rows of numbers"),
     "binary": (b"a\0b\n1\n", {"step": 1}, "the record is binary"),
     "UTF-16": ("a [g]\n1\n".encode("utf-16"), {"step": 1}, "the record is UTF-16 text"),
     "no letters": (b"a\x81 [m/s2]\n1\n2\n", {"step": 1}, "the header is not UTF-8"),

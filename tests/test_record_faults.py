@@ -92,8 +92,8 @@ CUT = {
     "wav": "bytes are missing at its end",
     "mat": "bytes are missing at its end",
     "at2": "the header says NPTS= 400, but there are 399 samples, fewer: the file is truncated",
-    "uff": "universal file, or damaged: its last data set is not terminated",
-    "mf4": "MDF, or damaged",
+    "uff": "universal file, or it is damaged: its last data set is not terminated",
+    "mf4": "MDF file, or it is damaged",
     "tdms": "the TDMS file is truncated: its last segment is incomplete",
     "rpc": "truncated",
 }
@@ -189,7 +189,7 @@ def test_missing_rate_is_asked_for(answer, tmp_path, kind):
 
 def test_wav_of_two_channels_asks_which(answer, tmp_path):
     wav(tmp_path / "r.wav", 50, np.stack([SHARES, SHARES], axis=1))
-    assert "give `channel`, its number; there are: 2" in answer("wav").err
+    assert "set `channel`, its number; there are: 2" in answer("wav").err
 
 
 # A long record is read by parts: a WAV as often as it is needed, a text once.

@@ -139,7 +139,7 @@ def test_wav_of_two_channels_asks_for_one(tmp_path, samples):
     both = np.stack([samples, -samples], axis=1).astype(np.float32)
     wav(tmp_path / "r.wav", RATE, both)
     assert refused(tmp_path, "r.wav", unit="g") == (
-        "give `channel`, its number; there are: 2, without names"
+        "set `channel`, its number; there are: 2, without names"
     )
     second = motion_of(tmp_path, "r.wav", unit="m/s2", channel=2)
     np.testing.assert_array_equal(second.u_dd, both[:, 1])
@@ -198,14 +198,14 @@ def test_scenario_with_a_wav_runs_again_as_it_was_resolved(tmp_path, samples):
 
 WAVS = {
     "other": (lambda raw: b"RIFX" + raw[4:], "the WAV is RIFX; only RIFF is supported"),
-    "none": (lambda raw: b"ID3 " + raw[4:], "the record is no WAV"),
-    "cut": (lambda raw: raw[:-7], "cut short or damaged: 7 bytes are missing at its end"),
-    "head": (lambda raw: raw[:20], "cut short or damaged: 16 bytes are missing at its end"),
-    "stub": (lambda raw: raw[:12], "cut short or damaged: it has no samples"),
+    "none": (lambda raw: b"ID3 " + raw[4:], "the record is not a WAV file"),
+    "cut": (lambda raw: raw[:-7], "truncated or damaged: 7 bytes are missing at its end"),
+    "head": (lambda raw: raw[:20], "truncated or damaged: 16 bytes are missing at its end"),
+    "stub": (lambda raw: raw[:12], "truncated or damaged: it has no samples"),
     "code": (lambda raw: raw[:20] + b"\x55" + raw[21:], "samples of 16 bits in format 85"),
     "rate": (lambda raw: raw[:24] + bytes(4) + raw[28:], "it has 1 channels at 0 Hz"),
     "sizes": (lambda raw: raw[:32] + b"\3" + raw[33:], "its sample sizes are inconsistent"),
-    "silent": (lambda raw: raw[:40] + bytes(4), "the WAV holds no samples"),
+    "silent": (lambda raw: raw[:40] + bytes(4), "the WAV contains no samples"),
     "odd": (lambda raw: raw[:40] + b"\5\0\0\0" + raw[44:], "its last sample is incomplete"),
 }
 
@@ -249,7 +249,7 @@ def test_compressed_mat_of_whole_numbers_is_read(tmp_path):
 
 
 MATS = {
-    "which": ({}, "give `column`, its name or number; there are: `t`, `acc`, `late`"),
+    "which": ({}, "set `column`, its name or number; there are: `t`, `acc`, `late`"),
     "near": ({"column": "ac"}, "there is no variable `ac`; did you mean `acc`?"),
     "unit": ({"column": "acc"}, "variable 2 (`acc`) has no unit; write `unit: m/s²` in"),
     "lengths": ({"column": "late", "time": "t", "unit": "g"}, "(`late`) has 3 samples, variab"),
@@ -279,9 +279,11 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
         tmp_path, "r.mat", step=1
     )
     (tmp_path / "r.mat").write_bytes(b"1,2,3\n" * 200)
-    assert "the record is no MAT file, or damaged" in refused(tmp_path, "r.mat", step=1)
+    assert "the record is not a MAT file, or it is damaged" in refused(
+        tmp_path, "r.mat", step=1
+    )
     mat(tmp_path / "r.mat", {"fs": 1.0})
-    assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of real numbers"
+    assert refused(tmp_path, "r.mat", step=1) == "the MAT file contains no vector of real numbers"
 
 
 def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
@@ -291,7 +293,7 @@ def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
         for change in (whole[:-9], whole[:140], whole[:126] + b"??" + whole[128:]):
             (tmp_path / "r.mat").write_bytes(change)
             said = refused(tmp_path, "r.mat", step=1, unit="g")
-            assert said.startswith("the record is no MAT file, or damaged: ")
+            assert said.startswith("the record is not a MAT file, or it is damaged: ")
     (tmp_path / "r.mat").write_bytes(whole[:200] + b"\0\0\0\0" + whole[204:])
     assert "cannot be decompressed" in refused(tmp_path, "r.mat", step=1, unit="g")
 
@@ -327,7 +329,7 @@ def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
     whole[132:136] = (4000).to_bytes(4, "little")
     (tmp_path / "r.mat").write_bytes(whole)
     said = refused(tmp_path, "r.mat", step=1, unit="g", column="acc")
-    assert said.startswith("the record is no MAT file, or damaged: ")
+    assert said.startswith("the record is not a MAT file, or it is damaged: ")
 
 
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
@@ -385,7 +387,10 @@ AT2S = {
         lambda text: text[:-45] + " nan 1\n",
         "sample 499, series 1: not a number: the record has a gap",
     ),
-    "header": (lambda text: text[:70], "the record is no AT2: none of its first 10 lines"),
+    "header": (
+        lambda text: text[:70],
+        "the record is not an AT2 file: none of its first 10 lines",
+    ),
     "step": (
         lambda text: text.replace(".0050", "-1e-"),
         "DT must be a number above 0, not `NPTS= 500, DT",
@@ -554,7 +559,7 @@ def test_window_counts_on_the_times_of_the_file(tmp_path, file, write):
 def test_what_is_missing_or_wrong_is_said(tmp_path, file, write):
     write(tmp_path / file, series() | {"mute": np.ones(3), "gap": np.array([1.0, np.nan, 2])})
     for words, sentence in (
-        ({}, "give `channel`, its name or number; there are: "),
+        ({}, "set `channel`, its name or number; there are: "),
         ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`? there are: "),
         ({"channel": 99}, "there is no channel 99"),
         ({"channel": "mute"}, "`) has no unit; write `unit: m/s²` in the scenario"),
@@ -614,12 +619,12 @@ def test_universal_file_that_is_cut_short_is_refused(tmp_path):
     text = (tmp_path / "r.uff").read_text()
     (tmp_path / "r.uff").write_text(text.replace("        50", "        60"))
     said = extra_refused(tmp_path, "r.uff")
-    assert said == "data set 1 is cut short or damaged: it has 50 samples, not 60"
+    assert said == "data set 1 is truncated or damaged: it has 50 samples, not 60"
 
 
 def test_spectra_in_a_universal_file_are_no_records(tmp_path):
     uff(tmp_path / "r.uff", func_type=2)
-    assert "is no universal file with a time history in a data set 58" in extra_refused(
+    assert "is not a universal file with a time history in a data set 58" in extra_refused(
         tmp_path, "r.uff"
     )
 
@@ -775,7 +780,7 @@ def test_file_without_a_number_of_samples_ends_with_its_last_frame(tmp_path):
 def test_what_is_missing_or_wrong_is_said_of_rpc(tmp_path):
     rpc(tmp_path / "r.rpc", units=("m/s^2", ""))
     for words, sentence in (
-        ({}, "give `channel`, its name or number; there are: `acc`, `other`"),
+        ({}, "set `channel`, its name or number; there are: `acc`, `other`"),
         ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`?"),
         ({"channel": 3}, "there is no channel 3"),
         ({"channel": 2}, "(`other`) has no unit; write `unit: m/s²` in the scenario"),
@@ -810,7 +815,7 @@ def test_broken_file_earns_a_sentence(tmp_path, capfd, name):
     assert changed != whole
     (tmp_path / "r.rpc").write_bytes(changed)
     said = extra_refused(tmp_path, "r.rpc")
-    assert said.startswith(("the record is no RPC III time history", "the record is empty"))
+    assert said.startswith(("the record is not an RPC III time history", "the record is empty"))
     assert capfd.readouterr() == ("", "")
 
 

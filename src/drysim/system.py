@@ -102,7 +102,7 @@ def _require_regular_file(status: os.stat_result) -> None:
     """Raise `NotARegularFile` unless the file is regular."""
     if not stat.S_ISREG(status.st_mode):
         kinds = (name for test, name in FILE_TYPES if test(status.st_mode))
-        raise NotARegularFile(next(kinds, "no ordinary file"))
+        raise NotARegularFile(next(kinds, "a special file"))
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
@@ -114,7 +114,7 @@ def removed_error(folder: Path) -> OutputError:
     """Return the error for a `<name>.partial` folder that lost files while in use."""
     return OutputError(
         f"{folder} was removed, in whole or in part, while drysim was writing it",
-        "let nothing else write there, and run the command again",
+        "make sure that no other process writes there, and run the command again",
     )
 
 

@@ -226,7 +226,7 @@ def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> s
     if not base.periodic:
         return words + "".join(f", {each}" for each in _describe_requested(base, varied))
     motion = base.motion()
-    assert isinstance(motion, Sines), "what has frequencies is made of sines"
+    assert isinstance(motion, Sines), "an excitation with frequencies must be a sum of sines"
     band = f" {_format_band(motion)}" if motion.A and "frequency" not in varied else ""
     level = motion.A and not varied & {"rms", "amplitude", "phase"}
     return (
@@ -258,7 +258,7 @@ def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None)
 
 def _format_scale(scale: object) -> str:
     """Return the factor on the samples of a record; empty for 1."""
-    assert isinstance(scale, float), "a factor is a number"
+    assert isinstance(scale, float), "a factor must be a number"
     return "" if scale == 1.0 else f" times {format_number(scale)}"
 
 
@@ -286,7 +286,7 @@ def _describe_realised(motion: Samples) -> str:
             words.append(f"{format_number(found, unit)} (requested: {format_number(asked)})")
     error = motion.realised.get("psd_error")
     if isinstance(error, float):
-        words.append(f"PSD within {format_percent(error)} of its peak")
+        words.append(f"PSD error up to {format_percent(error)} of its peak")
     return "".join(f", {word}" for word in words)
 
 

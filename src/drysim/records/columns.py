@@ -437,7 +437,7 @@ class Columns:
         if hits:
             numbers = " and ".join(str(i + 1) for i in hits[:MAX_LISTED_COLUMNS])
             both = f"{self.word}s {numbers} are both {format_value(wanted)}"
-            raise self.error(f"{both}; give the {self.word}'s number")
+            raise self.error(f"{both}; use the {self.word} number")
         nearest = closest_match(wanted, filter(None, names_only + full))
         guess = f" did you mean {format_value(nearest)}?" if nearest else ""
         raise self.error(
@@ -538,7 +538,8 @@ class Channels(Columns):
         Raises
         ------
         RecordError
-            If a column is no series of real numbers, a sample is not finite, or lengths differ.
+            If a column is not a series of real numbers, a sample is not finite, or lengths
+            differ.
         """
         found = [self._series(index) for index in wanted]
         for index, column in zip(wanted, found, strict=True):
@@ -568,7 +569,7 @@ class Channels(Columns):
             return loaded[:]
         values = np.asarray(loaded)
         if values.ndim != 1 or values.dtype.kind not in "iufb":
-            raise self.error(f"{self.describe_column(index)} is no series of real numbers")
+            raise self.error(f"{self.describe_column(index)} is not a series of real numbers")
         ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable
         return values if ours else values.astype(np.float64)
 
@@ -646,7 +647,7 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
     if not others:
         raise columns.error(f"there is no {columns.word} besides the time")
     way = "its name or number" if columns.labels else "its number"
-    raise columns.error(f"give `{columns.key}`, {way}; there are: {columns.names()}")
+    raise columns.error(f"set `{columns.key}`, {way}; there are: {columns.names()}")
 
 
 def column_factor(
@@ -744,7 +745,7 @@ KNOWN_TIMES = "contains its times; remove `{key}`"
 USE_CHANNEL = "has channels; write `channel` instead of `column`"
 USE_COLUMN = "has no channels; write `column` instead of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
-NOT_TEXT = "is no text table; remove `skip`"
+NOT_TEXT = "is not a text table; remove `skip`"
 NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and set `unit` if the file has none"
 
 

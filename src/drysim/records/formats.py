@@ -102,7 +102,7 @@ class ByteView(NamedTuple):
     def damaged(self, what: str) -> RecordError:
         """Return the error for a damaged file."""
         return record_error(
-            self.file.display_path, f"the record is no MAT file, or damaged: {what}"
+            self.file.display_path, f"the record is not a MAT file, or it is damaged: {what}"
         )
 
 
@@ -283,7 +283,7 @@ def mat_columns(file: RecordFile) -> Channels:
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise record_error(file.display_path, "the MAT file holds no vector of real numbers")
+        raise record_error(file.display_path, "the MAT file contains no vector of real numbers")
     return make_channels(file, vectors, word="variable", key="column")
 
 
@@ -325,7 +325,7 @@ def wav_columns(file: RecordFile) -> Channels:
     form, start, size = _read_chunks(file)
     each = form.bits // 8 * form.channels
     if size < each:
-        raise record_error(file.display_path, "the WAV holds no samples")
+        raise record_error(file.display_path, "the WAV contains no samples")
     if size % each:
         raise _wav_error(file, "its last sample is incomplete")
     reads = [
@@ -345,7 +345,9 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
             file.display_path, f"the WAV is {kind}; only RIFF is supported: convert it"
         )
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
-        raise record_error(file.display_path, "the record is no WAV: it does not begin as one")
+        raise record_error(
+            file.display_path, "the record is not a WAV file: it has no RIFF header"
+        )
     while at + 8 <= len(raw):
         name, size = raw[at : at + 4], _little_endian(raw, at + 4, 4)
         if at + 8 + size > len(raw):
@@ -408,7 +410,7 @@ def _little_endian(raw: Reader | bytes, at: int, size: int) -> int:
 
 
 def _wav_error(file: RecordFile, what: str) -> RecordError:
-    return record_error(file.display_path, f"the WAV is cut short or damaged: {what}")
+    return record_error(file.display_path, f"the WAV is truncated or damaged: {what}")
 
 
 WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
@@ -487,7 +489,7 @@ def mdf_columns(file: RecordFile) -> Channels:
                 if whole.masters_db.get(group) != at
             ]
 
-    found = _call_package(read, file, "the record is no MDF, or damaged")
+    found = _call_package(read, file, "the record is not an MDF file, or it is damaged")
     if not found:
         raise record_error(file.display_path, "the MDF file has no channels")
     series = [
@@ -519,7 +521,9 @@ def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.ge
             about = whole.groups[group].channel_group
             size = about.samples_byte_nr + about.invalidation_bytes_nr
             if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
-                sentence = f"the record is no MDF, or damaged: one row of {size} bytes"
+                sentence = (
+                    f"the record is not an MDF file, or it is damaged: one row of {size} bytes"
+                )
                 raise record_error(file.display_path, sentence)
             require_memory_to_load(file.display_path, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
@@ -560,7 +564,7 @@ def tdms_columns(file: RecordFile) -> Channels:
             for channel in group.channels()
         ]
 
-    found = _call_package(read, file, "the record is no TDMS, or damaged")
+    found = _call_package(read, file, "the record is not a TDMS file, or it is damaged")
     if not found:
         raise record_error(file.display_path, "the TDMS file has no channels")
     return make_channels(file, found)
@@ -605,7 +609,7 @@ TDMS = Format(
 DATA_SET_DELIMITER = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
 """The line that delimits data sets. After binary samples it does not start on a new line."""
 
-NOT_UNIVERSAL = "the record is no universal file, or damaged"
+NOT_UNIVERSAL = "the record is not a universal file, or it is damaged"
 
 DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-Z", "-Y", "-X")
 """By number; negative numbers count from the end."""
@@ -633,7 +637,7 @@ def uff_columns(file: RecordFile) -> Channels:
 
     found = _call_package(read, file, NOT_UNIVERSAL)
     if not found:
-        sentence = "the record is no universal file with a time history in a data set 58"
+        sentence = "the record is not a universal file with a time history in a data set 58"
         raise record_error(file.display_path, sentence)
     series, times = [], list[Channel]()
     for channel, time_column in found:
@@ -681,7 +685,7 @@ def _load_uff(
     where = f"data set {n + 1} cannot be read"
     values = _call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
-        sentence = f"data set {n + 1} is cut short or damaged"
+        sentence = f"data set {n + 1} is truncated or damaged"
         raise record_error(
             file.display_path, f"{sentence}: it has {len(values)} samples, not {count}"
         )
@@ -730,7 +734,9 @@ def _read_rpc(file: RecordFile, header_only: bool) -> Any:
         rpc3.progressbar = False
         return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
 
-    return _call_package(read, file, "the record is no RPC III time history, or damaged")
+    return _call_package(
+        read, file, "the record is not an RPC III time history, or it is damaged"
+    )
 
 
 RPC = Format(

@@ -138,7 +138,7 @@ def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
 
     sentence = QUOTED.sub(hidden, problem.sentence)
     if any("`" in line for line in whole):  # a quoted cell may contain a backtick itself
-        sentence = f"row {problem.line} is not what a record holds there"
+        sentence = f"row {problem.line} is not a valid row of a record"
     if sentence == problem.sentence:
         return error
     return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
@@ -454,7 +454,7 @@ def detect_table(file: TextFile) -> TextTable:
             line, start, text = next(content, (0, 0, ""))
     if not line:
         raise record_error(
-            file.display_path, "the record holds no rows of numbers", header_line
+            file.display_path, "the record contains no rows of numbers", header_line
         )
     delimiter = find_delimiter_below(header_text, text)
     if not header_line and delimiter == "," and has_decimal_commas(file):
@@ -773,8 +773,8 @@ def _read_at2_header(text: TextFile) -> At2Header:
             return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
     raise record_error(
         text.display_path,
-        f"the record is no AT2: none of its first {MAX_HEADER_LINES} lines contains NPTS and "
-        "DT, as in `NPTS= 4000, DT= .0050 SEC`",
+        f"the record is not an AT2 file: none of its first {MAX_HEADER_LINES} lines contains "
+        "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`",
     )
 
 
@@ -788,7 +788,7 @@ def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
                     cell = Cell(word[0], word.start() + 1)
                     sentence = f"row {line}: `{cell.quote}` is not a number"
                     raise record_error(text.display_path, sentence, line, cell)
-        raise record_error(text.display_path, "the record holds no rows of numbers")
+        raise record_error(text.display_path, "the record contains no rows of numbers")
     if len(values) != header.n:
         more = "fewer: the file is truncated" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
