@@ -283,7 +283,9 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
         tmp_path, "r.mat", step=1
     )
     mat(tmp_path / "r.mat", {"fs": 1.0})
-    assert refused(tmp_path, "r.mat", step=1) == "the MAT file contains no vector of real numbers"
+    assert (
+        refused(tmp_path, "r.mat", step=1) == "the MAT file contains no vector of real numbers"
+    )
 
 
 def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
