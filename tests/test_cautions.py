@@ -314,7 +314,7 @@ def test_record_that_is_missing_in_options_of_another_law_is_said(slugs):
     record = {"file": "nope.csv", "column": 1, "unit": "N", "rate": 100}
     pressed = {"mu_kinetic": 0.1, "normal_record": record}
     friction = {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5, "coulomb": pressed}
-    assert "the record is not there" in slugs(friction=friction)["unread-record"]
+    assert "the record does not exist" in slugs(friction=friction)["unread-record"]
 
 
 def test_force_of_zero_from_outside_is_no_slip(tmp_path):

@@ -282,7 +282,7 @@ def test_numerics_that_fail_with_every_seed_leave_nothing(tmp_path):
 def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_path):
     answer = drysim("run", noisy, "--set", f"{SEEDS}=12", "--set", "checks=[T_a < 1]")
     assert (answer.code, answer.err.count("warning")) == (0, 1), answer.err
-    assert "seeds       12, from 1 to 12; values are means" in answer.out
+    assert "seeds       12, from 1 to 12; values are mean" in answer.out
     folder = tmp_path / "out" / "noisy"
     names = {file.name for file in folder.iterdir()}
     assert {"ensemble.csv", "ensemble.png", "response.csv", "response.png"} < names

@@ -42,7 +42,7 @@ def test_record_behind_a_link_or_beside_the_folder_is_read_as_a_regular_file(tmp
 )
 def test_record_behind_a_link_is_looked_at_before_it_is_opened(tmp_path, target, what):
     (tmp_path / "r.csv").symlink_to(target)
-    assert refusal(tmp_path) == f"the record is {what}; only a regular file is read"
+    assert refusal(tmp_path) == f"the record is {what}; only regular files are supported"
 
 
 KEY = """\
@@ -96,7 +96,7 @@ def test_message_about_a_link_still_names_row_column_and_cell(tmp_path):
 
 def test_pipe_and_socket_are_no_records_and_nobody_waits(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "r.csv")
-    assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
+    assert refusal(tmp_path) == "the record is a pipe; only regular files are supported"
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as plug:
         plug.bind("s.csv")
@@ -122,7 +122,7 @@ def test_record_that_grows_or_shrinks_while_it_is_read_is_refused(
 def test_record_that_becomes_a_pipe_between_two_looks_is_refused(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "r.csv")
     monkeypatch.setattr(system, "file_size", lambda _: 100)
-    assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
+    assert refusal(tmp_path) == "the record is a pipe; only regular files are supported"
 
 
 def test_header_is_quoted_in_few_words_whatever_it_holds(tmp_path):

@@ -330,7 +330,7 @@ def test_words_about_the_base_motion_are_told_to_their_end():
     words = style.response_heading(
         replace(made, response=replace(made.response, motion=motion))
     )[1]
-    assert " ".join(words).endswith("PSD within 0.459 % of its peak")
+    assert " ".join(words).endswith("PSD error up to 0.459 % of its peak")
 
 
 def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):

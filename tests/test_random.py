@@ -392,7 +392,7 @@ def test_recalled_rms_is_said_to_be_recalled():
 def test_class_and_proof_are_printed():
     words = describe_excitation(one := standard("EM6"), one.motion(STEP))
     assert words.startswith("standard EM6, 24001 samples at 400 Hz, 60 s, 1.65 m/s² RMS")
-    assert "(asked for: 1.65), PSD within 0." in words
+    assert "(requested: 1.65), PSD error up to 0." in words
 
 
 @pytest.fixture

@@ -96,14 +96,14 @@ def test_columns_between_blanks_may_have_decimal_commas(tmp_path):
 
 def test_logger_words_above_a_column_with_decimal_commas_are_told(tmp_path):
     sentence = problem_of(tmp_path, "Logger 7\nacc\nm/s2\n0,5\n0,6\n", step=1).sentence
-    assert "row 2 looks like the header, not row 1: `skip: 1` passes" in sentence
+    assert "row 2 looks like the header, not row 1: `skip: 1` skips" in sentence
 
 
 def test_commas_that_part_columns_and_decimals_alike_are_told(tmp_path):
     text = "t [s],a [m/s2]\n0,0,0,5\n0,1,-0,25\n"
     assert problem_of(tmp_path, text, time="t").sentence == (
-        "the header names 2 columns, but row 2 has 4; commas seem to part columns and decimals "
-        "alike: write decimals with points, or columns with semicolons"
+        "the header names 2 columns, but row 2 has 4; commas seem to be both delimiter "
+        "and decimal mark: use decimal points, or semicolons as delimiter"
     )
 
 
@@ -236,7 +236,7 @@ def test_rows_of_a_logger_above_the_header_are_told_and_passed_over(tmp_path, he
     text, rows = f"{head}Zeit [s];acc [m/s2]\n0;1\n1;2\n", head.count("\n")
     found = problem_of(tmp_path, text, time="Zeit", column="acc")
     assert f"row {rows + 1} looks like the header" in found.sentence
-    assert found.sentence.endswith(f"`skip: {rows}` passes over the rows above it")
+    assert found.sentence.endswith(f"`skip: {rows}` skips the rows above it")
     assert found.line == rows + 1
     motion = motion_of(tmp_path, text, time="Zeit", column="acc", skip=rows)
     assert motion.u_dd.tolist() == [1, 2]
@@ -280,8 +280,8 @@ def test_header_with_another_unit_may_be_passed_over(tmp_path):
         other = text.replace("mg", unit)
         found = problem_of(tmp_path, other, time="t", column="a", **scaled)
         assert why in found.sentence
-        assert found.sentence.endswith("`skip: 1` passes over the header, and columns have "
-                                       "numbers then")  # fmt: skip
+        assert found.sentence.endswith("`skip: 1` skips the header; then select columns "
+                                       "by number")  # fmt: skip
         numbered = motion_of(tmp_path, other, time=1, column=2, skip=1, **scaled)
         np.testing.assert_allclose(numbered.u_dd, motion.u_dd, rtol=1e-15)
 
@@ -294,8 +294,8 @@ def test_rows_may_be_passed_over_where_there_is_no_header(tmp_path):
 
 def test_more_rows_than_there_are_cannot_be_passed_over(tmp_path):
     found = problem_of(tmp_path, "a [g]\n1\n2\n", skip=3, step=1)
-    assert found.sentence == "`skip` passes over 3 rows, and the file has no more"
-    with pytest.raises(ValidationError, match="a WAV is no table of text; remove `skip`"):
+    assert found.sentence == "`skip` skips 3 rows, and the file has no more"
+    with pytest.raises(ValidationError, match="a WAV is not a text table; remove `skip`"):
         record(tmp_path, file="r.wav", skip=1)
 
 
@@ -335,8 +335,8 @@ def test_column_without_a_name_need_not_be_told_from_the_samples(tmp_path):
 def test_what_is_missing_is_asked_for_in_order(tmp_path):
     text = "Zeit [ms];acc [m/s2];b [m/s2]\n0;1;3\n1;2;4\n"
     said = problem_of(tmp_path, text).sentence
-    assert said.endswith("`time: Zeit` is what is missing, as the header has `Zeit [ms]`")
-    assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("give `column`")
+    assert said.endswith("`time: Zeit` fits, as the header has `Zeit [ms]`")
+    assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("set `column`")
 
 
 def test_times_of_day_are_told_from_other_words(tmp_path):
@@ -344,7 +344,7 @@ def test_times_of_day_are_told_from_other_words(tmp_path):
         text = f"t,a [g]\n{stamp},1\n{stamp},2\n"
         said = problem_of(tmp_path, text, time="t").sentence
         assert said.endswith(
-            "is a time of day, which is not read; give `rate` or `step` in place of `time`"
+            "is a time of day, which is not supported; set `rate` or `step` instead of `time`"
         )
 
 
@@ -392,10 +392,10 @@ def test_message_quotes_nothing_but_the_faulty_cell(tmp_path):
 
 
 STEPS = {
-    "0\n1\n2\n4\n5\n": (4, "1 sample is missing before this row: 2 s to it, 1 s as a rule"),
-    "0\n1\n2.1\n3.1\n4.1\n5.1\n": (3, "the time steps are uneven: 1.1 to this row"),
-    "0\n1\n2\n1.5\n3\n": (4, "time runs backwards: from 2 to 1.5"),
-    "0\n1\n1\n2\n": (3, "time stands still: from 1 to 1"),
+    "0\n1\n2\n4\n5\n": (4, "1 sample is missing before this row: a step of 2 s, not 1 s"),
+    "0\n1\n2.1\n3.1\n4.1\n5.1\n": (3, "the time steps are uneven: 1.1 before this row"),
+    "0\n1\n2\n1.5\n3\n": (4, "time decreases: from 2 to 1.5"),
+    "0\n1\n1\n2\n": (3, "time repeats: from 1 to 1"),
 }
 
 
@@ -428,15 +428,15 @@ FAULTS = {
     "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
     "number": (ROWS, {"time": "t", "column": 3}, "there is no column 3"),
     "no header": ("0,1\n1,2\n", {"time": "t"}, "the file has no header"),
-    "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "give `column`, its name or number"),
+    "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "set `column`, its name or number"),
     "two alike": ("a [g],a [m]\n0,1\n1,2\n", {"step": 1, "column": "a"}, "columns 1 and 2"),
-    "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` is what is missing"),
+    "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` fits"),
     "ragged": (ROWS + "0.03\n", {"time": "t"}, "row 5 has 1 cell, not 2"),
     "gap": ("a [g]\n1\n\n2\n", {"step": 1}, "row 3 is empty: the record has a gap"),
     "one sample": ("a [g]\n1\n", {"step": 1}, "the record has one sample only"),
     "empty": ("", {"step": 1}, "the record is empty"),
     "only blanks": ("\n \n", {"step": 1}, "the record is empty"),
-    "header alone": ("# x\na [g]\n", {"step": 1}, "the record holds no rows of numbers"),
+    "header alone": ("# x\na [g]\n", {"step": 1}, "the record contains no rows of numbers"),
     "binary": (b"a\0b\n1\n", {"step": 1}, "the record is binary"),
     "UTF-16": ("a [g]\n1\n".encode("utf-16"), {"step": 1}, "the record is UTF-16 text"),
     "no letters": (b"a\x81 [m/s2]\n1\n2\n", {"step": 1}, "the header is not UTF-8"),
@@ -471,10 +471,10 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
         "folder.csv": "the record is a folder",
         "pipe.csv": "the record is a pipe",
         "/dev/null": "the record is a device",
-        "r.mp3": "a record from `.mp3` cannot be read; what is read: .csv, .tsv, ",
-        "seats.csv": "the record is not there; did you mean `seat.csv`?",
+        "r.mp3": "a record of type `.mp3` is not supported; supported: .csv, .tsv, ",
+        "seats.csv": "the record does not exist; did you mean `seat.csv`?",
         "logs/seat.csv": "there is no folder",
-        "link.csv": "the record is not there: it is a link that leads nowhere",
+        "link.csv": "the record does not exist: broken symbolic link",
         "a\0b.csv": "the record cannot be read",
     }.items():
         with pytest.raises(RecordError, match=sentence.replace("?", r"\?")):
@@ -581,8 +581,8 @@ def test_window_shifts_time_and_keeps_the_spline_of_the_whole(tmp_path):
 @pytest.mark.parametrize(
     ("window", "sentence"),
     [
-        ({"from": 0.01, "to": 0.07}, "`window.to`, 0.07 s, is behind the end of the record"),
-        ({"from": 0.5}, "`window.from`, 0.5 s, is behind the end of the record"),
+        ({"from": 0.01, "to": 0.07}, "`window.to`, 0.07 s, is after the end of the record"),
+        ({"from": 0.5}, "`window.from`, 0.5 s, is after the end of the record"),
         ({"from": -1}, "`window.from`, -1 s, is before the beginning of the record"),
         ({"to": -1}, "`window.to`, -1 s, is before the beginning of the record"),
         ({"from": 0.01, "to": 0.011}, "the window must hold two samples of the record"),
@@ -650,8 +650,8 @@ SLOW = np.sin(np.arange(500) * 0.02 * np.pi)
 def test_gravity_left_in_a_record_is_a_fault_with_its_remedies(tmp_path, unit, gravity, scale):
     text, words = text_of(gravity * (1 + 0.1 * SLOW), unit), {"step": 0.1, "scale": scale}
     said = problem_of(tmp_path, text, **words).sentence
-    assert "so gravity seems left in the record: `remove: mean` takes it away" in said
-    assert "or a high-pass, `remove: {below: 0.3 Hz}`; `gravity: keep` states that" in said
+    assert "which looks like gravity: remove it with `remove: mean`" in said
+    assert "or a high-pass, `remove: {below: 0.3 Hz}`, or keep it with `gravity: keep`" in said
     for remedy in ({"remove": "mean"}, {"remove": {"below": 0.3}}, {"gravity": "keep"}):
         given = motion_of(tmp_path, text, **words, **remedy).warnings
         # What is slower than the high-pass leaves no displacement that can be trusted.
@@ -661,14 +661,14 @@ def test_gravity_left_in_a_record_is_a_fault_with_its_remedies(tmp_path, unit, g
 def test_gravity_is_taken_away_beside_what_else_is_removed(tmp_path):
     words = {"step": 0.1, "remove": {"above": "2 Hz", "order": 3}}
     said = problem_of(tmp_path, text_of(9.81 + SLOW), **words).sentence
-    assert "`remove: {trend: mean, above: 2 Hz, order: 3}` takes it away" in said
-    assert "or a high-pass, `remove: {below: 0.3 Hz, above: 2 Hz, order: 3}`;" in said
+    assert "remove it with `remove: {trend: mean, above: 2 Hz, order: 3}`" in said
+    assert "or a high-pass, `remove: {below: 0.3 Hz, above: 2 Hz, order: 3}`," in said
 
 
 def test_gravity_of_a_velocity_record_is_a_line(tmp_path):
     text = text_of(9.81 * 0.1 * np.arange(500) + SLOW, "m/s")
     said = problem_of(tmp_path, text, step=0.1, quantity="velocity").sentence
-    assert "`remove: line` takes it away" in said
+    assert "remove it with `remove: line`" in said
 
 
 def test_gravity_is_refused_or_kept():
@@ -685,7 +685,7 @@ def test_large_mean_is_said_and_a_small_one_is_not(tmp_path):
 def test_remedy_of_a_mean_keeps_what_is_removed_already(tmp_path):
     words = {"step": 0.1, "remove": {"above": "2 Hz"}}
     (given,) = motion_of(tmp_path, text_of(0.5 + SLOW), **words).warnings
-    assert "`remove: {trend: mean, above: 2 Hz}` takes away" in given.sentence
+    assert "`remove: {trend: mean, above: 2 Hz}` removes" in given.sentence
 
 
 def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(tmp_path):
@@ -693,18 +693,18 @@ def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(
     given = motion_of(tmp_path, text_of(0.5 + SLOW), **words).warnings[0]
     assert given.slug == "record-mean"
     assert "`remove" not in given.sentence
-    assert "the high-pass at 0.3 Hz has taken away that of the whole record" in given.sentence
+    assert "the high-pass at 0.3 Hz has removed the mean of the whole record" in given.sentence
 
 
 def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
     text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in np.sin(np.arange(500) * 0.02).tolist())
     words = {"step": 0.1, "window": {"from": 0, "to": 10}}
     (given,) = motion_of(tmp_path, text, **words).warnings
-    assert given.sentence.endswith("`remove: mean` takes away what is an offset of the sensor")
+    assert given.sentence.endswith("`remove: mean` removes a sensor offset")
     (removed,) = motion_of(tmp_path, text, **words, remove="mean").warnings
     assert removed.slug == "record-mean"
     assert removed.sentence.endswith(
-        "the mean of the whole record is removed, and this part has one of its own"
+        "the mean of the whole record is removed already; this window has its own"
     )
 
 
@@ -713,7 +713,7 @@ def test_mean_of_the_acceleration_is_the_line_of_a_velocity(tmp_path):
     words = {"step": 0.1, "quantity": "velocity"}
     for remove in ("nothing", "mean"):
         (caution,) = motion_of(tmp_path, text, **words, remove=remove).warnings
-        assert "`remove: line` takes " in caution.sentence
+        assert "`remove: line` removes " in caution.sentence
     assert motion_of(tmp_path, text, **words, remove="line").warnings == ()
 
 

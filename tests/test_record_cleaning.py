@@ -77,8 +77,8 @@ def test_missing_rows_are_counted_and_named(tmp_path):
     kept = np.delete(np.arange(2000), [500, 501, 502, 900])
     said = refused(tmp_path, rows(T[kept].tolist(), WAVE[kept].tolist()), time="t")
     assert said.startswith(
-        "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: 0.02 s to it, "
-        "0.005 s as a rule (2 gaps in all): the record has a gap; `gaps: {fill: line, "
+        "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: a step of "
+        "0.02 s, not 0.005 s (2 gaps in total): the record has a gap; `gaps: {fill: line, "
         "at_most: 20 ms}` fills them all"
     )
 
@@ -128,7 +128,7 @@ def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
     assert told["mean_before"] == pytest.approx(WAVE[kept].mean())
     assert told["mean_after"] == pytest.approx(motion.u_dd.mean())
     assert describe_clean_up(motion)[0].startswith(
-        "2 gaps of 4 samples in all filled by lines, the longest of 0.02 s; RMS 1.4"
+        "2 gaps (4 samples) filled by linear interpolation, the longest of 0.02 s; RMS 1.4"
     )
     assert motion.warnings == ()
 
@@ -145,8 +145,8 @@ def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
     text = rows(T.tolist(), holed(WAVE, *range(300, 310)))
     said = refused(tmp_path, text, time="t", **LINES)
     assert said == (
-        "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: 0.055 s to "
-        "it, 0.005 s as a rule: `gaps.at_most` allows 0.05 s"
+        "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: a step of "
+        "0.055 s, not 0.005 s: `gaps.at_most` allows 0.05 s"
     )
     longer = {"gaps": {"fill": "line", "at_most": 0.055}}
     assert len(motion_of(tmp_path, text, time="t", **longer).u_dd) == 2000
@@ -155,7 +155,7 @@ def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
 @pytest.mark.parametrize("at", [0, -1])
 def test_gap_at_an_end_has_only_one_side(tmp_path, at):
     said = refused(tmp_path, rows(T.tolist(), holed(WAVE, at)), time="t", **LINES)
-    assert "the record begins or ends with a gap; cut that away" in said
+    assert "the record begins or ends with a gap; cut it off" in said
 
 
 def test_gaps_allowed_but_not_there_change_nothing(tmp_path):
@@ -190,8 +190,8 @@ def test_jitter_is_a_fault_with_its_measured_spread(tmp_path):
     t = jittered()
     said = refused(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t")
     steps = np.diff(t)
-    assert f"{steps.min():.6g} to {steps.max():.6g} in all" in said
-    assert "`resample` puts the record onto an even grid" in said
+    assert f"{steps.min():.6g} to {steps.max():.6g} overall" in said
+    assert "`resample` makes them even" in said
 
 
 @pytest.mark.parametrize(("by", "error"), [("line", 0.02), ("spline", 1e-4)])
@@ -207,7 +207,8 @@ def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error)
     told = step(motion, "resample")
     assert told["numbers"]["least_step"] == pytest.approx(np.diff(t).min())
     assert told["numbers"]["greatest_step"] == pytest.approx(np.diff(t).max())
-    assert f"to 400 Hz by {by}s" in describe_clean_up(motion)[0]
+    method = {"line": "linear interpolation", "spline": "cubic spline"}[by]
+    assert f"to 400 Hz by {method}" in describe_clean_up(motion)[0]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -217,7 +218,7 @@ def test_jittered_record_keeps_the_rate_that_it_was_sampled_with(tmp_path, seed)
     motion = motion_of(tmp_path, rows(t.tolist(), WAVE.tolist()), **words)
     assert motion.dt == 1 / RATE
     slower = {"time": "t", "resample": {"rate": 0.95 * RATE, "by": "line"}}
-    assert "would fold" in refused(tmp_path, rows(t.tolist(), WAVE.tolist()), **slower)
+    assert "aliases frequencies" in refused(tmp_path, rows(t.tolist(), WAVE.tolist()), **slower)
 
 
 def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
@@ -250,8 +251,8 @@ def test_loss_of_rate_asks_for_a_low_pass_and_names_one_that_does(tmp_path):
     words["resample"] = {"rate": 50, "by": "line"}
     said = refused(tmp_path, text, **words)
     assert said == (
-        "resampling from 200 to 50 Hz would fold what is above 25 Hz; state a low-pass that "
-        "leaves a tenth of it or less there, `remove: {above: 14.3 Hz, order: 2}` or lower"
+        "resampling from 200 to 50 Hz aliases frequencies above 25 Hz; add a low-pass with "
+        "a gain of at most 0.1 there, `remove: {above: 14.3 Hz, order: 2}` or lower"
     )
     assert said.startswith(refused(tmp_path, text, **words, remove={"above": 15})[:40])
     motion = motion_of(tmp_path, text, **words, remove={"above": 14.3})
@@ -291,7 +292,7 @@ def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path
     words = {"time": "t", "resample": {"rate": 1600, "by": "spline"}}
     (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
     assert caution.sentence.endswith(
-        "a low-pass, `remove: {above: 30 Hz}` or lower, takes it away"
+        "a low-pass, `remove: {above: 30 Hz}` or lower, removes the high frequencies"
     )
     words["remove"] = {"above": 30}
     assert motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings == ()
@@ -301,7 +302,7 @@ def test_clean_up_tells_the_rms_about_the_mean_and_the_mean(tmp_path):
     text = rows(T.tolist(), (9.81 + WAVE).tolist())
     motion = motion_of(tmp_path, text, time="t", remove="mean")
     assert describe_clean_up(motion)[0].endswith(
-        "; RMS 1.458 before, 1.458 m/s² after, of the samples about means of 9.81 and 0 m/s²"
+        "; RMS 1.458 before, 1.458 m/s² after, about means of 9.81 and 0 m/s²"
     )
 
 
@@ -384,8 +385,8 @@ def test_every_remedy_of_lost_rms_serves(tmp_path, quantity, low, high):
     (caution,) = motion_of(tmp_path, text, **words).warnings
     given = re.findall(r"`(\w+): ({.*?})`", caution.sentence)
     remedies = [{key: yaml.safe_load(value)} for key, value in given]
-    if "will do" in caution.sentence:
-        corner = float(re.search(r"` (\S+) Hz will do", caution.sentence)[1])
+    if "is enough" in caution.sentence:
+        corner = float(re.search(r"` (\S+) Hz is enough", caution.sentence)[1])
         remedies[1]["remove"] = remedies[0]["remove"] | {"above": corner}
     assert {"trend", "above", "order"} == remedies[0 if "remove" in remedies[0] else 1][
         "remove"
@@ -413,7 +414,7 @@ def test_window_counts_on_the_times_of_the_record_after_resampling(tmp_path):
 
 @pytest.mark.parametrize("words", [{"resample": {"rate": 400, "by": "line"}}, LINES])
 def test_displacement_is_never_put_on_lines(words):
-    with pytest.raises(ValidationError, match="a displacement on lines has kinks"):
+    with pytest.raises(ValidationError, match="linear interpolation of displacement has kinks"):
         Record.model_validate(
             {"kind": "record", "file": "r.csv", "quantity": "displacement", **words}
         )
@@ -430,8 +431,8 @@ def test_band_is_removed_on_both_sides_and_told(tmp_path):
     middle = slice(400, -400)
     np.testing.assert_allclose(motion.u_dd[middle], mid[middle], atol=3e-3)
     assert describe_clean_up(motion)[0].startswith(
-        "the mean, what is above 20 Hz and what is below 1 Hz removed (Butterworth of order 4, "
-        "both ways): mean 3."
+        "the mean, frequencies above 20 Hz and frequencies below 1 Hz removed (zero-phase "
+        "Butterworth of order 4): mean 3."
     )
 
 
@@ -494,8 +495,8 @@ def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_pa
         if one.slug == "displacement-ends"
     )  # fmt: skip
     assert caution.numbers["share"] > 0.01
-    assert "and with it T_x, depends on how the record is continued" in caution.sentence
-    assert "leave out the first and the last 5 s by `excitation.window`" in caution.sentence
+    assert "it depends on the extension of the record beyond its ends" in caution.sentence
+    assert "exclude the first and the last 5 s with `excitation.window`" in caution.sentence
 
 
 def test_window_without_the_ends_has_a_displacement_without_a_warning(tmp_path):
@@ -555,7 +556,7 @@ def test_window_without_the_ends_of_a_high_pass_earns_no_warning(drifting):
 
 def test_clean_up_says_how_much_hangs_on_the_ends_of_a_high_pass(drifting, drysim):
     told = " ".join(drysim("validate", str(drifting)).out.split())
-    assert "; the first and the last 3.33 s hang on its ends; RMS " in told
+    assert "; the first and the last 3.33 s depend on the extension of the ends; RMS " in told
 
 
 def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
@@ -590,7 +591,7 @@ excitation:
 def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
     (tmp_path / "r.csv").write_text(rows(T.tolist(), holed(WAVE, 70)))
     (tmp_path / "r.yaml").write_text(SCENE + "  gaps: {fill: line, at_most: 10 ms}\n")
-    words = "1 gap of 1 samples in all filled by lines, the longest of 0.01 s; RMS 1.4"
+    words = "1 gap (1 sample) filled by linear interpolation, the longest of 0.01 s; RMS 1.4"
     answer = drysim("run", "r.yaml", "--no-plots", "--strict")
     assert answer.code == 0
     assert words in " ".join(answer.out.split())
@@ -637,7 +638,7 @@ def test_pictures_tell_what_was_done_to_a_record_and_its_factor(tmp_path, monkey
     for figure in (draw_response(run(one)), draw_stroke(table)):
         told = " ".join(text.get_text() for text in figure.texts)
         assert "record r.csv times 2" in told
-        assert "cleaned: the mean and what is above 30 Hz removed" in told
+        assert "cleaned: the mean and frequencies above 30 Hz removed" in told
     figure = draw_stroke(sweep(load("r.yaml", scales)))
     assert "record r.csv; swept: excitation.scale 1, 2" in figure.texts[1].get_text()
 

@@ -91,10 +91,10 @@ CUT = {
     "tsv": "row 401, column 2 (`acc [g]`): the cell is empty",
     "wav": "bytes are missing at its end",
     "mat": "bytes are missing at its end",
-    "at2": "the header says NPTS= 400, but there are 399 samples, less: it is cut short",
-    "uff": "universal file, or damaged: its last data set does not end",
-    "mf4": "MDF, or damaged",
-    "tdms": "the TDMS file is cut short: its last segment is not whole",
+    "at2": "the header says NPTS= 400, but there are 399 samples, fewer: the file is truncated",
+    "uff": "universal file, or it is damaged: its last data set is not terminated",
+    "mf4": "MDF file, or it is damaged",
+    "tdms": "the TDMS file is truncated: its last segment is incomplete",
     "rpc": "truncated",
 }
 
@@ -129,7 +129,7 @@ def test_empty_record_is_refused(answer, tmp_path, kind):
 @pytest.mark.parametrize("mark", [",", ";", " "])
 def test_record_that_lies_on_its_side_is_refused(answer, tmp_path, mark):
     (tmp_path / "r.csv").write_text(mark.join(["1"] * 20_000) + "\n")
-    sentence = "r.csv:1: row 1 has 20000 columns, more than 16384: write one sample a row"
+    sentence = "r.csv:1: row 1 has 20000 columns, more than 16384: write one sample per row"
     assert sentence in answer("csv", "unit: g, rate: 1 Hz").err
 
 
@@ -168,7 +168,7 @@ def test_missing_unit_is_asked_for(answer, tmp_path, kind):
 
 def test_whole_numbers_of_a_wav_ask_for_their_full_scale(answer, tmp_path):
     WRITERS["wav"](tmp_path / "r.wav")
-    assert "give `full_scale: 50 m/s²`, say" in answer("wav", "").err
+    assert "set `full_scale`, e.g. `full_scale: 50 m/s²`" in answer("wav", "").err
 
 
 RATELESS = {
@@ -184,12 +184,12 @@ def test_missing_rate_is_asked_for(answer, tmp_path, kind):
     write, words = RATELESS[kind]
     write(tmp_path / f"r.{kind}")
     said = answer(kind, words).err
-    assert "nothing says how the samples are spaced: give `time` (a " in said
+    assert "the time step is unknown: set `time` (a " in said
 
 
 def test_wav_of_two_channels_asks_which(answer, tmp_path):
     wav(tmp_path / "r.wav", 50, np.stack([SHARES, SHARES], axis=1))
-    assert "give `channel`, its number; there are: 2" in answer("wav").err
+    assert "set `channel`, its number; there are: 2" in answer("wav").err
 
 
 # A long record is read by parts: a WAV as often as it is needed, a text once.
@@ -297,7 +297,7 @@ def test_fault_far_into_a_long_text_is_named_with_its_row(tmp_path, small):
 
 def test_zero_byte_far_into_a_text_is_found(tmp_path, small):
     (tmp_path / "r.csv").write_bytes(b"u_dd [m/s2]\n" + b"1\n" * 4000 + b"\0\n")
-    with pytest.raises(RecordError, match="holds a zero byte"):
+    with pytest.raises(RecordError, match="contains a zero byte"):
         record(tmp_path, file="r.csv", rate=400).motion()
 
 

@@ -139,7 +139,7 @@ def test_wav_of_two_channels_asks_for_one(tmp_path, samples):
     both = np.stack([samples, -samples], axis=1).astype(np.float32)
     wav(tmp_path / "r.wav", RATE, both)
     assert refused(tmp_path, "r.wav", unit="g") == (
-        "give `channel`, its number; there are: 2, without names"
+        "set `channel`, its number; there are: 2, without names"
     )
     second = motion_of(tmp_path, "r.wav", unit="m/s2", channel=2)
     np.testing.assert_array_equal(second.u_dd, both[:, 1])
@@ -160,14 +160,16 @@ def test_full_scale_and_unit_go_with_their_kinds_of_samples(tmp_path, samples):
     wav(tmp_path / "whole.wav", RATE, (samples * 1000).astype(np.int16))
     wav(tmp_path / "float.wav", RATE, samples)
     assert refused(tmp_path, "whole.wav") == (
-        "the samples are whole numbers, shares of a full scale without a unit; "
-        "give `full_scale: 50 m/s²`, say, in the scenario's `excitation` block"
+        "the samples are integers, fractions of a full scale without a unit; "
+        "set `full_scale`, e.g. `full_scale: 50 m/s²`, in the scenario's `excitation` block"
     )
-    assert "in place of `unit`" in refused(tmp_path, "whole.wav", unit="g")
+    assert "instead of `unit`" in refused(tmp_path, "whole.wav", unit="g")
     assert refused(tmp_path, "float.wav") == (
         "channel 1 has no unit; write `unit: m/s²` in the scenario's `excitation` block"
     )
-    assert "give their `unit`" in refused(tmp_path, "float.wav", full_scale="2 g")
+    assert "set `unit` instead of `full_scale`" in refused(
+        tmp_path, "float.wav", full_scale="2 g"
+    )
 
 
 def test_clipped_samples_are_said(tmp_path, samples):
@@ -195,16 +197,16 @@ def test_scenario_with_a_wav_runs_again_as_it_was_resolved(tmp_path, samples):
 
 
 WAVS = {
-    "other": (lambda raw: b"RIFX" + raw[4:], "the record is RIFX, of which only RIFF is read"),
-    "none": (lambda raw: b"ID3 " + raw[4:], "the record is no WAV"),
-    "cut": (lambda raw: raw[:-7], "cut short or damaged: 7 bytes are missing at its end"),
-    "head": (lambda raw: raw[:20], "cut short or damaged: 16 bytes are missing at its end"),
-    "stub": (lambda raw: raw[:12], "cut short or damaged: it has no samples"),
-    "code": (lambda raw: raw[:20] + b"\x55" + raw[21:], "samples of 16 bits in code 85"),
+    "other": (lambda raw: b"RIFX" + raw[4:], "the WAV is RIFX; only RIFF is supported"),
+    "none": (lambda raw: b"ID3 " + raw[4:], "the record is not a WAV file"),
+    "cut": (lambda raw: raw[:-7], "truncated or damaged: 7 bytes are missing at its end"),
+    "head": (lambda raw: raw[:20], "truncated or damaged: 16 bytes are missing at its end"),
+    "stub": (lambda raw: raw[:12], "truncated or damaged: it has no samples"),
+    "code": (lambda raw: raw[:20] + b"\x55" + raw[21:], "samples of 16 bits in format 85"),
     "rate": (lambda raw: raw[:24] + bytes(4) + raw[28:], "it has 1 channels at 0 Hz"),
-    "sizes": (lambda raw: raw[:32] + b"\3" + raw[33:], "its samples do not fit"),
-    "silent": (lambda raw: raw[:40] + bytes(4), "the WAV holds no samples"),
-    "odd": (lambda raw: raw[:40] + b"\5\0\0\0" + raw[44:], "its last sample is not whole"),
+    "sizes": (lambda raw: raw[:32] + b"\3" + raw[33:], "its sample sizes are inconsistent"),
+    "silent": (lambda raw: raw[:40] + bytes(4), "the WAV contains no samples"),
+    "odd": (lambda raw: raw[:40] + b"\5\0\0\0" + raw[44:], "its last sample is incomplete"),
 }
 
 
@@ -223,8 +225,8 @@ def test_infinite_sample_of_a_wav_is_called_so_and_not_a_gap(tmp_path, samples, 
     wav(tmp_path / "r.wav", RATE, samples)
     words = {"gaps": gaps} if gaps else {}
     assert refused(tmp_path, "r.wav", unit="m/s2", **words) == (
-        "sample 7, channel 1: an infinite sample is no gap that could be filled; "
-        "export the record anew"
+        "sample 7, channel 1: an infinite sample cannot be interpolated; "
+        "export the record again"
     )
 
 
@@ -247,16 +249,16 @@ def test_compressed_mat_of_whole_numbers_is_read(tmp_path):
 
 
 MATS = {
-    "which": ({}, "give `column`, its name or number; there are: `t`, `acc`, `late`"),
+    "which": ({}, "set `column`, its name or number; there are: `t`, `acc`, `late`"),
     "near": ({"column": "ac"}, "there is no variable `ac`; did you mean `acc`?"),
     "unit": ({"column": "acc"}, "variable 2 (`acc`) has no unit; write `unit: m/s²` in"),
     "lengths": ({"column": "late", "time": "t", "unit": "g"}, "(`late`) has 3 samples, variab"),
-    "spacing": ({"column": "acc", "unit": "g"}, "`time: t` is what is missing, as the file"),
+    "spacing": ({"column": "acc", "unit": "g"}, "`time: t` fits, as the file"),
     "gap": (
         {"column": "late", "unit": "g", "step": 1},
-        "sample 2, variable 3 (`late`): no number: the",
+        "sample 2, variable 3 (`late`): not a number: the",
     ),
-    "uneven": ({"column": "acc", "unit": "g", "time": "acc"}, "time runs backwards"),
+    "uneven": ({"column": "acc", "unit": "g", "time": "acc"}, "time decreases"),
 }
 
 
@@ -273,13 +275,17 @@ def test_fault_of_a_mat_earns_its_sentence(tmp_path, name):
 
 def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
     (tmp_path / "r.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n")
-    assert "is of version 7.3, which is not read; save it by `save -v7`" in refused(
+    assert "is of version 7.3, which is not supported; save it with `save -v7`" in refused(
         tmp_path, "r.mat", step=1
     )
     (tmp_path / "r.mat").write_bytes(b"1,2,3\n" * 200)
-    assert "the record is no MAT file, or damaged" in refused(tmp_path, "r.mat", step=1)
+    assert "the record is not a MAT file, or it is damaged" in refused(
+        tmp_path, "r.mat", step=1
+    )
     mat(tmp_path / "r.mat", {"fs": 1.0})
-    assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of real numbers"
+    assert (
+        refused(tmp_path, "r.mat", step=1) == "the MAT file contains no vector of real numbers"
+    )
 
 
 def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
@@ -289,9 +295,9 @@ def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
         for change in (whole[:-9], whole[:140], whole[:126] + b"??" + whole[128:]):
             (tmp_path / "r.mat").write_bytes(change)
             said = refused(tmp_path, "r.mat", step=1, unit="g")
-            assert said.startswith("the record is no MAT file, or damaged: ")
+            assert said.startswith("the record is not a MAT file, or it is damaged: ")
     (tmp_path / "r.mat").write_bytes(whole[:200] + b"\0\0\0\0" + whole[204:])
-    assert "cannot be unpacked" in refused(tmp_path, "r.mat", step=1, unit="g")
+    assert "cannot be decompressed" in refused(tmp_path, "r.mat", step=1, unit="g")
 
 
 def test_packed_mat_takes_the_memory_of_its_numbers_once(tmp_path):
@@ -325,7 +331,7 @@ def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
     whole[132:136] = (4000).to_bytes(4, "little")
     (tmp_path / "r.mat").write_bytes(whole)
     said = refused(tmp_path, "r.mat", step=1, unit="g", column="acc")
-    assert said.startswith("the record is no MAT file, or damaged: ")
+    assert said.startswith("the record is not a MAT file, or it is damaged: ")
 
 
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
@@ -381,9 +387,12 @@ AT2S = {
     "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
     "nan": (
         lambda text: text[:-45] + " nan 1\n",
-        "sample 499, series 1: no number: the record has a gap",
+        "sample 499, series 1: not a number: the record has a gap",
     ),
-    "header": (lambda text: text[:70], "the record is no AT2: none of its first 10 lines"),
+    "header": (
+        lambda text: text[:70],
+        "the record is not an AT2 file: none of its first 10 lines",
+    ),
     "step": (
         lambda text: text.replace(".0050", "-1e-"),
         "DT must be a number above 0, not `NPTS= 500, DT",
@@ -391,7 +400,7 @@ AT2S = {
     "binary": (lambda text: text + "\0", "the record is binary"),
     "claim": (
         lambda text: text.replace("500", "1" + 18 * "0", 1),
-        "the header says NPTS= 1000000000000000000, but there are 500 samples, less",
+        "the header says NPTS= 1000000000000000000, but there are 500 samples, fewer",
     ),
     "power": (
         lambda text: text.replace("500", "1e18", 1),
@@ -440,7 +449,7 @@ def test_key_that_a_format_does_not_use_is_refused_at_its_place(tmp_path, file, 
         (problem,) = caught.value.problems
         assert (problem.line, problem.column) == (5, 5 + len(key))
         assert problem.sentence.startswith(f"excitation.{key}: a")
-        assert re.search("remove|in place of", problem.sentence)
+        assert re.search("remove|instead of", problem.sentence)
 
 
 @pytest.mark.parametrize("given", [50, "50", "-5 g", "5 kg", "g", "0 m/s2", True])
@@ -451,7 +460,7 @@ def test_full_scale_is_a_quantity_above_zero_with_its_unit(tmp_path, given):
 
 @pytest.mark.parametrize("file", ["r.csv", "r.wav", "r.mat", "r.at2"])
 def test_empty_and_absent_files_are_refused_in_every_format(tmp_path, file):
-    assert "the record is not there" in refused(tmp_path, file)
+    assert "the record does not exist" in refused(tmp_path, file)
     (tmp_path / file).touch()
     assert refused(tmp_path, file) == "the record is empty"
 
@@ -552,7 +561,7 @@ def test_window_counts_on_the_times_of_the_file(tmp_path, file, write):
 def test_what_is_missing_or_wrong_is_said(tmp_path, file, write):
     write(tmp_path / file, series() | {"mute": np.ones(3), "gap": np.array([1.0, np.nan, 2])})
     for words, sentence in (
-        ({}, "give `channel`, its name or number; there are: "),
+        ({}, "set `channel`, its name or number; there are: "),
         ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`? there are: "),
         ({"channel": 99}, "there is no channel 99"),
         ({"channel": "mute"}, "`) has no unit; write `unit: m/s²` in the scenario"),
@@ -612,12 +621,12 @@ def test_universal_file_that_is_cut_short_is_refused(tmp_path):
     text = (tmp_path / "r.uff").read_text()
     (tmp_path / "r.uff").write_text(text.replace("        50", "        60"))
     said = extra_refused(tmp_path, "r.uff")
-    assert said == "data set 1 is cut short or damaged: it has 50 samples, not 60"
+    assert said == "data set 1 is truncated or damaged: it has 50 samples, not 60"
 
 
 def test_spectra_in_a_universal_file_are_no_records(tmp_path):
     uff(tmp_path / "r.uff", func_type=2)
-    assert "is no universal file with a time history in a data set 58" in extra_refused(
+    assert "is not a universal file with a time history in a data set 58" in extra_refused(
         tmp_path, "r.uff"
     )
 
@@ -628,7 +637,7 @@ def test_times_that_jitter_are_refused_unless_the_scenario_says_a_rate(tmp_path)
     mdf(tmp_path / "r.mf4", t=t)
     said = extra_refused(tmp_path, "r.mf4", channel="acc")
     assert said.startswith("sample 101, channel 3 (`time of acc`): the time steps are uneven")
-    assert "`resample` puts the record onto an even grid; or give `rate` or `step`" in said
+    assert "`resample` makes them even; if only the printed times are inaccurate" in said
     assert motion_of(tmp_path, "r.mf4", channel="acc", step=DT).dt == DT
 
 
@@ -638,13 +647,13 @@ def test_tdms_without_a_waveform_takes_a_time_channel_or_a_rate(tmp_path):
     assert motion_of(tmp_path, "r.tdms", channel="acc", time="t").dt == DT
     assert motion_of(tmp_path, "r.tdms", channel="log/acc", rate=100).dt == 0.01
     said = extra_refused(tmp_path, "r.tdms", channel="acc")
-    assert "`time: t` is what is missing, as the file has `log/t`" in said
+    assert "`time: t` fits, as the file has `log/t`" in said
 
 
 def test_step_that_a_file_knows_is_not_said_again(tmp_path):
     tdms(tmp_path / "r.tdms")
     said = extra_refused(tmp_path, "r.tdms", channel=1, rate=5)
-    assert said == "channel 1 (`log/acc`) knows the step of its samples, 0.005 s; remove `rate`"
+    assert said == "channel 1 (`log/acc`) has a time step of its own, 0.005 s; remove `rate`"
 
 
 MISSING = {"r.uff": ("pyuff", "uff"), "r.mf4": ("asammdf", "mdf"), "r.tdms": ("nptdms", "tdms")}
@@ -659,7 +668,7 @@ def test_package_that_is_not_installed_is_named_with_the_way_to_install_it(
     suffix = file.removeprefix("r")
     assert extra_refused(tmp_path, file, channel=1) == (
         f"a `{suffix}` record needs the package {names[0]}; "
-        f'install it by: pip install "drysim[{names[1]}]"'
+        f'install it with: pip install "drysim[{names[1]}]"'
     )
 
 
@@ -773,7 +782,7 @@ def test_file_without_a_number_of_samples_ends_with_its_last_frame(tmp_path):
 def test_what_is_missing_or_wrong_is_said_of_rpc(tmp_path):
     rpc(tmp_path / "r.rpc", units=("m/s^2", ""))
     for words, sentence in (
-        ({}, "give `channel`, its name or number; there are: `acc`, `other`"),
+        ({}, "set `channel`, its name or number; there are: `acc`, `other`"),
         ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`?"),
         ({"channel": 3}, "there is no channel 3"),
         ({"channel": 2}, "(`other`) has no unit; write `unit: m/s²` in the scenario"),
@@ -808,7 +817,7 @@ def test_broken_file_earns_a_sentence(tmp_path, capfd, name):
     assert changed != whole
     (tmp_path / "r.rpc").write_bytes(changed)
     said = extra_refused(tmp_path, "r.rpc")
-    assert said.startswith(("the record is no RPC III time history", "the record is empty"))
+    assert said.startswith(("the record is not an RPC III time history", "the record is empty"))
     assert capfd.readouterr() == ("", "")
 
 
@@ -818,7 +827,8 @@ def test_package_that_is_not_installed_is_named_with_the_way_to_install_it_of_rp
     monkeypatch.setitem(sys.modules, "rpc3.rpc3", None)
     (tmp_path / "r.rsp").write_bytes(b"something")
     assert extra_refused(tmp_path, "r.rsp") == (
-        'a `.rsp` record needs the package rpc3-file; install it by: pip install "drysim[rpc]"'
+        "a `.rsp` record needs the package rpc3-file; "
+        'install it with: pip install "drysim[rpc]"'
     )
 
 

@@ -373,7 +373,7 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
 
 def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
     answer = drysim("sweep", noisy, "--no-plots")
-    assert "seeds       5 in every case, from 3 to 7; values are means" in answer.out
+    assert "seeds       5 in every case, from 3 to 7; values are mean" in answer.out
     assert "widest interval: 0." in answer.out
     assert "with some seeds" in answer.err
     plan = drysim("sweep", noisy, "--dry-run").out

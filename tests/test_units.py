@@ -96,7 +96,7 @@ def test_a_unit_is_one_of_itself(unit):
         (-15, "must be at least 0 N, not -15"),
         ("-0.1 kN", "must be at least 0 N, not `-0.1 kN`"),
         (100.0, "must be below 100 N, not 100"),
-        (1e-31, "must lie between 1e-30 and 1e+30 N in size, or be 0, not 1e-31"),
+        (1e-31, "must be 0 or between 1e-30 and 1e+30 N in magnitude, not 1e-31"),
     ],
 )
 def test_value_outside_its_field_earns_a_sentence(given, sentence):
@@ -108,7 +108,7 @@ def test_value_outside_its_field_earns_a_sentence(given, sentence):
 @pytest.mark.parametrize("given", [1e31, -1e300, "1e28 t", -5e-324])
 def test_a_size_whose_squares_leave_doubles_is_refused(given):
     with pytest.raises(
-        ValueError, match="must lie between 1e-30 and 1e\\+30 kg in size, or be 0"
+        ValueError, match="must be 0 or between 1e-30 and 1e\\+30 kg in magnitude"
     ):
         Quantity("kg").read(given)
 

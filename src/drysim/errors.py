@@ -1,15 +1,16 @@
-"""Faults and warnings as values: a located `Problem`, a `WarningMessage`, the exceptions, exit codes.
+"""Errors and warnings: located problems, warning messages, the exceptions and the exit codes.
 
-DrysimError, whose `exit_code` is the number behind each line:
+Every exception that drysim raises on purpose derives from `DrysimError`. Its `exit_code` is the
+number in the second column:
 
-    UsageError     2   command-line words that make no sense together
-    ScenarioError  2   a scenario file with problems, each located
+    UsageError     2   arguments that contradict each other
+    ScenarioError  2   a scenario file with errors, each with its location
     RecordError    2   a measured record that cannot be used
-    OutputError    2   the output folder is not ours to replace, or cannot be written
-    SolverError    3   the numerics failed; the time is named
-    ClusterError   3   machines of a cluster were lost on the way; finished blocks stay
+    OutputError    2   an output folder that drysim may not replace or cannot write
+    SolverError    3   a numerical failure; the message contains the time
+    ClusterError   3   workers of a cluster were lost; finished blocks are kept
 
-The other exit codes: 0 done, 1 a check failed, 70 a bug, 130 interrupted.
+The other exit codes are 0 (done), 1 (a check failed), 70 (a bug) and 130 (interrupted).
 """
 
 from __future__ import annotations
@@ -28,60 +29,69 @@ EXIT_INTERRUPTED = 130
 
 
 MAX_SENTENCE_LENGTH = 1000
-"""Characters of a sentence: no message retells a file, whatever it quotes."""
+"""Characters of a sentence. It bounds messages that quote the contents of a file."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One located fault of a file.
+    """One error, warning or note with its location in a file.
 
-    Not to be confused with `WarningMessage`, which travels with an answer: a problem prevents one.
+    Not to be confused with `WarningMessage`, which belongs to a result: a problem of severity
+    `error` prevents the result.
     """
 
     sentence: str
     file: str = ""
     line: int = 0
-    """1-based; 0 when the fault belongs to the file as a whole."""
+    """1-based; 0 if the problem concerns the file as a whole."""
     column: int = 0
     """1-based, in characters; 0 when unknown."""
     width: int = 1
-    """How many characters the caret underlines."""
+    """Number of characters that the caret underlines."""
     source: str = ""
-    """The faulty line as it stands in the file, without its line end."""
+    """The line of the file, without its line ending."""
     key: str = ""
-    """Dotted path of the scenario key, e.g. `friction.kinetic`; empty when there is none."""
+    """Dotted path of the scenario key, e.g. `friction.kinetic`; empty if there is none."""
     severity: str = "error"
-    """`error`, `warning`, or `note` of what was done as the scenario asks for it."""
+    """`error`, `warning`, or `note` for a step that the scenario requested."""
 
     @property
     def place(self) -> str:
-        """Where it is as editors understand it, `file:line:column`, as far as it is known."""
+        """Location in the form that editors understand, `file:line:column`, as far as known."""
         numbers = [str(number) for number in (self.line, self.column) if number]
         return ":".join([self.file, *numbers])
 
     def __str__(self) -> str:
-        """Give place and sentence."""
+        """Return location and sentence."""
         return f"{self.place}: {self.sentence}"
 
     def __post_init__(self) -> None:
-        """Cut a sentence that is endless."""
+        """Cut a sentence that exceeds `MAX_SENTENCE_LENGTH`."""
         if len(self.sentence) > MAX_SENTENCE_LENGTH:
             object.__setattr__(self, "sentence", self.sentence[: MAX_SENTENCE_LENGTH - 1] + "…")
 
 
 @dataclass(frozen=True)
 class WarningMessage:
-    """A warning that travels with the outcome, so that every report tells the same story."""
+    """A warning stored with a result, so that every report contains the same text."""
 
     slug: str
-    """Short stable name, e.g. `stroke-violated`."""
+    """Short stable identifier, e.g. `stroke-violated`."""
     sentence: str
-    """What, where and what to do."""
+    """What happened, where, and what to do."""
     numbers: Mapping[str, float] = field(default_factory=dict)
 
 
 class DrysimError(Exception):
-    """Root of every fault that drysim raises on purpose."""
+    """Base class of all exceptions that drysim raises on purpose.
+
+    Parameters
+    ----------
+    message : str
+        One sentence.
+    hint : str, optional
+        What to do about it.
+    """
 
     exit_code = EXIT_NOTHING_COMPUTED
 
@@ -91,49 +101,68 @@ class DrysimError(Exception):
         self.hint = hint
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy by attributes: an exception is else made from `args` alone."""
+        """Pickle and copy by attributes.
+
+        By default an exception is rebuilt from `args` alone, which fails for subclasses whose
+        constructors have other arguments.
+        """
         return copyreg.__newobj__, (type(self), *self.args), vars(self)  # type: ignore[attr-defined]
 
 
 class UsageError(DrysimError):
-    """Command-line words that make no sense together."""
+    """Arguments that contradict each other or have an invalid value."""
 
 
 class ScenarioError(DrysimError):
-    """A scenario file that is not a scenario yet; holds every problem found."""
+    """A scenario file with errors; holds every problem that was found.
+
+    Parameters
+    ----------
+    message : str
+        One sentence for all problems together.
+    problems : tuple of Problem
+    hint : str, optional
+    """
 
     def __init__(self, message: str, problems: tuple[Problem, ...], hint: str = "") -> None:
         super().__init__(message, hint)
         self.problems = problems
 
     def __str__(self) -> str:
-        """Give the message and every problem, a line each, as a traceback shows it."""
+        """Return the message and every problem, one per line."""
         return "\n".join([self.message, *map(str, self.problems)])
 
 
 class RecordError(DrysimError):
-    """A measured record that cannot be used; row and column are named in the problem."""
+    """A measured record that cannot be used.
+
+    Parameters
+    ----------
+    problem : Problem
+        Names row and column where they are known.
+    hint : str, optional
+    """
 
     def __init__(self, problem: Problem, hint: str = "") -> None:
         super().__init__(problem.sentence, hint)
         self.problem = problem
 
     def __str__(self) -> str:
-        """Give the problem with its place."""
+        """Return the problem with its location."""
         return str(self.problem)
 
 
 class OutputError(DrysimError):
-    """The output folder is not ours to replace, or cannot be written."""
+    """An output folder that drysim may not replace or cannot write."""
 
 
 class SolverError(DrysimError):
-    """The numerics failed; the message names the time of the failure."""
+    """A numerical failure; the message contains the time at which it occurred."""
 
     exit_code = EXIT_NUMERICS_FAILED
 
 
 class ClusterError(DrysimError):
-    """Machines of a cluster that were lost on the way; what is finished stays."""
+    """Workers of a cluster were lost during the computation; finished blocks are kept."""
 
     exit_code = EXIT_NUMERICS_FAILED

@@ -1,7 +1,7 @@
-"""The machine: its memory and processors, its files, and threads that work in order.
+"""The operating system: memory, processors, regular files and an ordered thread pool.
 
-Only regular files are read: no device is opened, no pipe waited for. Nothing here knows what is
-in them, or what the threads work on.
+Only regular files are read. Opening a device can have side effects, and reading a pipe can
+block forever.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from drysim.units import shorten
 
 
 def total_memory() -> float:
-    """Give the memory of this machine [bytes]; infinity where the system does not tell."""
+    """Return the physical memory [bytes]; infinity where the system does not report it."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, OSError, ValueError):
@@ -30,7 +30,7 @@ def total_memory() -> float:
 
 
 def processor_count() -> int:
-    """Give the number of processors; 1 where the system does not tell."""
+    """Return the number of processors; 1 where the system does not report it."""
     return os.cpu_count() or 1
 
 
@@ -50,18 +50,22 @@ FILE_TYPES = (
 
 
 class NotARegularFile(Exception):
-    """What stands at a path is no regular file; says what it is."""
+    """A path that is no regular file; the message names its type."""
 
 
 def file_size(path: Path) -> int:
-    """Give the size [bytes] of a regular file without opening it; links are followed.
+    """Return the size [bytes] of a regular file without opening it; links are followed.
+
+    Parameters
+    ----------
+    path : Path
 
     Raises
     ------
-    Irregular
-        When it is something else: to open a device may already do something.
+    NotARegularFile
+        If the path is a folder, pipe, socket or device. Opening a device can have side effects.
     OSError, ValueError
-        When there is nothing, or nothing that we may see.
+        If the path does not exist or is not accessible.
     """
     status = path.stat()
     _require_regular_file(status)
@@ -69,41 +73,48 @@ def file_size(path: Path) -> int:
 
 
 def read_regular_file(path: Path, most: int) -> bytes:
-    """Give what a regular file holds, at most so many bytes; errors as in `file_size`."""
+    """Return at most `most` bytes of a regular file; raises like `file_size`."""
     with open_regular_file(path) as stream:
         return stream.read(most)
 
 
 @contextmanager
 def open_regular_file(path: Path) -> Iterator[BufferedReader]:
-    """Open a regular file to read its bytes; errors as in `file_size`."""
+    """Open a regular file for reading bytes; raises like `file_size`."""
     with open(path, "rb", opener=_open_nonblocking) as stream:
-        _require_regular_file(os.fstat(stream.fileno()))  # it may be another one by now
+        _require_regular_file(os.fstat(stream.fileno()))  # it may have been replaced since
         yield stream
 
 
 def file_signature(file: Path | int) -> FileSignature:
-    """Give what tells a file, open or not, from another, and from itself before a change."""
+    """Return a signature that differs between two files and changes when a file is modified.
+
+    Parameters
+    ----------
+    file : Path or int
+        A path, or the descriptor of an open file.
+    """
     status = os.stat(file)
     return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def _require_regular_file(status: os.stat_result) -> None:
+    """Raise `NotARegularFile` unless the file is regular."""
     if not stat.S_ISREG(status.st_mode):
         kinds = (name for test, name in FILE_TYPES if test(status.st_mode))
-        raise NotARegularFile(next(kinds, "no ordinary file"))
+        raise NotARegularFile(next(kinds, "a special file"))
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file; a pipe that nobody writes to does not hold us up."""
+    """Open a file without blocking on a pipe that has no writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def removed_error(folder: Path) -> OutputError:
-    """Return the error for a `<name>.partial` that lost files while it was in use."""
+    """Return the error for a `<name>.partial` folder that lost files while in use."""
     return OutputError(
         f"{folder} was removed, in whole or in part, while drysim was writing it",
-        "let nothing else write there, and run the command again",
+        "make sure that no other process writes there, and run the command again",
     )
 
 
@@ -114,19 +125,24 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 QUEUED_PER_THREAD = 2
-"""Pieces of work in hand for each thread: one under way and one waiting for it."""
+"""Submitted items per thread: one in progress and one queued, so that no thread runs idle."""
 
 SHUTDOWN_TIMEOUT = 1.0
-"""How long work under way is waited for that nobody needs any more [s]."""
+"""Longest wait for running items after the results are no longer needed [s]."""
 
 
 def worker_count(workers: int | None) -> int:
-    """Give the number of threads: as many as asked for, else one for each processor.
+    """Return the number of threads; by default one per processor.
+
+    Parameters
+    ----------
+    workers : int or None
+        The requested number, None for the default.
 
     Raises
     ------
     UsageError
-        When it is no number of threads.
+        If `workers` is not an integer of at least 1.
     """
     if workers is None:
         return processor_count()
@@ -139,21 +155,26 @@ def worker_count(workers: int | None) -> int:
 def map_in_order(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> Generator[Result, None, None]:
-    """Give the result of every piece of work, in order; few of them are held at a time.
+    """Yield `function(item)` for every item, in order, with few items in progress at a time.
 
     Parameters
     ----------
-    work : callable
-        Whatever it does, it does for one piece alone.
-    pieces : iterable
-        Taken up as threads become free.
+    function : callable
+        Must be safe to call from several threads.
+    items : iterable
+        Consumed as threads become free.
     threads : int
-        With a single one the work is done by whoever asks.
+        With 1 the function is called in the thread of the consumer.
+
+    Yields
+    ------
+    object
+        The results, in the order of the items.
 
     Notes
     -----
-    Whoever has seen enough closes the generator, or is interrupted. Work under way is dropped
-    then, and waited for only so long that an endless kernel does not keep the process.
+    Closing the generator cancels the queued items. Running items are waited for at most
+    `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the process alive.
     """
     if threads == 1:
         yield from map(function, items)
@@ -172,7 +193,7 @@ def map_in_order(
 
 
 def pop_first_result(futures: deque[Future[Result]]) -> Result:
-    """Remove the first future and return its result; one that is not done stays."""
+    """Remove the first future and return its result; it stays in place if interrupted."""
     result = futures[0].result()
     futures.popleft()
     return result

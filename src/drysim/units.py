@@ -1,10 +1,10 @@
-"""What the words and numbers of a scenario are made of: units, quantities, blocks, near names.
+"""Units, quantities with units, blocks of a scenario, and suggestions for misspelled names.
 
-A number is in SI, or a text with a unit that `convert` turns into SI, rounded once. Everyday
-spellings stand in a table; pint knows the rest and is imported only for one of those.
-`Quantity` is what a field accepts; `Block` is what every block of a scenario shares: it is
-frozen, strict and documented in itself. `closest_match`, `did_you_mean` and `format_value` are how messages speak of
-what somebody wrote. No key and no file is known here.
+`convert` turns a number, or text such as `25 mm`, into SI and rounds once. Common unit
+spellings are in a table; pint resolves the others and is imported only for them. `Quantity` is
+the pydantic type of a field with a unit. `Block` is the base class of every block of a
+scenario: frozen, strict, and documented under its fields. `closest_match`, `did_you_mean` and
+`format_value` serve error messages.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ QUANTITY_NAMES = {
     "m/s^1.75": "vibration dose",
     "": "plain number",
 }
-"""The units of a scenario and what they measure."""
+"""The SI units of scenarios and the name of the quantity that each measures."""
 
 UNIT_SYNONYMS = {
     "m/s2": "m/s²",
@@ -61,8 +61,8 @@ UNIT_SYNONYMS = {
     "–": "",
 }
 
-# The everyday spellings need no units library. `g` depends on what is asked for. The first of
-# each row is the unit itself.
+# Common spellings, which need no pint. `g` is gram or gravity, depending on the quantity. The
+# first entry of each row is the SI unit itself.
 UNIT_FACTORS: dict[str, dict[str, float]] = {
     "kg": {"kg": 1, "g": 1e-3, "t": 1e3},
     "N/m": {"N/m": 1, "kN/m": 1e3, "N/mm": 1e3},
@@ -90,14 +90,14 @@ UNIT_FACTORS: dict[str, dict[str, float]] = {
 }
 
 
-# A number with a unit in a text, converted.
+# Conversion of text to numbers.
 
 
 NUMBER_PATTERN = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
-"""A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
+"""A decimal number. Possessive quantifiers keep matching linear in the length of the text."""
 
 MAX_UNIT_LENGTH = 60
-"""Characters of a unit; what is longer is none, and is not looked into."""
+"""Characters of a unit; longer text is rejected without parsing it."""
 
 _UNIT_PATTERN = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _UNIT_START = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
@@ -105,7 +105,7 @@ _ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
 
 
 class _PintUnit(NamedTuple):
-    """What the units library knows of a unit: factor to base units, dimension, angle or not."""
+    """Properties of a unit from pint: factor to base units, dimension, whether an angle."""
 
     factor: float
     dimension: str
@@ -113,15 +113,24 @@ class _PintUnit(NamedTuple):
 
 
 def convert(text: str, unit: str) -> float:
-    """Give the number that a text such as `25 mm` means in a unit of `QUANTITY_NAMES`.
+    """Convert text such as `25 mm` into a number in a given unit.
 
-    A number without a unit is in that unit already. The product is rounded once, so
-    `35 mm` is the very double 0.035.
+    Parameters
+    ----------
+    text : str
+        A number, or a number with a unit. Without a unit it is taken to be in `unit`.
+    unit : str
+        A key of `QUANTITY_NAMES`.
+
+    Returns
+    -------
+    float
+        The value in `unit`. The product is rounded once: `35 mm` is exactly the double 0.035.
 
     Raises
     ------
     ValueError
-        With a sentence, when the text is no number with a unit of the right kind.
+        With a sentence, if the text is no number with a unit of the right quantity.
     """
     unit, words = UNIT_SYNONYMS.get(unit, unit), text.translate(_ASCII_CHARACTERS).strip()
     if re.match(r"[-+]?[0-9]+,[0-9]", words):
@@ -133,7 +142,7 @@ def convert(text: str, unit: str) -> float:
     value, scale = float(number[0]), conversion_factor(rest, unit) if rest else 1.0
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
-    digits = number[0] if len(number[0]) <= 300 else repr(value)  # of a longer one the double
+    digits = number[0] if len(number[0]) <= 300 else repr(value)  # bounds the cost of Fraction
     try:
         return float(Fraction(digits) * _exact_factor(scale))
     except OverflowError:
@@ -141,26 +150,33 @@ def convert(text: str, unit: str) -> float:
 
 
 def unit_suffix(text: str) -> str:
-    """Give the unit that a text with a number in front names; empty for none."""
+    """Return the unit that follows the number in a text; empty if there is none."""
     words = text.translate(_ASCII_CHARACTERS).strip()
     number = NUMBER_PATTERN.match(words)
     return words[number.end() :].strip() if number else ""
 
 
 def _exact_factor(scale: float) -> Fraction:
-    """Give the number that a factor stands for: 1/60 or 0.001, not the double next to it."""
+    """Return the exact rational that a factor stands for, e.g. 1/60 or 0.001."""
     simple = Fraction(scale).limit_denominator(1_000_000)
     close = math.isclose(float(simple), scale, rel_tol=4e-16)
     return simple if close else Fraction(repr(scale))
 
 
 def conversion_factor(unit_text: str, unit: str) -> float:
-    """Give what one of the unit written is in a unit of `QUANTITY_NAMES`, e.g. 0.001 for mm in m.
+    """Return the factor from one unit to another, e.g. 0.001 for mm to m.
+
+    Parameters
+    ----------
+    unit_text : str
+        The unit to convert from, as written by a user.
+    unit : str
+        The unit to convert to, a key of `QUANTITY_NAMES`.
 
     Raises
     ------
     ValueError
-        With a sentence, when the unit is unknown or measures something else.
+        With a sentence, if the unit is unknown or measures another quantity.
     """
     unit = UNIT_SYNONYMS.get(unit, unit)
     if len(unit_text) > MAX_UNIT_LENGTH:
@@ -171,7 +187,7 @@ def conversion_factor(unit_text: str, unit: str) -> float:
 
 
 def is_common_unit(unit_text: str, unit: str) -> bool:
-    """Tell whether a text is a usual way to write a unit of the kind of one of `QUANTITY_NAMES`."""
+    """Return whether a text is a common spelling of a unit of the same quantity as `unit`."""
     short_enough = len(unit_text) <= MAX_UNIT_LENGTH
     return (
         short_enough
@@ -180,27 +196,27 @@ def is_common_unit(unit_text: str, unit: str) -> bool:
 
 
 def _canonical_spelling(unit_text: str) -> str:
-    """Give a unit as `UNIT_FACTORS` spells it."""
+    """Return a unit in the spelling of `UNIT_FACTORS`."""
     spelling = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_ASCII_CHARACTERS).strip())
     return re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelling))
 
 
 def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
-    """Give the factor by the units library, which is imported only for this."""
+    """Return the conversion factor of an uncommon unit from pint."""
     found = _look_up_in_pint(spelling)
     if found is None:
         nearest = closest_match(unit_text.strip(), UNIT_FACTORS[unit]) or ""
         hint = did_you_mean(nearest.replace("^2", "²"))
         raise ValueError(f"unknown unit `{shorten(unit_text)}`{hint}")
     target = _pint_unit_of(unit)
-    # Per second, a radian is 1/2π of a cycle; anywhere else but in an angle it is a slip.
+    # rad/s is a frequency of 1/2π Hz; in other units that are no angles a radian is an error.
     if unit == "Hz" and found.angle and found.dimension == target.dimension:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
         hint = did_you_mean(
             next((u for u in UNIT_FACTORS[unit] if u.lower() == spelling.lower()), None)
         )
-        # What it measures, as far as drysim has a word for it; `g` is one of two.
+        # Name the quantities that the unit measures; `g` has two.
         same = [
             QUANTITY_NAMES[unit]
             for unit in UNIT_FACTORS
@@ -213,12 +229,12 @@ def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
         named = f"{QUANTITY_NAMES[unit]} [{unit}]" if unit else "a plain number"
         raise ValueError(f"`{shorten(unit_text)}` is a unit of {wrong}, not {named}{hint}")
     computed = found.factor / target.factor
-    decimal = float(f"{computed:.12g}")  # drops the library's rounding of 0.0254 and its like
+    decimal = float(f"{computed:.12g}")  # removes pint's rounding of e.g. 0.0254
     return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
 
 
 def _pint_unit_of(unit: str) -> _PintUnit:
-    """Give a unit of `QUANTITY_NAMES` as the units library knows it."""
+    """Return the properties of a unit of `QUANTITY_NAMES` according to pint."""
     found = _look_up_in_pint(next(iter(UNIT_FACTORS[unit])) if unit else "m/m")
     assert found is not None
     return found
@@ -226,37 +242,47 @@ def _pint_unit_of(unit: str) -> _PintUnit:
 
 @cache
 def _look_up_in_pint(spelling: str) -> _PintUnit | None:
-    """Give what the units library knows, or None where it knows nothing."""
+    """Return the properties of a unit according to pint, or None if pint does not know it."""
     if not _UNIT_PATTERN.fullmatch(spelling):
         return None
     registry = _registry()
     try:
         one, two = (registry.Quantity(n, spelling).to_root_units() for n in (1.0, 2.0))
-    except Exception:  # it raises whatever its parser raises
+    except Exception:  # pint raises exceptions of many types
         return None
-    if two.magnitude != 2 * one.magnitude:  # degrees Celsius, decibels
+    if two.magnitude != 2 * one.magnitude:  # not proportional: degrees Celsius, decibels
         return None
     return _PintUnit(float(one.magnitude), str(one.dimensionality), "radian" in str(one.units))
 
 
 @cache
 def _registry() -> Any:
-    """Give the units library, loaded once."""
+    """Return the pint registry, created once."""
     import pint
 
     return pint.UnitRegistry()
 
 
-# What a field accepts.
+# Fields with units.
 
 
 MIN_MAGNITUDE, MAX_MAGNITUDE = 1e-30, 1e30
-"""Sizes of a number, 0 apart, whose squares and cubes keep clear of the ends of doubles."""
+"""Bounds of the magnitude of a nonzero number: squares and cubes stay within double range."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a field accepts: a number in `unit`, or a text with a unit, within bounds."""
+    """Pydantic type of a number with a unit, within bounds.
+
+    Accepts a number in `unit`, or text with a unit.
+
+    Parameters
+    ----------
+    unit : str
+        A key of `QUANTITY_NAMES`.
+    at_least, above, below, at_most : float, optional
+        Bounds [unit]; `above` and `below` exclude the bound itself.
+    """
 
     unit: str
     at_least: float | None = None
@@ -265,7 +291,13 @@ class Quantity:
     at_most: float | None = None
 
     def read(self, value_in: object) -> float:
-        """Give the number [unit]; a ValueError is a sentence without its subject."""
+        """Return the validated number [unit].
+
+        Raises
+        ------
+        ValueError
+            With a sentence that lacks its subject, e.g. `must be above 0 kg, not -1`.
+        """
         if isinstance(value_in, str):
             value = convert(value_in, self.unit)
         elif isinstance(value_in, bool) or not isinstance(value_in, int | float):
@@ -288,13 +320,13 @@ class Quantity:
         if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
             span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g} {self.unit}".strip()
             raise ValueError(
-                f"must lie between {span} in size, or be 0, not {format_value(value_in)}"
+                f"must be 0 or between {span} in magnitude, not {format_value(value_in)}"
             )
         return value
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the greatest value that it accepts; infinite without a bound."""
+        """The smallest and the largest accepted value; infinite where there is no bound."""
         low, high = self.at_least, self.at_most
         if low is None:
             low = -math.inf if self.above is None else _next_accepted(self.above, math.inf)
@@ -309,13 +341,13 @@ class Quantity:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Hand `read` to pydantic."""
+        """Validate with `read`."""
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Give the JSON schema of the field."""
+        """Return the JSON schema of the field."""
         bounds = {
             "minimum": self.at_least,
             "exclusiveMinimum": self.above,
@@ -327,7 +359,7 @@ class Quantity:
 
 
 def _next_accepted(bound: float, towards: float) -> float:
-    """Give the accepted number next to a bound that is none itself."""
+    """Return the accepted number next to an excluded bound."""
     return math.nextafter(bound, towards) if bound else math.copysign(MIN_MAGNITUDE, towards)
 
 
@@ -344,35 +376,39 @@ Angle = Annotated[float, Quantity("rad")]
 Dimensionless = Annotated[float, Quantity("")]
 
 
-# What every block of a scenario shares.
+# Blocks of a scenario.
 
 
 class Block(BaseModel):
-    """A block of a scenario: frozen, unknown keys refused, documented under its fields."""
+    """Base class of the blocks of a scenario.
+
+    Blocks are frozen, reject unknown keys, and take the description of each field from the
+    string below it.
+    """
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True
     )
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    """Groups of keys of which exactly one is given."""
+    """Groups of keys of which exactly one must be set."""
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    """Groups of keys of which one at least is given."""
+    """Groups of keys of which at least one must be set."""
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    """Groups of keys of which one may be given."""
+    """Groups of keys of which at most one may be set."""
     needs: ClassVar[dict[str, str]] = {}
-    """Keys that make sense only beside another key."""
+    """Keys that require another key."""
 
     @classmethod
     def exclusive_groups(cls) -> tuple[tuple[str, ...], ...]:
-        """Give the groups of keys of which no two go together."""
+        """Return the groups of mutually exclusive keys."""
         return (*cls.one_of, *cls.at_most_one_of)
 
     @classmethod
     def __get_pydantic_json_schema__(
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        """Give the schema with the texts under the fields and the rules between the keys."""
+        """Return the JSON schema with field descriptions and the constraints between keys."""
         schema = handler.resolve_ref_schema(handler(core_schema))
         for name, text in field_descriptions(cls).items():
             schema["properties"][cls.model_fields[name].alias or name]["description"] = text
@@ -391,10 +427,12 @@ class Block(BaseModel):
 
 
 def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
-    """Give the text under every field of a model, by the name of the field.
+    """Return the description of every field of a model, by field name.
 
-    It is read from the source when somebody asks: at import it would take a third of the
-    time that loading a scenario takes.
+    Notes
+    -----
+    Descriptions are parsed from the source on demand. Doing so at import would take a third of
+    the time needed to load a scenario.
     """
     texts: dict[str, str] = {}
     for cls in reversed(model.__mro__):
@@ -405,10 +443,10 @@ def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
 
 @cache
 def _descriptions_in(module: str) -> dict[str, dict[str, str]]:
-    """Give the texts under the annotated names of every class in a module."""
+    """Return the strings below the annotated names of every class in a module."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
-    except (OSError, TypeError):  # there is no source, as in a frozen program
+    except (OSError, TypeError):  # no source, e.g. in a frozen program
         return {}
     texts: dict[str, dict[str, str]] = {}
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
@@ -424,22 +462,36 @@ def _descriptions_in(module: str) -> dict[str, dict[str, str]]:
 
 
 class InvalidValue(ValueError):
-    """A sentence about two values that do not fit; `at` is the key of the one to blame."""
+    """An error that concerns two values which contradict each other.
+
+    Parameters
+    ----------
+    sentence : str
+    *at : str or int
+        Path of the key to blame, relative to the block.
+    """
 
     def __init__(self, sentence: str, *at: str | int) -> None:
         super().__init__(sentence)
         self.at = at
 
 
-# Near names, and how a sentence shows a value.
+# Suggestions for misspelled names; values in messages.
 
 
 def closest_match(name: str, candidates: Iterable[str]) -> str | None:
-    """Give the candidate that was probably meant, or None.
+    """Return the candidate closest to a misspelled name, or None.
 
-    One slip for each three letters is forgiven: a letter wrong, missing, too many, or two
-    swapped; of a single letter nothing would be left. An abbreviation of at least three letters
-    is understood.
+    Parameters
+    ----------
+    name : str
+    candidates : iterable of str
+
+    Returns
+    -------
+    str or None
+        The candidate with the smallest edit distance, if that is at most one third of the
+        length of the name. Abbreviations of at least three letters match, too.
     """
     word, best = name.lower().replace("-", "_"), None
     for candidate in candidates:
@@ -457,19 +509,20 @@ def closest_match(name: str, candidates: Iterable[str]) -> str | None:
 
 
 def did_you_mean(nearest: str | None) -> str:
-    """Ask behind a sentence for what was probably meant; nothing where none comes near."""
+    """Return the suffix `; did you mean …?` of an error message; empty without a suggestion."""
     return f"; did you mean `{nearest}`?" if nearest else ""
 
 
 def name_hint(name: str, known: Collection[str]) -> str:
-    """Ask for the known name that was probably meant, or else list them all."""
+    """Return the suffix that suggests the closest known name, or else lists all of them."""
     return did_you_mean(closest_match(name, known)) or f"; known are {', '.join(known)}"
 
 
 def _edit_distance(a: str, b: str) -> int:
-    """Give how many letters to change, drop, add or swap with their neighbour."""
+    """Return the edit distance: substitutions, insertions, deletions and adjacent swaps."""
     if abs(len(a) - len(b)) > 4 or len(a) > 60:
         return 99
+    # Rows of the dynamic programme: `row[j]` is the distance of a[: i + 1] to b[:j].
     before: list[int] = []
     row = list(range(len(b) + 1))
     for i, x in enumerate(a):
@@ -482,7 +535,7 @@ def _edit_distance(a: str, b: str) -> int:
 
 
 def format_value(value: object) -> str:
-    """Give a value as a sentence names it: words in backticks, blocks by their kind."""
+    """Return a value as error messages show it: text in backticks, blocks and lists by type."""
     match value:
         case None:
             return "nothing"
@@ -496,12 +549,12 @@ def format_value(value: object) -> str:
             return "a block of keys"
         case list() | tuple():
             return "a list"
-        case int() if abs(value) >= 10**1000:  # Python prints no such
+        case int() if abs(value) >= 10**1000:  # exceeds Python's limit for int to str
             return f"a whole number of {value.bit_length()} bits"
     return shorten(str(value))
 
 
 def shorten(text: str, most: int = 40) -> str:
-    """Give the text in one line of at most so many characters."""
+    """Return the text on one line, cut to at most `most` characters."""
     line = " ".join(text[: 8 * most].split())
     return line if len(line) <= most and len(text) <= 8 * most else line[: most - 1] + "…"

@@ -1,8 +1,8 @@
-"""Words for what every output tells: numbers, base motion, cases of a sweep, seeds, the scene.
+"""Text shared by all outputs: numbers, base motion, swept cases, seeds, the model.
 
-Each function gives a text on one line: four digits, units as people write them, and other
-people's words with all that could drive a terminal spelled out. What varies from case to case
-is left out of what all cases share.
+Each function returns text on one line. Numbers have four significant digits, units are written
+as in print (`m/s²`, `N·s/m`), and unprintable characters of foreign text are escaped. Text that
+describes all cases of a sweep omits what varies from case to case.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from drysim.core.model import (
 )
 
 SIGNIFICANT_DIGITS = 4
-"""Digits that an engineer reads; the files hold them all."""
+"""Significant digits in text; the output files contain all digits."""
 
 UNKNOWN = "not known"
 
 
 def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT_DIGITS) -> str:
-    """Give a number as people write it: few digits, no needless zeros, the unit behind.
+    """Return a number with few digits, without trailing zeros, followed by its unit.
 
     Parameters
     ----------
     value : float or None
-        None reads `not known`.
+        None yields `not known`.
     unit : str, optional
         Unit of the value; empty or a dash for none.
     digits : int, optional
@@ -53,7 +53,7 @@ def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT
     """
     if value is None:
         return UNKNOWN
-    value += 0.0  # -0.0 is 0 to people
+    value += 0.0  # -0.0 is printed as 0
     size = floor(log10(abs(value))) if value and abs(value) < float("inf") else 0
     if -4 <= size < 6:
         text = f"{value:.{max(0, digits - 1 - size)}f}"
@@ -65,21 +65,26 @@ def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT
 
 
 class LengthUnit(NamedTuple):
-    """A unit of length: how many of it a metre has, and its sign."""
+    """A unit of length: its number per metre, and its symbol."""
 
     units_per_metre: float
     sign: str
 
 
 UNIT_CHANGE_RATIO = 1e3
-"""Times a length that another must exceed to be told in a unit of its own."""
+"""Ratio of two lengths from which on each is given in a unit of its own."""
 
 
 def length_unit(size: float, reference: float = 0.0) -> LengthUnit:
-    """Return the unit in which a length [m] reads well: mm, or m and µm far from it.
+    """Return the unit in which a length is readable: mm, or m or µm for extreme lengths.
 
-    Lengths of one output share the unit of the one that they stand beside, unless they are
-    more than 1000 times as long.
+    Parameters
+    ----------
+    size : float
+        The length [m].
+    reference : float, optional
+        A length [m] in the same output. Its unit is used unless `size` is more than
+        `UNIT_CHANGE_RATIO` times as long.
     """
     size = reference if abs(size) <= UNIT_CHANGE_RATIO * abs(reference) else size
     if abs(size) >= 10.0:
@@ -88,9 +93,9 @@ def length_unit(size: float, reference: float = 0.0) -> LengthUnit:
 
 
 def display_unit(unit: str, size: float, reference: float = 0.0) -> tuple[float, str]:
-    """Return the factor and the unit by which SI values of a size are told.
+    """Return the factor from SI and the unit in which a value is shown.
 
-    Lengths `m` as `length_unit` has it, shares `%` as a hundredth, all else as it is.
+    Lengths are shown as in `length_unit`, shares in percent, all else in SI.
     """
     if unit == "m":
         return length_unit(size, reference)
@@ -98,13 +103,13 @@ def display_unit(unit: str, size: float, reference: float = 0.0) -> tuple[float,
 
 
 def format_length(value: float | None, reference: float | None = None) -> str:
-    """Return a length [m], e.g. `17.26 mm`; `reference` is explained in `length_unit`."""
+    """Return a length [m], e.g. `17.26 mm`; `reference` as in `length_unit`."""
     unit = length_unit(value or 0.0, reference or 0.0)
     return format_number(None if value is None else value * unit.units_per_metre, unit.sign)
 
 
 def format_percent(share: float | None) -> str:
-    """Give a share [-] in percent; what is neither 0 nor 1 is never rounded to look so."""
+    """Return a share [-] in percent; only 0 and 1 are shown as 0 % and 100 %."""
     if share is None:
         return UNKNOWN
     if 0 < share < 0.001 or 0.999 < share < 1:
@@ -113,23 +118,23 @@ def format_percent(share: float | None) -> str:
 
 
 def format_count(count: int, thing: str) -> str:
-    """Give how many things there are, e.g. `1 case` or `3 cases`."""
+    """Return a count with its noun, e.g. `1 case` or `3 cases`."""
     return f"{count} {thing}{'s' * (count != 1)}"
 
 
 def format_times(count: float | None) -> str:
-    """Give how often something happened, e.g. `once` or `3 times`."""
+    """Return a number of repetitions, e.g. `once` or `3 times`."""
     return "once" if count == 1 else f"{count} times"
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:
-    """Give words as a list in a sentence, e.g. `a, b and c`; `last` stands before the last."""
+    """Join words to a list in a sentence, e.g. `a, b and c`; `last` precedes the last word."""
     *most, end = words
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
 def sanitise(text: str) -> str:
-    """Give a user's text on one line, with all that could drive a terminal spelled out."""
+    """Return foreign text on one line, with control characters and escape sequences escaped."""
     return "".join(
         sign if sign.isprintable() else sign.encode("unicode_escape").decode()
         for sign in " ".join(text.split())
@@ -137,47 +142,52 @@ def sanitise(text: str) -> str:
 
 
 def format_unit(unit: str) -> str:
-    """Give the unit of a table as people write it; nothing for a plain number."""
+    """Return a unit as in print, e.g. `m/s²` for `m/s2`; empty for a plain number."""
     signs = {"2": "²", "3": "³"}
     unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: signs[digit[0]], unit)
     return "" if unit == "-" else unit.replace("*", "·")
 
 
-# How the base moves.
+# Base motion.
 
 
 NOTABLE_MEAN = 0.1
-"""A mean above this share of the RMS about it changes the RMS by more than half a hundredth."""
+"""Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
 
 
 class ExcitationLike(Protocol):
-    """An excitation: its kind on the shelf, and the base motion that it gives."""
+    """An excitation as seen by this module: its kind, and the base motion it generates."""
 
     @property
     def kind(self) -> str:
-        """Kind on the shelf."""
+        """Kind of excitation, as in the scenario."""
 
     @property
     def periodic(self) -> bool:
-        """Whether it is made of sines."""
+        """Whether the motion is a sum of sines."""
 
     @property
     def has_own_end(self) -> bool:
-        """Whether it has a length of its own."""
+        """Whether the motion has a length of its own."""
 
     def motion(self) -> Sines | Samples:
-        """Give the base motion."""
+        """Return the base motion."""
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give what it is by its keys, without those that vary."""
+        """Return a description by keys, without those that vary."""
 
 
 def describe_excitation(
     base: ExcitationLike, motion: Sines | Samples, level: bool = True
 ) -> str:
-    """Give the base motion: its kind on the shelf, what it is, and what it amounts to.
+    """Return a description of the base motion: kind, parameters, samples or frequencies, RMS.
 
-    Without `level` the RMS of a record is left out.
+    Parameters
+    ----------
+    base : ExcitationLike
+    motion : Sines or Samples
+    level : bool, optional
+        Whether to include the RMS of a record.
     """
     kind = f"{base.kind} {base.description()}".strip()
     if isinstance(motion, Samples):
@@ -192,11 +202,21 @@ def describe_excitation(
     if not motion.A:
         return f"{kind}, the base stands still"
     count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return f"{kind}{count} {_format_band(motion)}, {format_number(_rms_of_sines(motion), 'm/s² RMS')}"
+    return (
+        f"{kind}{count} {_format_band(motion)}, "
+        f"{format_number(_rms_of_sines(motion), 'm/s² RMS')}"
+    )
 
 
 def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> str:
-    """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
+    """Return what the base motions of a sweep have in common.
+
+    Parameters
+    ----------
+    base : ExcitationLike
+    swept : collection of str
+        Dotted keys that vary; what they determine is omitted.
+    """
     keys = [key.removeprefix("excitation.") for key in swept if key.startswith("excitation.")]
     varied = {key.rpartition(".")[2] for key in keys}
     words = f"{base.kind} {base.description(keys)}".strip()
@@ -206,7 +226,7 @@ def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> s
     if not base.periodic:
         return words + "".join(f", {each}" for each in _describe_requested(base, varied))
     motion = base.motion()
-    assert isinstance(motion, Sines), "what has frequencies is made of sines"
+    assert isinstance(motion, Sines), "an excitation with frequencies must be a sum of sines"
     band = f" {_format_band(motion)}" if motion.A and "frequency" not in varied else ""
     level = motion.A and not varied & {"rms", "amplitude", "phase"}
     return (
@@ -217,7 +237,7 @@ def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> s
 
 
 def _describe_requested(base: ExcitationLike, varied: Collection[str]) -> Iterator[str]:
-    """Give length and level that are asked of a generated motion, and not swept."""
+    """Yield requested duration and level of a generated motion, unless swept."""
     if base.has_own_end and hasattr(base, "duration") and "duration" not in varied:
         yield format_number(base.duration, "s")
     for key, words in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
@@ -227,7 +247,7 @@ def _describe_requested(base: ExcitationLike, varied: Collection[str]) -> Iterat
 
 
 def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
-    """Give what was done to a record, and to that of a normal force, step by step."""
+    """Return the processing steps of a record, and of a recorded normal force."""
     steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
     assert isinstance(steps, list | tuple)
     description = [sanitise(step["sentence"]) for step in steps]
@@ -237,13 +257,13 @@ def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None)
 
 
 def _format_scale(scale: object) -> str:
-    """Give the factor on every sample of a record, if it has one."""
-    assert isinstance(scale, float), "a factor is a number"
+    """Return the factor on the samples of a record; empty for 1."""
+    assert isinstance(scale, float), "a factor must be a number"
     return "" if scale == 1.0 else f" times {format_number(scale)}"
 
 
 def _describe_level(motion: Samples) -> str:
-    """Return the RMS of a record, with its mean where that shows in the RMS."""
+    """Return the RMS of a record, and its mean where that contributes to the RMS."""
     end = (len(motion.u_dd) - 1) * motion.dt
     square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
     mean = mean_and_std(motion.u_dd)[0]
@@ -251,24 +271,27 @@ def _describe_level(motion: Samples) -> str:
     level = f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
     if abs(mean) <= NOTABLE_MEAN * about:
         return level
-    return f"{level}; mean {format_number(mean, 'm/s²')}, {format_number(about, 'm/s² RMS')} about it"
+    return (
+        f"{level}; mean {format_number(mean, 'm/s²')}, "
+        f"{format_number(about, 'm/s² RMS')} about it"
+    )
 
 
 def _describe_realised(motion: Samples) -> str:
-    """Give what came out of a generated signal beside what was asked for."""
+    """Return the realised properties of a generated signal beside the requested ones."""
     words = []
     for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
         found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
         if isinstance(found, float) and isinstance(asked, float):
-            words.append(f"{format_number(found, unit)} (asked for: {format_number(asked)})")
+            words.append(f"{format_number(found, unit)} (requested: {format_number(asked)})")
     error = motion.realised.get("psd_error")
     if isinstance(error, float):
-        words.append(f"PSD within {format_percent(error)} of its peak")
+        words.append(f"PSD error up to {format_percent(error)} of its peak")
     return "".join(f", {word}" for word in words)
 
 
 def _format_band(motion: Sines) -> str:
-    """Give the frequency of sines, or what their frequencies lie between."""
+    """Return the frequency of a sine, or the range of several."""
     low, high = min(motion.f), max(motion.f)
     return (
         format_number(low, "Hz")
@@ -278,25 +301,25 @@ def _format_band(motion: Sines) -> str:
 
 
 def _rms_of_sines(motion: Sines) -> float:
-    """Give the RMS of a sum of sines; those of one frequency add up by their phases."""
+    """Return the RMS of a sum of sines, adding sines of equal frequency with their phases."""
     sums: dict[float, complex] = {}
     for A, f, phase in zip(*motion, strict=True):
         sums[f] = sums.get(f, 0.0) + rect(A, phase)
     return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
 
 
-# The cases of a sweep: what is swept, and where one of them is.
+# Sweeps: axes and cases.
 
 
 MAX_LISTED_VALUES = 5
-"""Values of a swept key up to which each is named."""
+"""Number of values of a swept key up to which each is listed."""
 
 MAX_SCANNED_VALUES = 10_000
-"""Values of a swept key beyond which they can only be evenly spread, in order."""
+"""More values than this come from an ordered range, so that first and last are the extremes."""
 
 
 class AxisLike(Protocol):
-    """A swept key with its unit and values."""
+    """A swept key with unit and values."""
 
     @property
     def key(self) -> str:
@@ -308,15 +331,15 @@ class AxisLike(Protocol):
 
     @property
     def values(self) -> Sequence[float]:
-        """Values in the unit."""
+        """Values [unit]."""
 
     @property
     def description(self) -> str:
-        """The values in words, where their range does not tell them."""
+        """Description of the values; empty where their range describes them."""
 
 
 def describe_axis(axis: AxisLike) -> str:
-    """Give what is swept, e.g. `excitation.frequency 0.5 to 10 Hz (96 values)`."""
+    """Return a swept key and its values, e.g. `excitation.rms 0.5 to 1 m/s² (6 values)`."""
     if axis.description:
         return f"{axis.key} {axis.description}"
     unit, values = format_unit(axis.unit), axis.values
@@ -333,7 +356,7 @@ def describe_axis(axis: AxisLike) -> str:
 
 
 def format_distinct(values: Sequence[float]) -> list[str]:
-    """Return values in words, with as many digits as it takes to tell them apart."""
+    """Return values as text, with as many digits as needed to distinguish them."""
     for digits in range(SIGNIFICANT_DIGITS, 18):
         words = [format_number(value, digits=digits) for value in values]
         if len({*words}) == len({*values}):
@@ -342,12 +365,12 @@ def format_distinct(values: Sequence[float]) -> list[str]:
 
 
 def describe_case(point: Mapping[str, float], axes: Sequence[AxisLike]) -> str:
-    """Give where a case is, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
+    """Return the swept values of a case, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
     return describe_point(point, {axis.key: axis.unit for axis in axes})
 
 
 def describe_point(point: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Give where a case is by the unit of every swept key."""
+    """Return the values of a point, with the units by swept key."""
     return ", ".join(
         f"{short_key(key, units)} {format_number(value, format_unit(units.get(key, '')))}"
         for key, value in point.items()
@@ -355,7 +378,7 @@ def describe_point(point: Mapping[str, float], units: Mapping[str, str]) -> str:
 
 
 def describe_cases(points: Sequence[Mapping[str, float]], axes: Sequence[AxisLike]) -> str:
-    """Give where a few cases are, e.g. `frequency 0.5, 7 Hz`; of several keys one by one."""
+    """Return the swept values of a few cases, e.g. `frequency 0.5, 7 Hz`."""
     if len(points[0]) > 1:
         return "; ".join(describe_case(point, axes) for point in points)
     units = {axis.key: format_unit(axis.unit) for axis in axes}
@@ -366,7 +389,7 @@ def describe_cases(points: Sequence[Mapping[str, float]], axes: Sequence[AxisLik
 
 
 def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[AxisLike]) -> str:
-    """Give between what some cases lie, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
+    """Return the range of some cases, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
     units = {axis.key: format_unit(axis.unit) for axis in axes}
     return ", ".join(
         f"{short_key(key, units)} {f'{format_number(low)} to ' * (low < high)}"
@@ -376,20 +399,20 @@ def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[AxisL
 
 
 def short_key(key: str, keys: Collection[str]) -> str:
-    """Give the last word of a swept key, as long as no other ends in it."""
+    """Return the last word of a dotted key, or the whole key if that word is not unique."""
     last = key.rpartition(".")[2]
     return key if sum(other.rpartition(".")[2] == last for other in keys) > 1 else last
 
 
-# Means over many seeds: a value with its interval, and which seeds there were.
+# Ensembles: means with confidence intervals, and seeds.
 
 
 MIN_RELATIVE_HALF_WIDTH = 1e-6
-"""Half-width over value from which on an interval is told [-]; a narrower one is rounding."""
+"""Relative half-width [-] below which an interval is rounding and not shown."""
 
 
 class StoppingRule(Protocol):
-    """When seeds are to be enough."""
+    """The stopping rule for the number of seeds."""
 
     @property
     def metric(self) -> str:
@@ -397,13 +420,13 @@ class StoppingRule(Protocol):
 
     @property
     def half_width(self) -> float:
-        """Half-width of its interval over its mean [-]."""
+        """Half-width of the confidence interval relative to the mean [-]."""
 
 
 def format_interval(value: float | None, half_width: float | None, unit: str = "") -> str:
-    """Give a mean with half of its confidence interval, e.g. `0.8376 ± 0.0014`.
+    """Return a mean with the half-width of its confidence interval, e.g. `0.8376 ± 0.0014`.
 
-    Both end at the second digit of the half-width, beyond which the mean says nothing.
+    Both end at the second significant digit of the half-width.
     """
     if value is None or not half_width or half_width < MIN_RELATIVE_HALF_WIDTH * abs(value):
         return format_number(value, unit)
@@ -417,9 +440,15 @@ def format_interval(value: float | None, half_width: float | None, unit: str = "
 def describe_seeds(
     drawn: Sequence[int], until: StoppingRule | None, counts: Sequence[int] = ()
 ) -> str:
-    """Give which seeds there were, and what the values behind a ± are.
+    """Return the seeds and the meaning of values with ±.
 
-    `counts` are the numbers of seeds of many cases, ascending.
+    Parameters
+    ----------
+    drawn : sequence of int
+        The seeds.
+    until : StoppingRule or None
+    counts : sequence of int, optional
+        Number of seeds of each case of a sweep, ascending.
     """
     number_of = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(len(drawn))
     span = f"{number_of}{' in every case' * bool(counts)}, from {drawn[0]} to {drawn[-1]}"
@@ -427,17 +456,17 @@ def describe_seeds(
     if until is not None:
         share = format_number(100 * until.half_width, "%")
         wish = f"until the interval of {until.metric} is ±{share} of its mean; "
-    return f"{span}; {wish}values are means, ± half of their 95 % confidence interval"
+    return f"{span}; {wish}values are mean ± half-width of the 95 % confidence interval"
 
 
-# What is solved: the oscillator, its dry friction, its end stops.
+# The model: oscillator, friction, end stops.
 
 
 ALL_SHARED = {"kinetic": True, "static": True}
-"""Friction forces that all cases share, where there is one case."""
+"""All cases share both friction forces: the default for a single case."""
 
 NO_RATIOS: Mapping[str, float] = {}
-"""The ratios of a scene that is given by forces and damping alone."""
+"""A scenario that defines forces and damping directly."""
 
 
 def describe_scene(
@@ -450,11 +479,17 @@ def describe_scene(
     ratios: Mapping[str, float] = NO_RATIOS,
     peak: float | None = None,
 ) -> Iterator[tuple[str, str]]:
-    """Give what is solved, head by head: oscillator, friction, end stops where there are any.
+    """Yield label and text of the oscillator, the friction and the end stops, if any.
 
-    `shared` says whether all cases have one `kinetic` and one `static` friction force; the
-    other parameters are those of `describe_oscillator` and `describe_friction`. What varies is left out. The
-    greatest |x_r| [m], where it is known, gives the unit of end stops.
+    Parameters
+    ----------
+    plant, defaulted, terms, swept, ratios
+        As in `describe_oscillator` and `describe_friction`.
+    law : AnyLaw
+    shared : mapping, optional
+        Whether all cases have the same `kinetic` and the same `static` friction force.
+    peak : float, optional
+        Greatest |x_r| [m], which determines the unit of end stops.
     """
     forces = describe_friction(
         law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios
@@ -470,16 +505,16 @@ def describe_scene(
 def describe_oscillator(
     plant: Plant, swept: Collection[str] = (), ratios: Mapping[str, float] = NO_RATIOS
 ) -> str:
-    """Give mass, spring and damper, with what follows from them.
+    """Return mass, stiffness and damping, with natural frequency and damping ratio.
 
     Parameters
     ----------
     plant : Plant
     swept : collection of str, optional
-        Keys that vary from case to case; what they decide is left out.
+        Dotted keys that vary; what they determine is omitted.
     ratios : mapping, optional
-        What the scenario gives as a ratio, `damping_ratio` and `static_ratio`: it stays where
-        what it refers to varies.
+        Ratios of the scenario, `damping_ratio` and `static_ratio`. A ratio is included even if
+        the quantity it refers to varies.
     """
     varied = [key for key in swept if key.startswith("oscillator.")]
     m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
@@ -507,19 +542,19 @@ def describe_friction(
     swept: Collection[str] = (),
     ratios: Mapping[str, float] = NO_RATIOS,
 ) -> str:
-    """Give the dry friction.
+    """Return the friction law with its forces.
 
     Parameters
     ----------
     law : AnyLaw
     defaulted : bool, optional
-        Nobody named a static limit.
+        Whether the static limit is the default.
     kinetic, static : bool, optional
-        Whether all cases share the force; one that they do not share is left out.
+        Whether all cases have the same force; otherwise it is omitted.
     terms : sequence of str, optional
-        The name of a law other than Coulomb's, and what it has besides its forces.
+        Name of a law other than Coulomb, followed by its further parameters.
     swept : collection of str, optional
-        As in `describe_oscillator`: how the normal force varies is left out where they decide it.
+        As in `describe_oscillator`.
     ratios : mapping, optional
         As in `describe_oscillator`.
     """
@@ -545,7 +580,7 @@ def describe_friction(
 def _describe_variation(
     law: CoulombLaw | EndStopLaw | NormalForceLaw | ElasticContactLaw, varied: Collection[str]
 ) -> str:
-    """Give how the normal force varies as a sine, as far as all cases share it."""
+    """Return the sinusoidal variation of the normal force, as far as it does not vary."""
     parts = []
     if not {"amplitude", "normal_stiffness"} & {*varied}:
         parts.append(f"± {format_percent(law.variation)}")
@@ -556,7 +591,7 @@ def _describe_variation(
 
 
 def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None = None) -> str:
-    """Return the end stops, empty where there are none; `describe_axis` as in `describe_oscillator`."""
+    """Return the end stops; empty without any. `swept` as in `describe_oscillator`."""
     if not isinstance(law, EndStopLaw):
         return ""
     parts = [("limit", f"at ±{format_length(law.x_rM, peak)}")]
@@ -572,7 +607,7 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
 
 
 def _describe_pressure(force_record: NormalForceRecord, varied: bool) -> str:
-    """Give a recorded normal force: what it lies between, if all cases share it; its file."""
+    """Return range and file of a recorded normal force; only the file if the force is swept."""
     files = ", ".join(sanitise(source.file) for source in force_record.inputs)
     if varied:
         return f"F_N recorded ({files})"

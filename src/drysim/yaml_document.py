@@ -1,11 +1,12 @@
-"""YAML files as trees of values that know their places, and values laid over them from outside.
+"""YAML files as trees of located values, with overrides.
 
-`read_document` goes from a path to a `Document`: ordinary files of at most 1 MB, text in UTF-8, a tree
-built from the events of a YAML parser, overrides by dotted key (`--set KEY=VALUE`, or a mapping
-from Python). A tree rather than what a YAML loader returns, because every later fault is to be
-told with its line, and because the traps of YAML 1.1 are closed here: `on`, `1:30` and dates
-stay words, duplicate and merge keys and tags are refused. What a parser complains about is said
-again in words that help. Nothing here knows what a scenario is.
+`read_document` reads a regular UTF-8 file of at most 1 MB into a `Document`: a tree built from
+the events of the YAML parser, so that every later error can point to line and column, with the
+overrides (`--set KEY=VALUE`, or a mapping from Python) applied to it.
+
+Some features of YAML 1.1 are restricted on purpose: `on`, `1:30` and dates stay text; duplicate
+keys, merge keys and tags are errors. Messages of the YAML parser are replaced by explanations.
+The module does not know the keys of a scenario.
 """
 
 from __future__ import annotations
@@ -27,14 +28,17 @@ from drysim.errors import Problem, UsageError
 from drysim.units import NUMBER_PATTERN, closest_match, did_you_mean, format_value, shorten
 
 KeyPath = tuple[str | int, ...]
-"""The steps from the root to a value."""
+"""Keys and list indices from the root to a value."""
 
 Overrides = Mapping[str, object] | Sequence[str]
 """Values by dotted key, or `KEY=VALUE` words."""
 
 
 class Location(NamedTuple):
-    """A stretch of one line of a file; line and column count from 1, 0 is the whole file."""
+    """Part of one line of a file.
+
+    Line and column count from 1; a line of 0 stands for the whole file.
+    """
 
     file: str
     line: int = 0
@@ -43,25 +47,25 @@ class Location(NamedTuple):
     source: str = ""
 
     def problem(self, sentence: str, key: str = "") -> Problem:
-        """Give the problem that a sentence makes here."""
+        """Return a problem at this location."""
         return Problem(
             sentence, self.file, self.line, self.column, self.width, self.source, key
         )
 
     def unreadable(self, sentence: str) -> UnreadableError:
-        """Give the error for a fault here after which nothing more can be read."""
+        """Return the exception for an error after which the file cannot be read further."""
         return UnreadableError(self.problem(sentence))
 
 
 Position = tuple[int, int]
-"""Line and column, from 0."""
+"""Line and column, counted from 0."""
 
 Locator = Callable[[Position, Position], Location]
-"""Gives the place between two marks."""
+"""Returns the location between two positions."""
 
 
 class UnreadableError(Exception):
-    """A fault after which nothing more can be read from a file."""
+    """An error after which nothing more can be read from a file."""
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem.sentence)
@@ -69,12 +73,12 @@ class UnreadableError(Exception):
 
 
 def split_lines(text: str) -> list[str]:
-    """Give the lines of a text as YAML counts them."""
+    """Split a text into lines as YAML defines them."""
     return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
 def make_locator(file: str, text: str) -> Locator:
-    """Give the function that finds places in a text."""
+    """Return the function that maps positions in a text to locations."""
     lines = split_lines(text)
 
     def location(start: Position, end: Position) -> Location:
@@ -87,39 +91,39 @@ def make_locator(file: str, text: str) -> Locator:
 
 
 class Node(NamedTuple):
-    """A value with its place; a mapping holds nodes by key, a list holds nodes."""
+    """A value with its location; a mapping contains nodes by key, a list contains nodes."""
 
     value: Any
     location: Location
     key: Location | None = None
-    """Where its key stands, in a mapping."""
+    """Location of the key, for values of a mapping."""
     size: int = 1
-    """Values in it, aliases counted as often as they are used."""
+    """Number of values, aliases counted as often as they are used."""
     depth: int = 0
 
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML file as it was read, with the overrides laid over it."""
+    """A YAML file with overrides applied."""
 
     file: str
-    """Name as it was given."""
+    """File name as passed to `read_document`."""
     sha256: str
-    """Of the bytes of the file, in hex."""
+    """SHA-256 of the bytes of the file, in hex."""
     tree: Node
-    """The values with their places; the root is a mapping."""
+    """The located values; the root is a mapping."""
     problems: tuple[Problem, ...] = ()
-    """Faults that leave the rest readable: duplicate keys, tags, faulty overrides."""
+    """Errors that do not prevent reading the rest: duplicate keys, tags, faulty overrides."""
     overrides: Mapping[str, Any] = field(default_factory=dict)
-    """Values that were set from outside, by dotted key."""
+    """Values of the overrides, by dotted key."""
 
     @cached_property
     def value(self) -> dict[str, Any]:
-        """The file as plain mappings, lists and scalars."""
+        """The document as plain mappings, lists and scalars."""
         return dict(plain_value(self.tree))
 
     def locate(self, keys: KeyPath, key: bool = False) -> Location:
-        """Give where a value (or its key) stands, or the nearest block around it."""
+        """Return the location of a value (or of its key), or of the closest enclosing block."""
         node, location = self.tree, self.tree.location
         for step in keys:
             try:
@@ -133,20 +137,24 @@ class Document:
 def read_document(
     path: str | Path, overrides: Overrides = (), dotted_blocks: Collection[str] = ()
 ) -> Document:
-    """Give the document of a YAML file.
+    """Read a YAML file and apply overrides.
 
     Parameters
     ----------
     path : str or Path
     overrides : mapping or sequence of str
         Values by dotted key, or `KEY=VALUE` words.
-    dotted : collection of str
-        Blocks whose keys have dots of their own.
+    dotted_blocks : collection of str
+        Blocks whose keys contain dots.
+
+    Returns
+    -------
+    Document
 
     Raises
     ------
-    Unreadable
-        When there is no file, or no YAML mapping in it; holds the located problem.
+    UnreadableError
+        If the file does not exist or is no YAML mapping; holds the located problem.
     """
     file = str(path)
     data = read_bytes(Path(path))
@@ -163,11 +171,11 @@ def read_document(
 
 
 def dump(mapping: Mapping[str, Any]) -> str:
-    """Give a mapping as YAML that `read_document` reads back to the same values."""
+    """Return a mapping as YAML that `read_document` reads back to the same values."""
     import yaml
 
     class Dumper(yaml.SafeDumper):
-        """Puts words in quotes that would read back as something else."""
+        """Quotes text that would be read back as another value."""
 
     def word(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
         style = None if parse_scalar(text) == text else "'"
@@ -178,26 +186,26 @@ def dump(mapping: Mapping[str, Any]) -> str:
     return yaml.dump(mapping, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=96)
 
 
-# The text of a file, or why it is none.
+# File to text.
 
 
 MAX_BYTES = 1_000_000
-"""A scenario is written by hand; what is larger is a record or an attack."""
+"""Scenarios are written by hand; a larger file is a measured record or an attack."""
 
 BYTE_ORDER_MARK, REPLACEMENT_CHARACTER = (
     "\N{ZERO WIDTH NO-BREAK SPACE}",
     "\N{REPLACEMENT CHARACTER}",
 )
-"""A byte order mark, which has no place within a text; what stands for what has no place."""
+"""Not allowed inside a text; the replacement is printed for characters that cannot be shown."""
 
 
 def read_bytes(path: Path) -> bytes:
-    """Give the content of an ordinary file of at most 1 MB.
+    """Return the contents of a regular file of at most 1 MB.
 
     Raises
     ------
-    Unreadable
-        When there is no such file, or it is a folder, a device, too large or not ours to read.
+    UnreadableError
+        If the path does not exist, is a folder or device, is too large or not readable.
     """
     here = Location(str(path))
     try:
@@ -207,7 +215,7 @@ def read_bytes(path: Path) -> bytes:
         inside = _suggest_file_inside(path) if str(other) == "a folder" else "; name a file"
         raise here.unreadable(f"this is {other}{inside}") from None
     except FileNotFoundError:
-        why = ": it is a link that leads nowhere" if path.is_symlink() else _suggest_file(path)
+        why = ": broken symbolic link" if path.is_symlink() else _suggest_file(path)
         raise here.unreadable(f"no such file{why}") from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
@@ -218,7 +226,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def _decode(data: bytes, file: str) -> str:
-    """Give the text of UTF-8 bytes, without its byte order mark."""
+    """Decode UTF-8 and remove a byte order mark."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Location(file).unreadable("this is UTF-16 text; save it as UTF-8")
     if b"\0" in data:
@@ -236,17 +244,17 @@ def _decode(data: bytes, file: str) -> str:
 
 
 def check_characters(text: str, file: str) -> None:
-    """Refuse a text with characters that YAML does not know, at the first of them."""
+    """Raise at the first character that YAML does not allow."""
     bad = Reader.NON_PRINTABLE.search(text)
     places = [text.find(BYTE_ORDER_MARK), bad.start() if bad else -1]
     first = min((location for location in places if location >= 0), default=None)
     if first is not None:
-        sentence = f"character U+{ord(text[first]):04X} has no place in a scenario; remove it"
+        sentence = f"character U+{ord(text[first]):04X} is not allowed in a scenario; remove it"
         raise _location_of_character(text, first, file).unreadable(sentence)
 
 
 def _location_of_character(text: str, start: int, file: str) -> Location:
-    """Give the place of one character; what cannot be shown is replaced in the line."""
+    """Return the location of one character, with unprintable ones replaced in its line."""
     before = split_lines(text[:start])
     line, column = len(before) - 1, len(before[-1])
     shown = Reader.NON_PRINTABLE.sub(REPLACEMENT_CHARACTER, text).replace(
@@ -256,7 +264,7 @@ def _location_of_character(text: str, start: int, file: str) -> Location:
 
 
 def _suggest_file(path: Path) -> str:
-    """Give the scenario of the same folder that was probably meant, as a hint."""
+    """Return a hint with the closest scenario name in the same folder."""
     try:
         names = sorted(os.listdir(path.parent))
     except OSError:
@@ -268,31 +276,31 @@ def _suggest_file(path: Path) -> str:
 
 
 def _suggest_file_inside(path: Path) -> str:
-    """Give the only scenario of a folder, as a hint."""
+    """Return a hint with the only scenario of a folder."""
     found = [*path.glob("*.yaml"), *path.glob("*.yml")]
     return did_you_mean(str(found[0])) if len(found) == 1 else "; name a file in it"
 
 
-# The tree.
+# Text to tree.
 
 
 MAX_DEPTH = 40
-"""A scenario needs five levels; a parser that recurses needs a bound."""
+"""Scenarios need five levels. The limit protects the recursive construction of the tree."""
 
 MAX_VALUES = 50_000
-"""What aliases may grow a file to: far more than 1 MB holds of anything useful."""
+"""Limit for the expansion of aliases, far above the number of values in a useful file."""
 
 UNREAD_KEYS = "<<"
-"""Stands in a mapping for keys that could not be read, so that nobody misses them twice."""
+"""Marks a mapping with unreadable keys, so that they are not reported as missing as well."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _WORDS = {"": None, "~": None, "null": None, "true": True, "false": False}
 
 
 def parse_scalar(text: str) -> object:
-    """Give the value of a plain YAML word: a number, true, false, nothing, or the word itself.
+    """Return the value of a plain YAML scalar: number, true, false, None, or the text itself.
 
-    `1e3` is a number; `on`, `no`, `1:30`, `0x10` and dates stay words.
+    `1e3` is a number; `on`, `no`, `1:30`, `0x10` and dates stay text.
     """
     if NUMBER_PATTERN.fullmatch(text):
         whole = text.lstrip("+-").isdigit() and len(text) <= 18
@@ -304,12 +312,25 @@ def parse_scalar(text: str) -> object:
 
 
 def parse(text: str, locator: Locator) -> tuple[Node | None, tuple[Problem, ...]]:
-    """Give the tree of a YAML text, None when it is empty, and the problems that leave a tree.
+    """Build the tree of a YAML text.
+
+    Parameters
+    ----------
+    text : str
+    locator : Locator
+        Returns the location between two positions of the text.
+
+    Returns
+    -------
+    tree : Node or None
+        None if the text is empty.
+    problems : tuple of Problem
+        Errors that do not prevent building the tree.
 
     Raises
     ------
-    Unreadable
-        When the text is not YAML, or so large or deep that it can only be an attack.
+    UnreadableError
+        If the text is no YAML, or is excessively large or deep.
     """
     builder = _TreeBuilder(yaml.parse(text, Loader=_LOADER), locator)
     try:
@@ -319,7 +340,7 @@ def parse(text: str, locator: Locator) -> tuple[Node | None, tuple[Problem, ...]
 
 
 class _TreeBuilder:
-    """Builds a tree from the events of a YAML parser, each of which knows its place."""
+    """Builds a tree from the events of a YAML parser."""
 
     def __init__(self, events: Iterator[Any], locator: Locator) -> None:
         self.events = events
@@ -329,7 +350,7 @@ class _TreeBuilder:
         self.value_count = 0
 
     def document(self) -> Node | None:
-        """Give the tree of the only document; errors as in `parse`."""
+        """Return the tree of the only document; raises like `parse`."""
         tree = None
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent):
@@ -340,7 +361,7 @@ class _TreeBuilder:
         return tree
 
     def node(self, event: Any, depth: int) -> Node:
-        """Give the value that starts with an event."""
+        """Return the value that starts with an event."""
         location = self.location(event)
         if depth > MAX_DEPTH:
             raise location.unreadable(f"nested deeper than {MAX_DEPTH} levels")
@@ -350,7 +371,7 @@ class _TreeBuilder:
             self.anchors[event.anchor] = None
         if event.tag is not None:
             self.problems.append(
-                location.problem("tags such as `!!float` are refused; remove it")
+                location.problem("tags such as `!!float` are not supported; remove it")
             )
         if isinstance(event, yaml.ScalarEvent):
             value = event.value if event.style else parse_scalar(event.value)
@@ -361,36 +382,34 @@ class _TreeBuilder:
             node = self.mapping(location, depth, event.flow_style)
         self.value_count += 1
         if max(self.value_count, node.size) > MAX_VALUES:
-            raise location.unreadable(f"this is more than {MAX_VALUES} values, aliases counted")
+            raise location.unreadable(f"more than {MAX_VALUES} values, with aliases expanded")
         if event.anchor is not None:
             self.anchors[event.anchor] = node
         return node
 
     def alias(self, anchor: Any, location: Location) -> Node:
-        """Give the value that an alias repeats."""
+        """Return the value that an alias refers to."""
         node = self.anchors.get(anchor)
         if node is None:
-            word = (
-                "stands inside itself" if anchor in self.anchors else "has no anchor before it"
-            )
+            word = "contains itself" if anchor in self.anchors else "has no anchor before it"
             raise location.unreadable(f"alias `*{shorten(anchor)}` {word}")
         return node._replace(location=location)
 
     def sequence(self, location: Location, depth: int) -> Node:
-        """Give the list whose start was read."""
+        """Return the list that starts here."""
         values = []
         while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
             values.append(self.node(event, depth + 1))
         return self.collection(values, values, location)
 
     def mapping(self, location: Location, depth: int, flow: bool) -> Node:
-        """Give the mapping whose start was read."""
+        """Return the mapping that starts here."""
         values: dict[str, Node] = {}
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             known = len(self.problems)
             key = self.node(event, depth + 1)
             if isinstance(key.value, dict | list):
-                del self.problems[known:]  # one fault is enough for a key such as `{{ mass }}`
+                del self.problems[known:]  # one error is enough for a key such as `{{ mass }}`
             child = self.node(next(self.events), depth + 1)
             if sentence := _key_error(event, values):
                 self.problems.append(key.location.problem(sentence))
@@ -406,7 +425,7 @@ class _TreeBuilder:
         return self.collection(values, list(values.values()), location if flow else first)
 
     def collection(self, value: Any, children: list[Node], location: Location) -> Node:
-        """Give a list or mapping with its size and depth."""
+        """Return a list or mapping with its size and depth."""
         size = 1 + sum(child.size for child in children)
         depth = 1 + max((child.depth for child in children), default=0)
         if depth > MAX_DEPTH:
@@ -414,13 +433,13 @@ class _TreeBuilder:
         return Node(value, location, size=size, depth=depth)
 
     def location(self, event: Any) -> Location:
-        """Give where an event stands."""
+        """Return the location of an event."""
         start, end = event.start_mark, event.end_mark
         return self.locator((start.line, start.column), (end.line, end.column))
 
 
 def _key_error(event: Any, known: dict[str, Node]) -> str:
-    """Say why a key is refused; empty when it is not."""
+    """Return why a key is rejected; empty if it is accepted."""
     if not isinstance(event, yaml.ScalarEvent):
         return "a key must be a word"
     if event.value == UNREAD_KEYS:
@@ -432,15 +451,18 @@ def _key_error(event: Any, known: dict[str, Node]) -> str:
     return ""
 
 
-# What a YAML parser complains about.
+# Explanations of parser errors.
 
 
 _MISSING_SPACE = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([{\[].*|[^\s:/\\][^:]*)$")
-"""A key whose colon has no space behind it."""
+"""A key whose colon is not followed by a space."""
 
 
 class _ErrorContext(NamedTuple):
-    """Where a parser gave up, and where what it was reading began; lines count from 0."""
+    """Where a parser stopped, and where the construct that it was reading begins.
+
+    Lines and columns count from 0.
+    """
 
     lines: list[str]
     at: Position
@@ -449,22 +471,22 @@ class _ErrorContext(NamedTuple):
 
     @property
     def line(self) -> str:
-        """The line at which it gave up."""
+        """The line in which the parser stopped."""
         return self.lines[self.at[0]] if self.at[0] < len(self.lines) else ""
 
     @property
     def sign(self) -> str:
-        """The sign at which it did; empty at the end of the line."""
+        """The character at which the parser stopped; empty at the end of the line."""
         return self.line[self.at[1] : self.at[1] + 1]
 
     def here(self, sentence: str, at: Position | None = None, width: int = 1) -> Problem:
-        """Give the problem that a sentence makes there, or at another place."""
+        """Return a problem at the position of the error, or at another one."""
         line, column = at or self.at
         return self.locator((line, column), (line, column + width)).problem(sentence)
 
 
 def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> Problem:
-    """Give the located sentence for a fault of a YAML parser."""
+    """Return a located explanation of an error of the YAML parser."""
     mark, context = fault.problem_mark or fault.context_mark, fault.context_mark
     at = (mark.line, mark.column) if mark else (0, 0)
     start = (context.line, context.column) if context else at
@@ -489,8 +511,8 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
         return error_context.here("unknown escape in double quotes; use single quotes", start)
     if re.search(r"expected (key|<block end>|'-' indicator)", what):
         if error_context.line[: error_context.at[1]].strip():
-            return error_context.here("nothing may follow the value in its line")
-        sentence = "this line fits no block above it; check its indentation"
+            return error_context.here("unexpected text after the value")
+        sentence = "the indentation of this line matches no block above"
         return error_context.here(sentence, *_first_word(error_context))
     if error_context.line.startswith("%"):
         sentence = "this directive is not understood; remove it"
@@ -502,7 +524,7 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
 
 
 def _explain_colon_error(error_context: _ErrorContext) -> Problem:
-    """Say what is wrong where a colon is one too many, or one too few."""
+    """Explain an error caused by a missing or superfluous colon."""
     lines, last = error_context.lines, error_context.at[0]
     for number in range(last, max(-1, last - 3), -1):
         if glued := _MISSING_SPACE.match(lines[number] if number < len(lines) else ""):
@@ -514,21 +536,21 @@ def _explain_colon_error(error_context: _ErrorContext) -> Problem:
     number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
     before = lines[number]
     if ":" not in before:
-        sentence = "a colon is missing behind this key"
+        sentence = "a colon is missing after this key"
         return error_context.here(sentence, (number, _indent(before)), len(before.strip()))
     sentence = "this line is indented deeper than the one before it allows"
     return error_context.here(sentence, *_first_word(error_context))
 
 
 def _first_word(error_context: _ErrorContext) -> tuple[Position, int]:
-    """Give where the line begins to speak, and how long its first word is."""
+    """Return the position and length of the first word of the line."""
     return (error_context.at[0], _indent(error_context.line)), len(
         (error_context.line.split() or [""])[0]
     )
 
 
 def _indent(line: str) -> int:
-    """Give how many spaces a line starts with."""
+    """Return the number of leading spaces."""
     return len(line) - len(line.lstrip(" "))
 
 
@@ -536,16 +558,16 @@ def _indent(line: str) -> int:
 
 
 MAX_OVERRIDE_LENGTH = 200
-"""Characters of an override by which messages name it."""
+"""Characters of an override in messages."""
 
 
 def _apply_overrides(
     tree: Node, overrides: Overrides, dotted_blocks: Collection[str]
 ) -> tuple[Node, dict[str, Any], tuple[Problem, ...]]:
-    """Give the tree with the overrides in it, the overrides as plain values, and problems.
+    """Return the tree with the overrides, their plain values, and the problems.
 
-    A value of nothing (`KEY=null`) takes the key away. In the blocks named by `dotted_blocks` the keys
-    have dots of their own.
+    The value `null` (`KEY=null`) removes a key. Keys of the blocks in `dotted_blocks` may
+    contain dots.
     """
     applied: dict[str, Any] = {}
     problems: list[Problem] = []
@@ -569,7 +591,7 @@ def _apply_overrides(
 
 
 def plain_value(node: Node) -> Any:
-    """Give the value of a node without its places."""
+    """Return the value of a node without locations."""
     if isinstance(node.value, dict):
         return {key: plain_value(child) for key, child in node.value.items()}
     if isinstance(node.value, list):
@@ -578,23 +600,23 @@ def plain_value(node: Node) -> Any:
 
 
 class OptionOverride(str):
-    """A `KEY=VALUE` word that an option of its own stands for, by which messages name it."""
+    """An override given by a dedicated option; messages show the option instead of `--set`."""
 
     label: str
 
     def __new__(cls, word: str, label: str) -> Self:
-        """Give the word behind an option, such as `--approach signum`."""
+        """Create the override `word` for an option such as `--approach signum`."""
         option = super().__new__(cls, word)
         option.label = label
         return option
 
 
 class _UnparsedText(str):
-    """The text of a value from the command line, still to be read as YAML."""
+    """The value of an override from the command line, not yet parsed as YAML."""
 
 
 def _override_items(overrides: Overrides) -> Iterator[tuple[Location, str, object]]:
-    """Give place, key and value of every override."""
+    """Yield location, key and value of every override."""
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
             yield (
@@ -607,8 +629,8 @@ def _override_items(overrides: Overrides) -> Iterator[tuple[Location, str, objec
     if not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
         given = shorten(repr(overrides), MAX_OVERRIDE_LENGTH)
         raise UsageError(
-            f"overrides are a mapping by dotted key, or words such as `friction.kinetic=30`, "
-            f"not {given}"
+            "overrides must be a mapping by dotted key, or words such as "
+            f"`friction.kinetic=30`, not {given}"
         )
     for word in words:
         key, equals, text = word.partition("=")
@@ -621,7 +643,7 @@ def _override_items(overrides: Overrides) -> Iterator[tuple[Location, str, objec
 
 
 def _split_key(key: str, location: Location) -> list[str]:
-    """Give the steps of a dotted key."""
+    """Split a dotted key."""
     steps = key.split(".")
     if not all(steps) or len(steps) > MAX_DEPTH:
         raise location.unreadable("write KEY=VALUE, such as `friction.kinetic=30`")
@@ -629,10 +651,10 @@ def _split_key(key: str, location: Location) -> list[str]:
 
 
 def _join_dotted_key(tree: Node, steps: list[str]) -> list[str]:
-    """Give the steps to a value in a block whose keys have dots.
+    """Return the path to a value in a block whose keys contain dots.
 
-    What follows the name of the block is one key, unless its beginning is a key already there:
-    then the rest leads into that.
+    What follows the block name is one key, unless a prefix of it is an existing key: then the
+    remainder is a path inside the value of that key.
     """
     name, *rest = steps
     block = tree.value.get(name)
@@ -645,16 +667,16 @@ def _join_dotted_key(tree: Node, steps: list[str]) -> list[str]:
 
 
 def _parse_value(text: str, location: Location) -> tuple[Node, tuple[Problem, ...]]:
-    """Give the value of a YAML text."""
+    """Parse the YAML text of a value."""
     check_characters(text, location.file)
     node, problems = parse(text, lambda start, end: location)
     if node is None:
-        raise location.unreadable("has no value; `null` takes the key away")
+        raise location.unreadable("has no value; `null` removes the key")
     return node, problems
 
 
 def _to_node(value: Any, location: Location, depth: int = 0) -> Node:
-    """Give the node of a Python value."""
+    """Return the node of a Python value."""
     if depth > MAX_DEPTH:
         raise location.unreadable(f"nested deeper than {MAX_DEPTH} levels")
     value = _from_numpy(value, location)
@@ -670,25 +692,25 @@ def _to_node(value: Any, location: Location, depth: int = 0) -> Node:
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, location)
     raise location.unreadable(
-        f"a value of type {type(value).__name__} has no place in a scenario"
+        f"a value of type {type(value).__name__} is not allowed in a scenario"
     )
 
 
 def _from_numpy(value: Any, location: Location) -> Any:
-    """Give what a number or an array of numpy holds; one that is masked holds nothing."""
+    """Return the Python value of a numpy scalar or array; raise for a masked scalar."""
     bare = getattr(value, "tolist", lambda: value)()
     if bare is None and value is not None:
-        what = f"a value of type {type(value).__name__} with nothing behind its mask"
-        raise location.unreadable(f"{what} has no place in a scenario")
+        what = f"a masked value of type {type(value).__name__}"
+        raise location.unreadable(f"{what} is not allowed in a scenario")
     return bare
 
 
 def _set_node(
     node: Node, steps: list[str], new: Node, location: Location, done: str = ""
 ) -> Node:
-    """Give the node with the new one at the end of the steps; missing blocks are made.
+    """Return a copy of the tree with a node replaced; missing blocks are created.
 
-    The entries of a list count from 0.
+    List entries count from 0.
     """
     step, rest = steps[0], steps[1:]
     if isinstance(node.value, list):
@@ -714,7 +736,7 @@ def _set_node(
         children[step] = new
     elif children.pop(step, None) is None:
         hint = did_you_mean(closest_match(step, children))
-        raise location.unreadable(f"there is no `{shorten(step)}` to take away{hint}")
+        raise location.unreadable(f"there is no `{shorten(step)}` to remove{hint}")
     if step in children:
         children[step] = children[step]._replace(
             key=node.value[step].key if rest and step in node.value else location

@@ -41,7 +41,7 @@ def recorded(tmp_path):
         ("1.00000000,", "the record has a gap"),
         ("", "row 102 is empty: the record has a gap"),
         ("1.00500000,0.5", "uneven"),
-        ("0.99000000,0.5", "time stands still"),
+        ("0.99000000,0.5", "time repeats"),
     ],
 )
 def test_record_with_a_hole_is_refused_and_the_row_named(recorded, text, words):

@@ -1,10 +1,9 @@
 """Measured records: base motion and normal force from files.
 
-`options` is what a scenario may say of a record, `record` goes by it from the file to samples
-in SI: `columns` holds its bytes, in which `formats` and `text` find columns, and chooses one
-and its unit, `clean` puts it onto an even grid and removes what is asked for, `warnings` says
-what a reader should know. A scenario without a record executes `options` alone.
+`options` contains the blocks of a scenario; without a record only this module is imported.
+`record` reads a file into samples in SI. It uses `columns` (bytes, columns, units), `formats`
+and `text` (file formats), `clean` (even grid, resampling, filters) and `warnings`.
 """
 
 SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
-"""The unit of ü, u̇ and u, and of a normal force."""
+"""SI unit by measured quantity."""

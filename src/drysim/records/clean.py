@@ -1,12 +1,17 @@
-"""From the numbers of a record as a file gives them to ü on an even grid, cleaned on request.
+"""Signal processing of a record: time grid, gaps, resampling, filters, differentiation, window.
 
-In the order in which a record goes through them: `fit_grid` finds from printed times where the
-samples lie, on an even grid, with holes in it, or unevenly; `fill_gaps` fills gaps; `resampling_grid` and
-`resample_onto` put the samples onto another grid, between them by a stated way and never folded;
-`remove` takes away a trend and what is outside a band, by filters without phase shift;
-`TO_ACCELERATION` make acceleration of velocity and displacement, `displacements` the reverse; `window_range`
-and `cut_window` keep a window. Each step that was asked for leaves a `CleaningReport`, words and numbers that
-every summary tells. Without a request nothing is changed: a gap or an uneven step is a fault.
+The steps, in the order in which they are applied:
+
+1. `fit_grid` fits an even time grid to printed times, or finds gaps or uneven times.
+2. `fill_gaps` interpolates missing samples.
+3. `resample_onto` interpolates onto another grid, after a check for aliasing.
+4. `remove` subtracts a trend and filters without phase shift.
+5. `TO_ACCELERATION` differentiates velocity or displacement through splines; `displacements`
+   integrates acceleration.
+6. `window_range` and `cut_window` select a window.
+
+Each step that the scenario requests yields a `CleaningReport`. Without a request nothing is
+changed: a gap or an uneven step is an error.
 """
 
 from __future__ import annotations
@@ -30,51 +35,54 @@ from drysim.records.columns import (
 from drysim.records.options import Gaps, Removal, Resample, Window
 from drysim.wording import format_count, join_words
 
-STEP_TOLERANCE = 1e-9
-"""Two times or two steps this close, relative to them, are one: rounding of times."""
+METHODS = {"line": "linear interpolation", "spline": "cubic spline"}
+"""Interpolation methods in messages."""
 
-# The grid.
+STEP_TOLERANCE = 1e-9
+"""Relative tolerance for the equality of two times or steps: rounding."""
+
+# Time grid.
 
 
 MAX_JITTER = 1e-3
-"""Share of a step by which any sample may leave the even grid: ü hardly changes within it."""
+"""Accepted deviation of a sample from the even grid, in steps; it hardly changes ü."""
 
 MAX_ROUNDING = 0.02
-"""Share of a step that the rounding of printed times may take: enough for 256 Hz to 1e-4 s."""
+"""Accepted rounding of printed times, in steps: 256 Hz printed to 1e-4 s needs this much."""
 
 LAST_DIGIT_ERROR = 0.6
-"""Units of the last printed digit: rounding takes a half, the rest is binary."""
+"""Rounding error in units of the last printed digit: 0.5, and a margin for binary rounding."""
 
 SINGLE_PRECISION = 2.0**-23
-"""Relative rounding of times that once were single precision."""
+"""Relative rounding of times that were stored in single precision."""
 
 MIN_STEP = 1e-300
-"""Below this step [s] its rate would overflow."""
+"""Steps [s] below this would overflow the rate."""
 
 MIN_GAP_STEPS = 1.5
-"""From this many usual steps on, a step is a hole in which samples are missing."""
+"""A step longer than this many regular steps is a gap."""
 
 POOR_TIMES_HINT = (
-    "give `rate` or `step` in place of `time` where only the printed times are poor"
+    "if only the printed times are inaccurate, set `rate` or `step` instead of `time`"
 )
-"""What to say of times that samples cannot have had."""
+"""Hint for times that a recorder cannot have produced."""
 
 
 class TimeGrid(NamedTuple):
-    """Where samples lie."""
+    """Times of the samples."""
 
     dt: float
-    """Their distance; of uneven times the mean one, holes left out [s]."""
+    """Time step [s]; for uneven times the mean without gaps."""
     first: float
-    """Time of the first [s]."""
+    """First time [s]."""
     at: Floats | None = None
-    """Steps of `dt` from the first sample to each; None where none is missing."""
+    """Sample positions [dt] from the first, shape (n,); None if no sample is missing."""
     spread: tuple[float, float] | None = None
-    """Least and greatest step [s] of uneven times; None where all lie on the grid."""
+    """Smallest and greatest step [s] of uneven times; None for an even grid."""
 
 
 class Series(NamedTuple):
-    """Evenly spaced samples in SI, their distance and the time of the first [s]."""
+    """Evenly spaced samples in SI, their time step [s] and first time [s]."""
 
     values: Signal
     dt: float
@@ -84,26 +92,40 @@ class Series(NamedTuple):
 def fit_grid(
     t: Floats, second: float, columns: Columns, index: int, may_jitter: bool = False
 ) -> TimeGrid:
-    """Give where the samples of printed times lie.
+    """Fit a time grid to printed times.
 
-    `second` is the unit of the times [s], `index` their 0-based column. Uneven times may stand
-    where the record is to be resampled.
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times as printed.
+    second : float
+        Unit of the times [s].
+    columns : Columns
+        The file, for error messages.
+    index : int
+        0-based column of the times.
+    may_jitter : bool, optional
+        Whether uneven times are accepted, because the record is going to be resampled.
+
+    Returns
+    -------
+    TimeGrid
 
     Raises
     ------
     RecordError
-        When time stands still, runs backwards, or its steps are uneven; the row is named.
+        If times repeat, decrease, or are uneven; the error names the row.
 
     Notes
     -----
-    The times may be rounded: a whole number of samples in a unit of time is preferred where the
-    printed digits allow it, else the mean step counts.
+    Printed times are rounded. If a rate that is a whole number of samples per second agrees
+    with the times within their rounding, it is used; otherwise the mean step.
     """
     steps = np.diff(t)
     halt = np.flatnonzero(steps <= 0)
     if halt.size:
         row = int(halt[0]) + 1
-        what = "runs backwards" if steps[row - 1] < 0 else "stands still"
+        what = "decreases" if steps[row - 1] < 0 else "repeats"
         sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
         raise columns.at(
             row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR_TIMES_HINT}")
@@ -113,6 +135,7 @@ def fit_grid(
     if dt is not None:
         return TimeGrid(dt, first)
     usual = float(np.median(steps))
+    # Missing rows: assign each time to the nearest multiple of the median step.
     at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
     dt = _even_step(t, at, digit, second) if at[-1] >= len(t) else None
     if dt is not None:
@@ -120,7 +143,7 @@ def fit_grid(
     if not may_jitter:
         raise _uneven_error(steps, usual, columns, index)
     short = steps[steps <= MIN_GAP_STEPS * usual]
-    # Of uneven steps the mean tells the rate, where the median may lie off it by chance.
+    # For uneven steps the mean estimates the rate; the median may differ by chance.
     mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
     return TimeGrid(
         mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
@@ -128,18 +151,19 @@ def fit_grid(
 
 
 def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | None:
-    """Give the step [s] of times that lie at whole numbers of it; None where they do not.
+    """Return the step [s] of times at integer multiples of it; None if there is none.
 
-    `digit` is the unit of the last one that they are printed with.
+    `digit` is the unit of the last printed digit.
     """
     dt = float(t[-1] - t[0]) / float(at[-1])
     largest = float(np.abs(t[[0, -1]]).max())
     rounding = LAST_DIGIT_ERROR * digit + 4 * np.spacing(largest)
     slack = max(rounding, MAX_JITTER * dt, SINGLE_PRECISION * largest)
+    # Prefer an integer rate [Hz] if the printed digits allow it.
     rate = round(1 / max(dt * second, MIN_STEP))
     if rate and _grid_deviation(t, at, 1 / rate / second) <= min(rounding, MAX_ROUNDING * dt):
         return 1 / rate
-    # The step has 12 digits where the last time cannot tell the difference.
+    # Round the step to 12 digits unless that changes the last time.
     neat = float(f"{dt:.12g}")
     if not abs(neat - dt) * (at[-1] + 1) <= 4 * np.spacing(abs(t[-1])):
         neat = dt
@@ -149,21 +173,21 @@ def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | No
 
 
 def _grid_deviation(t: Floats, at: Floats, dt: float) -> float:
-    """Half the width of the band around the even grid that holds all times."""
+    """Return half the width of the band around the even grid that contains all times."""
     off = at * -dt
     off += t
     return float(off.max() - off.min()) / 2
 
 
 def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
-    """Give the error for steps that differ, at the first that does so visibly."""
+    """Return the error for uneven steps, at the first visible deviation."""
     row = int(np.argmax(np.abs(steps - usual) > MAX_ROUNDING * usual)) + 1
     if abs(steps[row - 1] - usual) <= MAX_ROUNDING * usual:
         row = int(np.argmax(np.abs(steps - usual))) + 1
     sentence = (
-        f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
-        f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
-        f"even grid; or {POOR_TIMES_HINT}"
+        f"the time steps are uneven: {steps[row - 1]:.6g} before this row, "
+        f"{usual:.6g} typically, {steps.min():.6g} to {steps.max():.6g} overall; "
+        f"`resample` makes them even; {POOR_TIMES_HINT}"
     )
     return columns.at(row, index, sentence)
 
@@ -172,25 +196,25 @@ def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> 
 
 
 NEGLIGIBLE_MEAN = 1e-12
-"""A mean below this share of the RMS is what rounding leaves of none."""
+"""Ratio of mean to RMS below which a mean is rounding."""
 
 
 class CleaningReport(NamedTuple):
-    """One step of a clean-up: RMS and mean of the samples, in SI, the RMS about that mean."""
+    """Report of one processing step, with RMS about the mean and mean of the samples in SI."""
 
     step: str
-    """Key of the record that asked for it."""
+    """Key of the record that requested the step."""
     sentence: str
-    """What was done."""
+    """Description of the step."""
     rms_before: float
     rms_after: float
     mean_before: float
     mean_after: float
     numbers: Mapping[str, float]
-    """What else describes the step, in SI."""
+    """Further results of the step, in SI."""
 
     def to_dict(self) -> dict[str, object]:
-        """Give the report as drysim.json holds it."""
+        """Return the report as stored in drysim.json."""
         return {**self._asdict(), "numbers": dict(self.numbers)}
 
 
@@ -202,17 +226,17 @@ def make_report(
     unit: str,
     numbers: Mapping[str, float],
 ) -> CleaningReport:
-    """Give the report of a step from its samples; the RMS values are added to its sentence."""
+    """Return the report of a step. Its sentence is extended by the RMS before and after."""
     (mean, rms), (mean_after, rms_after) = _mean_and_rms(before), _mean_and_rms(after)
     full_sentence = (
-        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, of the samples about "
-        f"means of {mean:.4g} and {mean_after:.4g} {unit}"
+        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, about means "
+        f"of {mean:.4g} and {mean_after:.4g} {unit}"
     )
     return CleaningReport(step, full_sentence, rms, rms_after, mean, mean_after, numbers)
 
 
 def _mean_and_rms(values: Floats) -> tuple[float, float]:
-    """Return mean and RMS about it; a mean that is rounding of the samples counts as 0."""
+    """Return mean and RMS about it; a mean within rounding counts as 0."""
     mean, rms = mean_and_std(values)
     return (0.0 if abs(mean) < NEGLIGIBLE_MEAN * rms else mean), rms
 
@@ -223,15 +247,33 @@ def _mean_and_rms(values: Floats) -> tuple[float, float]:
 def fill_gaps(
     values: Floats, grid: TimeGrid, gaps: Gaps | None, columns: Columns, index: int, unit: str
 ) -> tuple[Floats, TimeGrid, CleaningReport | None]:
-    """Give samples without gaps, where they are, and the report of what was filled.
+    """Fill gaps by interpolation.
 
-    The samples are in SI, NaN where one is missing; where nothing is said of gaps, each is a
-    fault. `index` is the 0-based column of the samples, `unit` their SI unit.
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Samples in SI, NaN where one is missing.
+    grid : TimeGrid
+    gaps : Gaps or None
+        None makes every gap an error.
+    columns : Columns
+        The file, for error messages.
+    index : int
+        0-based column of the samples.
+    unit : str
+        SI unit of the samples.
+
+    Returns
+    -------
+    values : ndarray, shape (m,)
+    grid : TimeGrid
+    report : CleaningReport or None
+        None if nothing was filled.
 
     Raises
     ------
     RecordError
-        When a gap is longer than asked for, or at an end; its row is named.
+        If a gap is longer than allowed, or at an end of the record; the error names the row.
     """
     there = ~np.isnan(values)
     if grid.at is None and there.all():
@@ -242,7 +284,7 @@ def fill_gaps(
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
     if len(known) < 2 or not (there[0] and there[-1]):
         row = 0 if not there[0] else len(values) - 1
-        raise columns.at(row, index, "the record begins or ends with a gap; cut that away")
+        raise columns.at(row, index, "the record begins or ends with a gap; cut it off")
     if not len(holes):
         return known, grid._replace(at=at), None
     allowed = 0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
@@ -258,15 +300,15 @@ def fill_gaps(
     filled = np.insert(known, after + 1, interpolate(at, known, new, gaps.fill))
     numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
     sentence = (
-        f"{format_count(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
-        f"{gaps.fill}s, the longest of {longest:.4g} s"
+        f"{format_count(len(holes), 'gap')} ({format_count(int(missing.sum()), 'sample')}) "
+        f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
     )
     report = make_report("gaps", sentence, known, filled, unit, numbers)
     return filled, grid._replace(at=np.insert(at, after + 1, new)), report
 
 
 def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
-    """Give values between samples: on the `line` or the C² cubic `spline` through them."""
+    """Interpolate linearly (`line`) or with a C² cubic spline (`spline`)."""
     if by == "line":
         return np.interp(wanted, at, values)
     from scipy.interpolate import CubicSpline
@@ -277,12 +319,12 @@ def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
 def _gap_message(
     width: float, dt: float, gaps: Gaps | None, number: int, longest: float
 ) -> str:
-    """Say what is missing in a gap of so many steps, and what can be done about it."""
+    """Return the message for a gap of `width` steps."""
     missing = round(width) - 1
     count = f"{format_count(missing, 'sample')} {'is' if missing == 1 else 'are'}"
-    more = f" ({format_count(number, 'gap')} in all)" if number > 1 else ""
+    more = f" ({format_count(number, 'gap')} in total)" if number > 1 else ""
     if gaps is None:
-        # The `gaps.at_most` of three digits, rounded up, that the longest gap needs.
+        # Suggest the smallest sufficient `gaps.at_most`, rounded up to three digits.
         digit = 10.0 ** (floor(log10(longest)) - 2)
         needed = ceil(longest / digit * (1 - STEP_TOLERANCE)) * digit
         at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
@@ -290,25 +332,26 @@ def _gap_message(
     else:
         way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
-        f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
+        f"{count} missing before this row: a step of {width * dt:.6g} s, not {dt:.6g} s"
         f"{more}: {way}"
     )
 
 
-# Another grid.
+# Resampling.
 
 
 MAX_ALIAS_GAIN = 0.1
-"""What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
+"""Largest gain of the low-pass at the new Nyquist frequency: -20 dB."""
 
 UNEVEN_STEP_TOLERANCE = 1e-2
-"""As `STEP_TOLERANCE`, against the mean of uneven steps: their half rate is no sharper than that."""
+"""As `STEP_TOLERANCE`, for uneven steps, whose Nyquist frequency is not well defined."""
 
 
 class ResamplingGrid(NamedTuple):
-    """A grid that is `refinement` as fine as the one that was asked for, and that one's step [s].
+    """Target of a resampling: the requested step [s] and a refinement of it.
 
-    A record that loses rate is filtered in between, on the finer grid.
+    A record whose rate is reduced is filtered on a grid that is `refinement` times as fine, and
+    then decimated.
     """
 
     step: float
@@ -318,12 +361,21 @@ class ResamplingGrid(NamedTuple):
 def resampling_grid(
     wanted: Resample, removal: Removal, grid: TimeGrid, display_path: str
 ) -> ResamplingGrid:
-    """Give the grid to go by: as fine as the record's own, or finer.
+    """Return the grid onto which a record is interpolated; it is at least as fine as its own.
+
+    Parameters
+    ----------
+    wanted : Resample
+    removal : Removal
+        Contains the low-pass.
+    grid : TimeGrid
+        Grid of the record.
+    display_path : str
 
     Raises
     ------
     RecordError
-        When frequencies would fold, because no low-pass is stated that keeps them out.
+        If the rate is reduced without a sufficient low-pass (aliasing).
     """
     step = wanted.step or 1 / (wanted.rate or 1.0)
     same = STEP_TOLERANCE if grid.spread is None else UNEVEN_STEP_TOLERANCE
@@ -334,11 +386,11 @@ def resampling_grid(
             half, removal.above, order
         ) > MAX_ALIAS_GAIN * (1 + STEP_TOLERANCE):
             most = half * (1 / MAX_ALIAS_GAIN - 1) ** (-1 / (2 * order))
-            # A hundredth less is clear of it in few digits, too.
+            # 1 % less remains sufficient after rounding to three digits.
             sentence = (
-                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
-                f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
-                f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
+                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz aliases frequencies "
+                f"above {half:.6g} Hz; add a low-pass with a gain of at most 0.1 there, "
+                f"`remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
             )
             raise record_error(display_path, sentence)
     return ResamplingGrid(step, refinement)
@@ -351,7 +403,7 @@ def resample_onto(
     target_grid: ResamplingGrid,
     display_path: str,
 ) -> Series:
-    """Give samples on the grid to go by, which ends where the record does."""
+    """Interpolate samples onto a grid that ends where the record does."""
     at, fine = grid.at, target_grid.step / target_grid.refinement
     n = len(values)
     length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
@@ -361,7 +413,7 @@ def resample_onto(
     require_memory_to_load(display_path, 8 * count)
     if count < 2:
         raise record_error(
-            display_path, f"the record lasts {length:.6g} s, less than `resample` asks for"
+            display_path, f"the record lasts {length:.6g} s, less than one step of `resample`"
         )
     places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
     own = np.arange(float(n)) if at is None else at
@@ -369,7 +421,7 @@ def resample_onto(
 
 
 def decimate(series: Series, target_grid: ResamplingGrid) -> Series:
-    """Give every sample that lies on the grid that was asked for."""
+    """Return the samples on the requested grid."""
     return series._replace(
         values=series.values[:: target_grid.refinement].copy(), dt=target_grid.step
     )
@@ -383,26 +435,26 @@ def resampling_report(
     wanted: Resample,
     unit: str,
 ) -> CleaningReport:
-    """Give the report of a resampling: samples as they were, and between them."""
+    """Return the report of a resampling."""
     numbers = {"step_before": grid.dt, "step_after": target_grid.step}
     was = f"{1 / grid.dt:.6g} Hz"
     if grid.spread is not None:
         least, most = grid.spread
         numbers |= {"least_step": least, "greatest_step": most}
-        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
-    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {wanted.by}s"
+        was = f"uneven steps of {least:.4g} to {most:.4g} s (mean {grid.dt:.4g} s)"
+    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {METHODS[wanted.by]}"
     return make_report("resample", sentence, before, after.values[:], unit, numbers)
 
 
-# What is removed: trends, and what is outside a band.
+# Trends and filters.
 
 
 Extension = Literal["even", "odd"]
-"""How a filter continues the ends of samples: mirrored, without or with a change of sign."""
+"""Extension of the samples beyond the ends: symmetric (even) or antisymmetric (odd)."""
 
 
 class Filtered(NamedTuple):
-    """What a removal leaves; `before_high_pass` is that before a high-pass, None where there is none."""
+    """Result of `remove`; `before_high_pass` is None without a high-pass."""
 
     series: Series
     before_high_pass: Series | None
@@ -412,14 +464,27 @@ class Filtered(NamedTuple):
 def remove(
     series: Series, wanted: Removal, unit: str, display_path: str, ends: Extension = "even"
 ) -> Filtered:
-    """Give a series without its trend and what is outside a band, and the report of that.
+    """Subtract a trend and apply low-pass and high-pass.
 
-    `unit` is the SI unit of the samples; `ends` is that of `high_pass`.
+    Parameters
+    ----------
+    series : Series
+    wanted : Removal
+    unit : str
+        SI unit of the samples.
+    display_path : str
+    ends : {'even', 'odd'}, optional
+        As in `high_pass`.
+
+    Returns
+    -------
+    Filtered
 
     Raises
     ------
     RecordError
-        When a frequency has less than one period in the record, or is above half its rate.
+        If a corner frequency has less than one period in the record, or exceeds the Nyquist
+        frequency.
     """
     remaining, before_high_pass, words = series.values[:], None, []
     if wanted.trend != "nothing":
@@ -428,28 +493,29 @@ def remove(
     if wanted.above is not None:
         _check_corner(wanted.above, "above", series, display_path)
         remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
-        words.append(f"what is above {wanted.above:g} Hz")
+        words.append(f"frequencies above {wanted.above:g} Hz")
     if wanted.below is not None:
         _check_corner(wanted.below, "below", series, display_path)
         before_high_pass = series._replace(values=remaining)
         remaining = high_pass(remaining, series.dt, wanted.below, wanted.order, ends)
-        words.append(f"what is below {wanted.below:g} Hz")
-    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.has_filters else ""
+        words.append(f"frequencies below {wanted.below:g} Hz")
+    by = f" (zero-phase Butterworth of order {wanted.order})" if wanted.has_filters else ""
     removed = series.values[:] - remaining
     mean, drift = float(removed.mean()), float(removed[-1] - removed[0])
     sentence = (
-        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
-        f"{drift:+.4g} {unit}"
+        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, drift from first to "
+        f"last sample {drift:+.4g} {unit}"
     )
     if wanted.below is not None:
-        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
+        edge = f"the first and the last {1 / wanted.below:.3g} s"
+        sentence += f"; {edge} depend on the extension of the ends"
     numbers = {"mean": mean, "drift": drift}
     report = make_report("remove", sentence, series.values[:], remaining, unit, numbers)
     return Filtered(series._replace(values=remaining), before_high_pass, report)
 
 
 def _check_corner(frequency: float, side: str, series: Series, display_path: str) -> None:
-    """Make sure that a filter has something to work on."""
+    """Raise for a corner frequency outside the range of the record."""
     low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
     if not low <= frequency < high:
         bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
@@ -458,46 +524,50 @@ def _check_corner(frequency: float, side: str, series: Series, display_path: str
 
 
 def fit_trend(values: Floats, what: str) -> Floats:
-    """Give the `mean` or the `line` (least squares) of samples, as many values."""
+    """Return the mean or the least-squares line of samples, shape (n,)."""
     n = len(values)
     if what == "mean":
         return np.broadcast_to(values.mean(), n)
-    steps = np.arange(n) - (n - 1) / 2  # from the middle, mean and slope do not mix
+    steps = np.arange(n) - (n - 1) / 2  # centred, so that mean and slope are independent
     return np.asarray(values.mean() + (steps @ values) / (steps @ steps) * steps)
 
 
 def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
-    """Give what is slower than a frequency [Hz]; see `high_pass`."""
+    """Return the part below a frequency [Hz]; see `high_pass`."""
     return _filter_zero_phase(values, dt, frequency, order, "lowpass", "odd")
 
 
 def low_pass_gain(frequency: float, corner: float, order: int) -> float:
-    """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
+    """Return the amplitude gain [-] of `low_pass` at a frequency."""
     return 1 / (1 + (frequency / corner) ** (2 * order))
 
 
 def high_pass(
     values: Floats, dt: float, frequency: float, order: int, ends: Extension = "even"
 ) -> Floats:
-    """Give what is faster than a frequency, by a Butterworth filter run forwards and backwards.
+    """Return the part above a frequency, by a zero-phase Butterworth filter.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
     dt : float
-        Their distance [s].
+        Time step [s].
     frequency : float
-        Where half the amplitude is left [Hz].
+        Frequency at which the amplitude is halved [Hz].
     order : int
-        In each direction; both together fall by 12 dB an octave and order.
-    ends : str
-        How each end is continued by one period of the frequency: mirrored as it is (`even`), or
-        about its last sample (`odd`).
+        Order in each direction. The filter is applied forwards and backwards, so the slope is
+        12 dB per octave and order.
+    ends : {'even', 'odd'}, optional
+        Extension of each end by one period of the frequency.
+
+    Returns
+    -------
+    ndarray, shape (n,)
 
     Notes
     -----
-    The line of least squares goes first: it is slow. Ends that are mirrored as they are leave
-    the least of slow parts behind.
+    The least-squares line is subtracted first. The even extension leaves the smallest remainder
+    of low frequencies.
     """
     level = values - fit_trend(values, "line")
     return _filter_zero_phase(level, dt, frequency, order, "highpass", ends)
@@ -519,23 +589,23 @@ def _filter_zero_phase(
     return np.asarray(passed, dtype=np.float64)
 
 
-# The window; splines from samples to ü, and displacements from it.
+# Window, differentiation and integration.
 
 
 EDGE_TOLERANCE = 1e-6
-"""Share of a step by which the edge of a window may miss a sample: rounding of its time."""
+"""Accepted distance of a window edge from a sample, in steps: rounding of its time."""
 
 TIME_FORMAT = ".15g"
-"""Format of a time: seconds since 1970 have ten digits before the point."""
+"""Seconds since 1970 have ten digits before the decimal point."""
 
 
 def window_range(series: Series, window: Window | None, display_path: str) -> tuple[int, int]:
-    """Give the first and the last sample of a window, 0-based.
+    """Return the first and the last sample of a window, 0-based and inclusive.
 
     Raises
     ------
     RecordError
-        When the window does not lie in the record, or holds fewer than two samples.
+        If the window does not lie within the record, or contains fewer than two samples.
     """
     first, last = 0, len(series.values) - 1
     if window is None:
@@ -551,22 +621,23 @@ def window_range(series: Series, window: Window | None, display_path: str) -> tu
     wrong, until = "", series.first + (len(series.values) - 1) * series.dt
     for key, t, at in (("from", window.start, first), ("to", window.to, last)):
         if not wrong and not 0 <= at < len(series.values):
-            side = "before the beginning" if at < 0 else "behind the end"
+            side = "before the beginning" if at < 0 else "after the end"
             wrong = f"`window.{key}`, {t:{TIME_FORMAT}} s, is {side} of"
     sentence = (
         f"{wrong or 'the window must hold two samples of'} the record, which runs from "
-        f"{series.first:{TIME_FORMAT}} s to {until:{TIME_FORMAT}} s in steps of {series.dt:.6g} s"
+        f"{series.first:{TIME_FORMAT}} s to {until:{TIME_FORMAT}} s in steps of "
+        f"{series.dt:.6g} s"
     )
     raise record_error(display_path, sentence)
 
 
 def _sample_number(t: float, series: Series) -> float:
-    """Steps from the first sample to a time, within what a whole number can be made of."""
+    """Return the number of steps from the first sample to a time, bounded to 1e18."""
     return max(-1e18, min(1e18, (t - series.first) / series.dt))
 
 
 def cut_window(motion: Samples, first: int, last: int, n: int) -> Samples:
-    """Give the motion from the first to the last of n samples of the record."""
+    """Return the motion from the first to the last of the n samples of the record."""
     finer = (len(motion.u_dd) - 1) // (n - 1)
     part = first * finer, last * finer + 1
     u = None if motion.u is None else motion.u[slice(*part)]
@@ -574,18 +645,17 @@ def cut_window(motion: Samples, first: int, last: int, n: int) -> Samples:
 
 
 def from_acceleration(series: Series) -> Samples:
-    """Give samples of acceleration as they are, linear between them."""
+    """Return samples of acceleration unchanged, linear in between."""
     return Samples(series.values, series.dt)
 
 
 def from_velocity(series: Series) -> Samples:
-    """Give the derivative of the quadratic spline through samples of velocity.
+    """Return the derivative of the quadratic spline through samples of velocity.
 
     Notes
     -----
-    The spline's pieces meet midway between samples, where its derivative bends. So ü is given
-    at every half step, which holds each bend: linear between those, it is the spline's
-    derivative exactly.
+    The knots of the spline lie midway between the samples. Its derivative is linear between
+    knots, so values at every half step represent it exactly.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -596,11 +666,12 @@ def from_velocity(series: Series) -> Samples:
 
 
 def from_displacement(series: Series) -> Samples:
-    """Give the second derivative of the C² cubic spline through samples of displacement.
+    """Return the second derivative of the C² cubic spline through samples of displacement.
 
     Notes
     -----
-    Not-a-knot at the ends. The second derivative is linear between the samples.
+    The spline has not-a-knot ends. Its second derivative is linear between samples, so the
+    values at the samples represent it exactly.
     """
     from scipy.interpolate import CubicSpline
 
@@ -617,12 +688,12 @@ TO_ACCELERATION = {
 
 
 def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats, Floats]:
-    """Return the part of the displacement of samples that is faster than a frequency, twice.
+    """Return the high-passed displacement of an acceleration, for two extensions of the ends.
 
     Parameters
     ----------
     motion : Samples
-        With its slow parts.
+        Acceleration before a high-pass.
     frequency, order
         As in `high_pass`.
 
@@ -631,25 +702,27 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     u : ndarray, shape (n,)
         Displacement [m].
     otherwise : ndarray, shape (n,)
-        The same with another continuation of the ends: what both differ by is uncertain.
+        The same with the other extension of the ends [m]. The difference measures the
+        uncertainty.
 
     Notes
     -----
-    The double integral of ü, linear between its samples, less its drift, through the filter.
-    Filtered before the integration, what an end leaves of slow parts would grow to be most of
-    u. What is left lies within a period of either end, where u depends on how it is continued:
-    mirrored about its last sample, which suits slow parts, or mirrored as it is, which suits a
-    seat-test signal without any. What a continuation leaves of slow parts adds to u, so the
-    one with the smaller RMS is u.
+    ü, linear between samples, is integrated exactly, the drift is subtracted, and the result is
+    filtered. If ü were filtered before the integration, the remainder of low frequencies at the
+    ends would grow to most of u. What is left depends on the extension within one period of
+    either end. The odd extension suits records with low frequencies, the even one seat-test
+    signals without any. The remainder adds to u, so the result with the smaller RMS is returned
+    as u.
     """
     u_dd, dt = motion.u_dd[:] - fit_trend(motion.u_dd[:], "line"), motion.dt
+    # Integrate piecewise linear ü exactly, and remove the drift after each integration.
     u_d = np.zeros_like(u_dd)
     np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
     u_d -= u_d.mean()
     u = np.zeros_like(u_dd)
     np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
     span = np.linspace(-1.0, 1.0, len(u))
-    # An acceleration that is off by a line drifts by a cubic.
+    # A linear error of the acceleration is a cubic drift of the displacement.
     u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
     extensions: tuple[Extension, ...] = "odd", "even"
     found = [

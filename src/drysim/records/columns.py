@@ -1,8 +1,13 @@
-"""The file behind a record: read once, hashed as read, and faults that point into it.
+"""The file of a record, and the columns of numbers in it.
 
-Only a regular file of a known suffix that memory has room for is read. Its bytes are not kept:
-a `Reader` gives slices of them and refuses every access once the file was written to, cut or
-replaced, so that what is computed belongs to the hash that is told.
+A record is read and hashed once. Its bytes are not kept in memory: a `Reader` reads slices on
+demand and raises if the file was modified in the meantime, so that results always belong to the
+reported SHA-256. Only regular files with a known suffix that fit into memory are accepted.
+
+`Columns` is the interface that every file format implements; `Channels` implements it for
+binary formats. `data_column`, `column_factor` and `time_factor` determine the column of the
+samples and the units from file and scenario together. `Format` is an entry of the format
+registry.
 """
 
 from __future__ import annotations
@@ -32,26 +37,34 @@ from drysim.units import (
 )
 
 READ_SIZE = 1 << 20
-"""Bytes read at a time: small beside the numbers, large beside the cost of a call."""
+"""Bytes read at a time: small compared with the samples, large compared with overhead."""
 
 MEMORY_PER_FILE_BYTE = 0.25
-"""Bytes held for a byte of any file, at least: a number of 8 for 32 characters."""
+"""Lower bound of memory per byte of file: 8 bytes for a number printed with 32 characters."""
 
 MAX_QUOTE_LENGTH = 40
-"""Characters of a cell that a message may quote, so that no message retells a file."""
+"""Characters of a cell that messages quote."""
 
 MAX_FILES_EXAMINED = 1000
-"""Files of a folder among which a near name is looked for."""
+"""Files of a folder searched for a similar name."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """The bytes of a file, as slices; the latest part that was read is kept.
+    """The bytes of a file, read slice by slice; the last block is cached.
+
+    Parameters
+    ----------
+    path : Path
+    size : int
+        Size of the file [bytes].
+    signature : FileSignature
+        State of the file when it was hashed.
 
     Raises
     ------
     RecordError
-        By every access, when the file was written to, cut or replaced in the meantime.
+        On access, if the file was modified since it was hashed.
     """
 
     path: Path
@@ -60,11 +73,11 @@ class Reader:
     cached: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        """Give how many there are."""
+        """Return the size [bytes]."""
         return self.size
 
     def __getitem__(self, part: slice) -> bytes:
-        """Give some neighbouring bytes."""
+        """Return a contiguous slice."""
         first, last, _ = part.indices(self.size)
         for at, kept in self.cached.items():
             if at <= first and last <= at + len(kept):
@@ -77,7 +90,7 @@ class Reader:
         return kept[: max(last - first, 0)]
 
     def find(self, wanted: bytes, first: int = 0) -> int:
-        """Give where one byte stands from a place on, -1 for nowhere."""
+        """Return the offset of the first occurrence of a byte, -1 if there is none."""
         for at in range(first, self.size, READ_SIZE // 4):
             found = self[at : at + READ_SIZE // 4].find(wanted)
             if found >= 0:
@@ -104,21 +117,30 @@ class Cell(NamedTuple):
 
     @property
     def quote(self) -> str:
-        """The text as messages quote it, shortened."""
+        """The text as messages quote it, printable and shortened."""
         text = printable(self.text)
         return text if len(text) <= MAX_QUOTE_LENGTH else text[: MAX_QUOTE_LENGTH - 1] + "…"
 
 
 def printable(text: str) -> str:
-    """Return a text with a question mark for each character that has no glyph."""
+    """Return the text with unprintable characters replaced by question marks."""
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
 @dataclass(frozen=True, eq=False)
 class RecordFile:
-    """A record as it was read first: its SHA-256; `format_value` is the path as messages name it.
+    """A record file with its SHA-256.
 
-    `skip` is the number of rows at its top that do not count.
+    Parameters
+    ----------
+    display_path : str
+        Path as messages show it.
+    path : Path
+    reader : Reader
+    sha256 : str
+        In hex.
+    skip : int, optional
+        Rows to skip at the top of a text file.
     """
 
     display_path: str
@@ -129,13 +151,13 @@ class RecordFile:
 
     @cached_property
     def raw(self) -> bytes:
-        """All bytes at once, where memory has room for them and what is made of them."""
+        """All bytes, if there is enough memory for them and the numbers in them."""
         require_memory_to_load(self.display_path, len(self.reader))
         return self.reader[:]
 
 
 class TextFile(NamedTuple):
-    """Text of a record, which begins at an offset: the one of a line counted from 1."""
+    """Text of a record from offset `begin`, where line `line` (1-based) starts."""
 
     display_path: str
     text: Reader | bytes
@@ -144,13 +166,19 @@ class TextFile(NamedTuple):
 
 
 def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
-    """Read the file of a record once, if its suffix is one of those that are read.
+    """Hash a record file and return it with a reader.
+
+    Parameters
+    ----------
+    path : Path
+    suffixes : collection of str
+        Supported suffixes.
 
     Raises
     ------
     RecordError
-        When the file is missing, empty, not a regular file, of a kind that is not read, or
-        larger than the machine's memory allows.
+        If the file is missing, empty, not regular, of an unsupported type, or too large for the
+        memory of the machine.
     """
     try:
         size = _record_size(path, suffixes)
@@ -158,7 +186,7 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
         reader, sha256, filled = hash_file(path)
     except system.NotARegularFile as other:
         raise record_error(
-            str(path), f"the record is {other}; only a regular file is read"
+            str(path), f"the record is {other}; only regular files are supported"
         ) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
@@ -171,39 +199,46 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
 
 
 def _record_size(path: Path, suffixes: Collection[str]) -> int:
-    """Give the size of a record; a file below /proc, which claims to have none, has none."""
+    """Return the size of a record file. Files below /proc report a size of 0."""
     try:
         size = system.file_size(path)
     except FileNotFoundError:
         raise record_error(
-            str(path), f"the record is not there{_missing_file_hint(path, suffixes)}"
+            str(path), f"the record does not exist{_missing_file_hint(path, suffixes)}"
         ) from None
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
-        suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
-        raise record_error(
-            str(path), f"a record {suffix} cannot be read; what is read: {kinds}"
-        )
+        suffix = f"of type `{path.suffix}`" if path.suffix else "without a suffix"
+        raise record_error(str(path), f"a record {suffix} is not supported; supported: {kinds}")
     return size
 
 
 def _missing_file_hint(path: Path, suffixes: Collection[str]) -> str:
+    """Return why a file may be missing, or a similar name."""
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
     if path.is_symlink():
-        return ": it is a link that leads nowhere"
+        return ": broken symbolic link"
     files = islice(path.parent.iterdir(), MAX_FILES_EXAMINED)
     names = (file.name for file in files if file.suffix.lower() in suffixes)
     return did_you_mean(closest_match(path.name, names))
 
 
 def hash_file(path: Path) -> tuple[Reader, str, bool]:
-    """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
+    """Read a file once.
+
+    Returns
+    -------
+    reader : Reader
+    sha256 : str
+        In hex.
+    filled : bool
+        Whether the file contains anything but whitespace.
 
     Raises
     ------
     RecordError
-        When the file changes meanwhile.
+        If the file changes while it is read.
     """
     digest, filled = hashlib.sha256(), False
     with system.open_regular_file(path) as stream:
@@ -217,19 +252,19 @@ def hash_file(path: Path) -> tuple[Reader, str, bool]:
 
 
 def changed_error(path: Path) -> RecordError:
-    """Give the error for a file that is no longer the one that was looked at first."""
-    sentence = "the record changed while it was read; wait until it is whole"
+    """Return the error for a file that was modified after it was hashed."""
+    sentence = "the record changed while it was read; wait until it is complete"
     return RecordError(Problem(sentence, str(path), 0))
 
 
 def record_error(
     display_path: str, sentence: str, line: int = 0, cell: Cell | None = None
 ) -> RecordError:
-    """Give the error for one fault; its source line shows the faulty cell among blanks."""
+    """Return a RecordError; with a cell, its source line shows the cell at its column."""
     if cell is None:
         return RecordError(Problem(sentence, display_path, line))
     quote = cell.quote
-    # Far to the right, a source line of blanks and one cell helps nobody.
+    # A source line of more than 100 blanks would not be readable.
     source = " " * (cell.column - 1) + quote if cell.column <= 100 else ""
     return RecordError(
         Problem(sentence, display_path, line, cell.column, max(1, len(quote)), source=source)
@@ -237,58 +272,52 @@ def record_error(
 
 
 def require_memory_to_load(display_path: str, size: int) -> None:
-    """Make sure that a record of some bytes, packed or not, can be read into memory.
+    """Raise unless a record of `size` bytes can be loaded.
 
-    There must be room for three: the file, what is made of its bytes, and the numbers.
+    Memory is needed three times: for the file, for its decoded contents and for the numbers.
 
     Raises
     ------
     RecordError
-        When the machine has too little.
+        If the machine has too little memory.
     """
     require_memory(display_path, size * 3)
 
 
 def require_memory(display_path: str, need: float) -> None:
-    """Make sure that the machine has so many bytes for a record; errors as in `require_memory_to_load`."""
+    """Raise unless the machine has `need` bytes; raises like `require_memory_to_load`."""
     have = system.total_memory()
     if need > have:
         sentence = f"the record needs {need / 1e9:.3g} GB of memory"
         raise record_error(display_path, f"{sentence}, this machine has {have / 1e9:.3g} GB")
 
 
-# What a file offers, whatever its format: columns of numbers, by name and by number.
-#
-# `Columns` is what every format implements, `Channels` the one of files that hold numbers and
-# not text: they are loaded when asked for, finite or refused, or `LazySamples`, which leaves them in
-# their file and reads each stretch when it is needed. `data_column`, `column_factor` and `time_factor`
-# say which column counts and in which unit, by file and scenario together. `Format` is what the
-# registry of formats holds.
+# Columns of numbers.
 
 
 Floats = NDArray[np.float64]
 
 
 def gap_hint(at_most: str = "50 ms", which: str = "short ones") -> str:
-    """Say what to do about samples that are missing."""
+    """Return how to fill missing samples."""
     way = f"`gaps: {{fill: line, at_most: {at_most}}}`"
     return f"the record has a gap; {way} fills {which}"
 
 
 GAP_HINT = gap_hint()
-"""What to say of a sample that is missing, where the length of the gap is not known yet."""
+"""Hint for a missing sample where the length of the gap is not yet known."""
 
-INFINITE_HINT = "an infinite sample is no gap that could be filled; export the record anew"
-"""What to say of a sample that overflowed."""
+INFINITE_HINT = "an infinite sample cannot be interpolated; export the record again"
+"""Hint for an infinite sample."""
 
 MAX_LISTED_COLUMNS = 12
-"""How many of a file's columns a message lists."""
+"""Columns of a file that a message lists."""
 
 
 class ColumnLabel(NamedTuple):
-    """What a file says of a column: the text as written, and name and unit that it holds.
+    """Label of a column in a file: the text as written, and the name and unit in it.
 
-    `is_unit_certain` is false where the unit may be a remark, as in `acc (filtered)`.
+    `is_unit_certain` is false where the unit may be a comment, as in `acc (filtered)`.
     """
 
     text: str
@@ -298,69 +327,81 @@ class ColumnLabel(NamedTuple):
 
     @property
     def quote(self) -> str:
-        """The text as messages quote it, shortened."""
+        """The text as messages quote it, printable and shortened."""
         return Cell(self.text, 0).quote
 
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """Columns of numbers in a file; each implementation knows where its numbers are."""
+    """Columns of numbers in a file; implemented by every format."""
 
     display_path: str
-    """The file as messages name it."""
+    """Path of the file as messages show it."""
     labels: tuple[ColumnLabel, ...]
-    """What the file says of each column; empty when nothing has a name."""
+    """Label of each column; empty if no column has a label."""
     width: int
     """Number of columns."""
     word: str = "column"
-    """What a column is called."""
+    """Noun for a column in messages."""
     key: str = "column"
-    """The key of a record that chooses it."""
+    """Key of the scenario that selects a column."""
     place: str = "header"
-    """Where a unit stands: header or file."""
+    """Where units are given: header or file."""
     normalised: bool = False
-    """Whether the numbers are shares of a full scale that the file does not know."""
+    """Whether samples are fractions of a full scale that the file does not contain."""
 
     def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing."""
+        """Return columns as finite numbers, NaN where a sample of `gap_column` is missing.
+
+        Parameters
+        ----------
+        wanted : list of int
+            0-based columns.
+        gap_column : int, optional
+            Column in which samples may be missing.
+
+        Returns
+        -------
+        list of Signal
+        """
         raise NotImplementedError
 
     def printed_resolution(self, index: int) -> float:
-        """Give the unit of the last digit that a column's numbers are written with."""
+        """Return the unit of the last digit with which a column is printed."""
         raise NotImplementedError
 
     def at(self, row: int, index: int, sentence: str) -> RecordError:
-        """Give the error at a 0-based row of a column."""
+        """Return the error at a 0-based row of a column."""
         raise NotImplementedError
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
-        """Give the error for a fault of the whole file, or of one column."""
+        """Return the error for the whole file, or for one column."""
         raise NotImplementedError
 
     def time_column(self, index: int) -> int | None:
-        """Give the 0-based column of the times that belong to a column, where there is one."""
+        """Return the 0-based column with the times of a column, None if there is none."""
         return None
 
     def file_spacing(self, index: int) -> tuple[float, float] | None:
-        """Give the step and the first time [s] that the file itself knows of a column."""
+        """Return time step and first time [s] of a column if the file contains them."""
         return None
 
     def series(self) -> list[int]:
-        """Give the 0-based columns that may be samples."""
+        """Return the 0-based columns that may contain samples."""
         return list(range(self.width))
 
     @property
     def skip_hint(self) -> str:
-        """How to pass over what the file says of its columns, where it can be."""
+        """How to skip the header, where that is possible."""
         return ""
 
     def describe_column(self, index: int) -> str:
-        """Give a column as messages name it."""
+        """Return a column as messages show it."""
         name = self.labels[index].quote if self.labels else ""
         return f"{self.word} {index + 1}" + (f" (`{name}`)" if name else "")
 
     def names(self) -> str:
-        """Give the columns there are as a list for messages."""
+        """Return the list of columns for messages."""
         if not any(label.text for label in self.labels):
             return f"{self.width}, without names" + (
                 ": the file has no header" if self.place == "header" else ""
@@ -374,12 +415,12 @@ class Columns:
         )
 
     def find(self, wanted: str | int) -> int:
-        """Give the 0-based column of a name, with or without its unit, or of a 1-based number.
+        """Return the 0-based column of a name, with or without unit, or of a 1-based number.
 
         Raises
         ------
         RecordError
-            When there is no such column, or more than one.
+            If there is no such column, or more than one.
         """
         if isinstance(wanted, int):
             if wanted <= self.width:
@@ -396,7 +437,7 @@ class Columns:
         if hits:
             numbers = " and ".join(str(i + 1) for i in hits[:MAX_LISTED_COLUMNS])
             both = f"{self.word}s {numbers} are both {format_value(wanted)}"
-            raise self.error(f"{both}; give the {self.word}'s number")
+            raise self.error(f"{both}; use the {self.word} number")
         nearest = closest_match(wanted, filter(None, names_only + full))
         guess = f" did you mean {format_value(nearest)}?" if nearest else ""
         raise self.error(
@@ -404,14 +445,21 @@ class Columns:
         )
 
 
-# Signals in memory or in their file.
+# Samples in memory or in their file.
 
 
 @dataclass(frozen=True)
 class LazySamples:
-    """Samples in a file, from number `first` to the one before `last`, times a factor.
+    """Samples that stay in their file until they are needed.
 
-    `open_record` gives those from one number to the one before another.
+    Parameters
+    ----------
+    read : callable
+        `read(first, last)` returns samples `first` to `last - 1`.
+    first, last : int
+        Range of the samples, `last` excluded.
+    factor : float, optional
+        Factor on the samples.
     """
 
     read: Callable[[int, int], Floats]
@@ -420,11 +468,11 @@ class LazySamples:
     factor: float = 1.0
 
     def __len__(self) -> int:
-        """Give how many there are."""
+        """Return the number of samples."""
         return self.last - self.first
 
     def __getitem__(self, part: slice, /) -> Floats:
-        """Read a stretch of them."""
+        """Read a slice of the samples."""
         first, last, every = part.indices(len(self))
         values = self.read(self.first + first, self.first + max(first, last))
         values *= self.factor
@@ -432,7 +480,7 @@ class LazySamples:
 
 
 def scaled(signal: Signal, factor: float) -> Signal:
-    """Give a signal times a factor; an array is changed in place."""
+    """Return a signal times a factor; an array is changed in place."""
     if isinstance(signal, LazySamples):
         return replace(signal, factor=signal.factor * factor)
     values = signal[:]
@@ -441,24 +489,33 @@ def scaled(signal: Signal, factor: float) -> Signal:
 
 
 def slice_signal(signal: Signal, first: int, last: int) -> Signal:
-    """Give a signal from one number to the one before another."""
+    """Return samples `first` to `last - 1` of a signal."""
     if isinstance(signal, LazySamples):
         return replace(signal, first=signal.first + first, last=signal.first + last)
     return signal[first:last]
 
 
-# Files that hold numbers, not text.
+# Binary files.
 
 
 FLOAT64_SIZE = 8
-"""Bytes of a number in memory."""
+"""Bytes of a sample in memory."""
 
 
 class Channel(NamedTuple):
-    """One column of a file that holds numbers, not text; they are loaded when asked for.
+    """One column of a binary file, loaded on demand.
 
-    `dt` and `first` are step and first time [s] where the file knows them, `time_column` is the
-    0-based column of its times where it has such.
+    Parameters
+    ----------
+    label : ColumnLabel
+    load : callable
+        Returns the samples.
+    dt : float, optional
+        Time step [s], if the file contains it.
+    first : float, optional
+        First time [s].
+    time_column : int, optional
+        0-based column of the times, if there is one.
     """
 
     label: ColumnLabel
@@ -470,18 +527,19 @@ class Channel(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Columns):
-    """Columns of a file that holds numbers, not text."""
+    """Columns of a binary file."""
 
     channels: tuple[Channel, ...]
     place: str = "file"
 
     def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing.
+        """Return columns as finite numbers, NaN where a sample of `gap_column` is missing.
 
         Raises
         ------
         RecordError
-            When a column is no series of real numbers, a sample is none, or lengths differ.
+            If a column is not a series of real numbers, a sample is not finite, or lengths
+            differ.
         """
         found = [self._series(index) for index in wanted]
         for index, column in zip(wanted, found, strict=True):
@@ -497,7 +555,7 @@ class Channels(Columns):
                     good |= np.isnan(block)
                 if not good.all():
                     bad = int(np.argmin(good))
-                    why = f"no number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
+                    why = f"not a number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
                     raise self.at(row + bad, index, why)
                 row += len(block)
         return found
@@ -511,33 +569,33 @@ class Channels(Columns):
             return loaded[:]
         values = np.asarray(loaded)
         if values.ndim != 1 or values.dtype.kind not in "iufb":
-            raise self.error(f"{self.describe_column(index)} is no series of real numbers")
+            raise self.error(f"{self.describe_column(index)} is not a series of real numbers")
         ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable
         return values if ours else values.astype(np.float64)
 
     def printed_resolution(self, index: int) -> float:
-        """Binary numbers are not rounded to digits."""
+        """Return 0: binary numbers are not rounded to decimal digits."""
         return 0.0
 
     def at(self, row: int, index: int, sentence: str) -> RecordError:
-        """Give the error at a 0-based sample of a column."""
+        """Return the error at a 0-based sample of a column."""
         return self.error(f"sample {row + 1}, {self.describe_column(index)}: {sentence}")
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
-        """Give the error for a fault of the file; it has no lines to point at."""
+        """Return the error for the file; a binary file has no lines."""
         return record_error(self.display_path, sentence)
 
     def time_column(self, index: int) -> int | None:
-        """Give the 0-based column of the times that belong to a column, where there is one."""
+        """Return the 0-based column with the times of a column, None if there is none."""
         return self.channels[index].time_column
 
     def file_spacing(self, index: int) -> tuple[float, float] | None:
-        """Give the step and the first time [s] that the file itself knows of a column."""
+        """Return time step and first time [s] of a column if the file contains them."""
         channel = self.channels[index]
         return None if channel.dt is None else (channel.dt, channel.first)
 
     def series(self) -> list[int]:
-        """Give the 0-based columns that are no clocks."""
+        """Return the 0-based columns that are not times."""
         clocks = {channel.time_column for channel in self.channels}
         return [index for index in range(self.width) if index not in clocks]
 
@@ -549,7 +607,7 @@ def make_channels(
     key: str = "channel",
     normalised: bool = False,
 ) -> Channels:
-    """Give the columns of a file that holds numbers, not text."""
+    """Return the columns of a binary file."""
     labels = tuple(channel.label for channel in found)
     return Channels(
         display_path=file.display_path,
@@ -562,16 +620,24 @@ def make_channels(
     )
 
 
-# Which column counts, and its unit.
+# Selection of the column, and its unit.
 
 
 def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:
-    """Give the 0-based column of the samples.
+    """Return the 0-based column of the samples.
+
+    Parameters
+    ----------
+    columns : Columns
+    wanted : str, int or None
+        Name or 1-based number; None where the file has only one.
+    time : int or None
+        0-based column of the times.
 
     Raises
     ------
     RecordError
-        When the column is not there, or none is named and there is more than one.
+        If the column does not exist, or none is selected and there is more than one.
     """
     if wanted is not None:
         return columns.find(wanted)
@@ -581,36 +647,46 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
     if not others:
         raise columns.error(f"there is no {columns.word} besides the time")
     way = "its name or number" if columns.labels else "its number"
-    raise columns.error(f"give `{columns.key}`, {way}; there are: {columns.names()}")
+    raise columns.error(f"set `{columns.key}`, {way}; there are: {columns.names()}")
 
 
 def column_factor(
     columns: Columns, index: int, unit: str | None, full_scale: str | None, quantity: str
 ) -> float:
-    """Give what one of a column's numbers is in SI, from the file, the scenario, or both.
+    """Return the factor from a column to SI, from the file, the scenario, or both.
+
+    Parameters
+    ----------
+    columns : Columns
+    index : int
+        0-based column.
+    unit, full_scale : str or None
+        As in the scenario.
+    quantity : str
+        A key of `SI`.
 
     Raises
     ------
     RecordError
-        When the unit is missing, unknown, of another quantity, or two are given that differ.
+        If the unit is missing, unknown, of another quantity, or file and scenario disagree.
     """
     si, block = SI[quantity], "friction.normal_record" if quantity == "force" else "excitation"
     place = f"in the scenario's `{block}` block"
     if columns.normalised:
         if full_scale is None:
-            instead = " in place of `unit`" if unit else ""
-            sentence = "the samples are whole numbers, shares of a full scale without a unit"
-            way = f"give `full_scale: 50 {si}`, say{instead}, {place}"
+            instead = " instead of `unit`" if unit else ""
+            sentence = "the samples are integers, fractions of a full scale without a unit"
+            way = f"set `full_scale`, e.g. `full_scale: 50 {si}`,{instead} {place}"
             raise columns.error(f"{sentence}; {way}")
         return convert(full_scale, si)
     if full_scale is not None:
-        sentence = "the samples are no shares of a full scale but floating-point numbers"
-        raise columns.error(f"{sentence}; give their `unit` in place of `full_scale`")
+        sentence = "the samples are floating-point numbers, not fractions of full scale"
+        raise columns.error(f"{sentence}; set `unit` instead of `full_scale`")
     return _unit_factor(columns, index, unit, si, place)
 
 
 def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
-    """Give what one of a column's numbers is in SI by its unit, whoever says it."""
+    """Return the factor from a column to SI, for samples with a unit."""
     label = columns.labels[index] if columns.labels else None
     wanted = None if unit is None else _parse_unit(columns, index, unit, si)
     if label is None or not label.unit:
@@ -624,7 +700,7 @@ def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place:
     except RecordError as error:
         if label.is_unit_certain or wanted is None:
             raise columns.error(f"{error.message}{columns.skip_hint}", index) from None
-        return wanted  # it may be a remark, as in `acc (filtered)`
+        return wanted  # it may be a comment, as in `acc (filtered)`
     if wanted is not None and wanted != file_factor:
         sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
         hint = f"; correct one of them{columns.skip_hint}"
@@ -633,26 +709,23 @@ def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place:
 
 
 def time_factor(columns: Columns, index: int) -> float:
-    """Give the unit of a column of times [s]; seconds when the file has none."""
+    """Return the factor from a column of times to seconds; 1 without a unit."""
     written = columns.labels[index].unit if columns.labels else ""
     return _parse_unit(columns, index, written, "s") if written else 1.0
 
 
 def missing_spacing_error(columns: Columns) -> RecordError:
-    """Give the error for a record of which nobody said how its samples are spaced."""
-    sentence = (
-        "nothing says how the samples are spaced: "
-        f"give `time` (a {columns.word}), `rate` or `step`"
-    )
+    """Return the error for a record without time step."""
+    sentence = f"the time step is unknown: set `time` (a {columns.word}), `rate` or `step`"
     for label in columns.labels:
-        # It holds times by its unit, or by its name where it has no unit.
+        # A unit of time identifies times; without a unit, the name does.
         if (
             is_common_unit(label.unit, "s")
             if label.unit
             else label.name.lower() in ("t", "time")
         ):
             where = f"the {columns.place} has `{label.quote}`"
-            sentence += f"; `time: {label.name}` is what is missing, as {where}"
+            sentence += f"; `time: {label.name}` fits, as {where}"
             break
     return columns.error(sentence)
 
@@ -664,26 +737,27 @@ def _parse_unit(columns: Columns, index: int, written: str, si: str) -> float:
         raise columns.error(f"{columns.describe_column(index)}: {error}", index) from None
 
 
-# Formats; and what their files have no use for, by key of a record.
+# Formats, and the sentences that reject keys without meaning for them.
 
 
-KNOWN_STEP = dict.fromkeys(
-    ("time", "rate", "step"), "knows the step of its samples; remove `{key}`"
-)
-KNOWN_TIMES = "knows the times of its samples; remove `{key}`"
-USE_CHANNEL = "has channels; write `channel` in place of `column`"
-USE_COLUMN = "has no channels; write `column` in place of `channel`"
+KNOWN_STEP = dict.fromkeys(("time", "rate", "step"), "contains its time step; remove `{key}`")
+KNOWN_TIMES = "contains its times; remove `{key}`"
+USE_CHANNEL = "has channels; write `channel` instead of `column`"
+USE_COLUMN = "has no channels; write `column` instead of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
-NOT_TEXT = "is no table of text; remove `skip`"
-NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
+NOT_TEXT = "is not a text table; remove `skip`"
+NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and set `unit` if the file has none"
 
 
 class Format(NamedTuple):
-    """One format: its name with its article, as sentences have it, and its keys."""
+    """A file format of records; `name` includes the article, e.g. `a WAV`."""
 
     name: str
     columns: Callable[[RecordFile], Columns]
-    """Gives the columns of a file, or raises the RecordError of a file that is no such one, is
-    damaged or holds no samples, or whose package is not installed."""
+    """Returns the columns of a file.
+
+    Raises RecordError if the file has another format, is damaged or empty, or if the required
+    package is not installed.
+    """
     unused_keys: Mapping[str, str]
-    """Keys of a record that mean nothing here, and what a sentence says of each."""
+    """Keys of a record without meaning for this format, and the sentence that rejects each."""

@@ -1,15 +1,12 @@
-"""The formats of records by suffix: text, and MAT, WAV, MDF, TDMS, UFF and RPC III.
+"""File formats of records by suffix: text, MAT, WAV, MDF, TDMS, UFF and RPC III.
 
-MAT (versions 4 to 7) and WAV are read here, by parts: long samples stay in their file until
-they are needed. MAT is not left to scipy, whose reader a damaged file can bring to a
-segmentation fault. Of WAV, as recorders of vibration write it, the samples are known and not
-their unit.
+MAT (versions 4 to 7) and WAV are read here, block by block: long series stay in the file until
+they are needed. The MAT reader of scipy is not used because damaged files can crash it with a
+segmentation fault. Vibration recorders write WAV files without a unit.
 
-The others have packages of their own, imported late, kept quiet, their exceptions made faults:
-asammdf for version 4 of MDF, measurements of vehicles as ASAM lays them down; npTDMS for files
-of LabVIEW and its relatives; pyuff for universal files, whose data sets 58 are functions at
-nodal degrees of freedom; rpc3-file for RPC III, time histories of test rigs as MTS lays them
-down.
+The other formats are read by optional packages, which are imported on demand and silenced, and
+whose exceptions become record errors: asammdf (MDF 4, automotive measurements), npTDMS
+(LabVIEW), pyuff (universal files, data set 58), rpc3-file (RPC III, test rigs of MTS).
 """
 
 from __future__ import annotations
@@ -56,11 +53,11 @@ from drysim.records.columns import (
 )
 from drysim.units import conversion_factor
 
-# MAT: variables as MATLAB saves them.
+# MAT: variables of MATLAB.
 
 
 class MatVariable(NamedTuple):
-    """A full array of real numbers; they are loaded when asked for."""
+    """A full array of real numbers, loaded on demand."""
 
     name: str
     shape: tuple[int, ...]
@@ -68,33 +65,33 @@ class MatVariable(NamedTuple):
 
 
 class ByteView(NamedTuple):
-    """Bytes of a file, or what was packed in it; `order` is `<` or `>`."""
+    """Bytes of a file, or decompressed bytes; `order` is the byte order, `<` or `>`."""
 
     file: RecordFile
     raw: Reader | bytes
     order: str
 
     def whole(self, at: int) -> int:
-        """Give an unsigned whole number of four bytes."""
+        """Return an unsigned integer of four bytes."""
         return int(self.numbers(at, 1, "u4")[0])
 
     def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
-        """Give numbers of a kind."""
+        """Return numbers of a type."""
         return np.frombuffer(self.raw[at : self.end_of(at, count, kind)], self.order + kind)
 
     def end_of(self, at: int, count: int, kind: str) -> int:
-        """Give where numbers of a kind end; a fault where the bytes end before them."""
+        """Return the end offset of numbers of a type; raise if the file ends before."""
         end = at + count * np.dtype(kind).itemsize
         if at < 0 or end > len(self.raw):
             raise self.damaged("bytes are missing at its end")
         return end
 
     def text(self, at: int, size: int) -> str:
-        """Give text up to the first zero byte."""
+        """Return text up to the first zero byte."""
         return self.numbers(at, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
 
     def lazy(self, at: int, count: int, kind: str) -> LazySamples:
-        """Give numbers that stay where they are."""
+        """Return numbers that are read on demand."""
         self.end_of(at, count, kind)
         return LazySamples(partial(self._part, at, kind), 0, count)
 
@@ -103,21 +100,21 @@ class ByteView(NamedTuple):
         return self.numbers(start, last - first, kind).astype(np.float64)
 
     def damaged(self, what: str) -> RecordError:
-        """Give the error for a file that is not what it should be."""
+        """Return the error for a damaged file."""
         return record_error(
-            self.file.display_path, f"the record is no MAT file, or damaged: {what}"
+            self.file.display_path, f"the record is not a MAT file, or it is damaged: {what}"
         )
 
 
 MAT4_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")
-"""Numbers of version 4, by the tens of a matrix's type."""
+"""Number types of version 4, by the tens digit of the matrix type."""
 
 MAT4_HEADER_SIZE = 20
-"""Bytes of the five numbers: type, rows, columns, imaginary part, length of the name."""
+"""Size of the five integers: type, rows, columns, imaginary part, length of the name."""
 
 
 def _read_mat4(file: RecordFile) -> list[MatVariable]:
-    """Version 4: a row of matrices, each behind five numbers and its name."""
+    """Read version 4: matrices, each preceded by five integers and its name."""
     at, found = 0, []
     while at < len(file.reader):
         order = "<" if ByteView(file, file.reader, "<").whole(at) < 1000 else ">"
@@ -135,26 +132,25 @@ def _read_mat4(file: RecordFile) -> list[MatVariable]:
 
 
 MAT5_HEADER_SIZE = 128
-"""Bytes before the first element; the last two tell the byte order."""
+"""Bytes before the first element; the last two contain the byte order."""
 
 MAT5_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8"}
 MAT5_TYPES |= {13: "u8"}
 MATRIX, COMPRESSED = 14, 15
-"""Types of elements."""
+"""Element types."""
 
 TAG_SIZE, CHECKED_MARGIN = 8, 64
-"""Bytes of a tag, and more behind the numbers than belong to them: whoever unpacks so far has
-seen that nothing is missing."""
+"""Bytes of a tag, and of the margin read behind the numbers to detect truncated data."""
 
 DECOMPRESSED_AT_ONCE = 1 << 20
-"""Bytes unpacked at a time."""
+"""Bytes decompressed at a time."""
 
 VARIABLE_HEADER_SIZE = 1 << 12
-"""Unpacked bytes that hold what stands before the numbers: flags, shape and name."""
+"""Decompressed bytes that contain everything before the numbers: flags, shape and name."""
 
 
 class Mat5Element(NamedTuple):
-    """Where the content of an element begins, its type and size, and where the next begins."""
+    """Type of an element, offset and size of its contents, and offset of the next element."""
 
     kind: int
     start: int
@@ -163,11 +159,11 @@ class Mat5Element(NamedTuple):
 
 
 def _read_mat5(file: RecordFile) -> list[MatVariable]:
-    """Versions 5 to 7: tagged elements, each a variable, packed or not."""
+    """Read versions 5 to 7: tagged elements, each a variable, compressed or not."""
     order = {b"IM": "<", b"MI": ">"}.get(file.reader[MAT5_HEADER_SIZE - 2 : MAT5_HEADER_SIZE])
     view = ByteView(file, file.reader, order or "<")
     if order is None:
-        raise view.damaged("its head is none")
+        raise view.damaged("its header is invalid")
     at, found = MAT5_HEADER_SIZE, []
     while at < len(view.raw):
         element = _read_element(view, at)
@@ -181,7 +177,7 @@ def _read_mat5(file: RecordFile) -> list[MatVariable]:
 
 
 def _read_element(view: ByteView, at: int) -> Mat5Element:
-    """Give the element at an offset; short ones hold type, size and content in eight bytes."""
+    """Return the element at an offset; short elements have 8 bytes including the tag."""
     kind = view.whole(at)
     if kind >> 16:
         return Mat5Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
@@ -190,7 +186,7 @@ def _read_element(view: ByteView, at: int) -> Mat5Element:
 
 
 def _read_variable(view: ByteView, element: Mat5Element) -> MatVariable | None:
-    """Give what an element holds, where it is a full array of real numbers."""
+    """Return the variable of an element if it is a full array of real numbers."""
     if element.kind not in (MATRIX, COMPRESSED):
         return None
     inner = _first_bytes(view, element, VARIABLE_HEADER_SIZE)
@@ -198,7 +194,7 @@ def _read_variable(view: ByteView, element: Mat5Element) -> MatVariable | None:
     shape = _read_element(inner, flags.next)
     name = _read_element(inner, shape.next)
     marks = inner.whole(flags.start)
-    # Full arrays of numbers, from double to 64-bit whole ones, and no imaginary part.
+    # Accept full numeric arrays (classes 6 to 15) without imaginary part.
     if marks & 0xFF not in range(6, 16) or marks & 0x800:
         return None
     sizes = inner.numbers(shape.start, shape.size // 4, "u4").tolist()
@@ -207,7 +203,7 @@ def _read_variable(view: ByteView, element: Mat5Element) -> MatVariable | None:
 
 
 def _first_bytes(view: ByteView, element: Mat5Element, most: int) -> ByteView:
-    """Give the first bytes of a variable from its tag on, so many at least if it has them."""
+    """Return at least the first `most` bytes of a variable, from its tag on."""
     if element.kind == MATRIX:
         begin = element.start - 8
         return view._replace(raw=view.raw[begin : min(begin + most, begin + 8 + element.size)])
@@ -220,7 +216,7 @@ def _first_bytes(view: ByteView, element: Mat5Element, most: int) -> ByteView:
 
 
 def _decompress(view: ByteView, element: Mat5Element) -> Iterator[bytes]:
-    """Unpack a variable, so many bytes at a time that they are few beside its numbers."""
+    """Yield the decompressed bytes of a variable in blocks."""
     at, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
     packed = b""
     while not unpacker.eof:
@@ -230,10 +226,10 @@ def _decompress(view: ByteView, element: Mat5Element) -> Iterator[bytes]:
         try:
             piece = unpacker.decompress(packed, DECOMPRESSED_AT_ONCE)
         except zlib.error:
-            raise view.damaged("a variable cannot be unpacked") from None
+            raise view.damaged("a variable cannot be decompressed") from None
         packed = unpacker.unconsumed_tail
         if not (piece or packed or at < end or unpacker.eof):
-            raise view.damaged("a variable is not packed whole")
+            raise view.damaged("a compressed variable is truncated")
         yield piece
 
 
@@ -244,10 +240,10 @@ def _load_mat5(
     numbers = _read_element(inner, at)
     kind = MAT5_TYPES.get(numbers.kind)
     if kind is None or numbers.size != count * np.dtype(kind).itemsize:
-        raise view.damaged("the numbers of a variable do not fit its shape")
+        raise view.damaged("the size of a variable does not match its shape")
     if element.kind == MATRIX:
         if numbers.start + numbers.size > 8 + element.size:
-            raise view.damaged("the numbers of a variable are longer than itself")
+            raise view.damaged("the numbers of a variable exceed its size")
         return view.lazy(element.start - 8 + numbers.start, count, kind)
     return _read_compressed(view, element, numbers.start, count, kind)
 
@@ -255,7 +251,7 @@ def _load_mat5(
 def _read_compressed(
     view: ByteView, element: Mat5Element, skip: int, count: int, kind: str
 ) -> Floats:
-    """Give the numbers of a packed variable behind some unpacked bytes."""
+    """Return the numbers of a compressed variable after `skip` decompressed bytes."""
     require_memory_to_load(view.file.display_path, FLOAT64_SIZE * count)
     values, done, rest = np.empty(count), 0, b""
     for piece in _decompress(view, element):
@@ -272,12 +268,14 @@ def _read_compressed(
 
 
 def mat_columns(file: RecordFile) -> Channels:
-    """Give the vectors of real numbers among the variables of a MAT file."""
+    """Return the real vectors among the variables of a MAT file."""
     head = file.reader[:1024]
     if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
-        sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
+        sentence = (
+            "the MAT file is of version 7.3, which is not supported; save it with `save -v7`"
+        )
         raise record_error(file.display_path, sentence)
-    # Text begins version 5; the first number of version 4 has a zero byte.
+    # Version 5 begins with text; the first integer of version 4 contains a zero byte.
     found = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
     vectors = [
         Channel(ColumnLabel(variable.name, variable.name), variable.load)
@@ -285,7 +283,7 @@ def mat_columns(file: RecordFile) -> Channels:
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise record_error(file.display_path, "the MAT file holds no vector of real numbers")
+        raise record_error(file.display_path, "the MAT file contains no vector of real numbers")
     return make_channels(file, vectors, word="variable", key="column")
 
 
@@ -300,7 +298,7 @@ MAT = Format(
 
 
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
-"""How samples are coded; the last says that its own code stands further on."""
+"""Format codes; with the extensible format the code is stored further on."""
 
 SAMPLE_TYPES = {
     (PCM, 8): "u1",
@@ -310,11 +308,11 @@ SAMPLE_TYPES = {
     (FLOAT, 32): "<f4",
     (FLOAT, 64): "<f8",
 }
-"""Code and bits of a sample, and the numbers that numpy reads; of 24 bits, three bytes."""
+"""numpy type by format code and bits; 24-bit samples are read as three bytes."""
 
 
 class WavFormat(NamedTuple):
-    """How the samples of a WAV are laid out; `rate` is per second."""
+    """Layout of the samples of a WAV file; `rate` is in Hz."""
 
     code: int
     bits: int
@@ -323,13 +321,13 @@ class WavFormat(NamedTuple):
 
 
 def wav_columns(file: RecordFile) -> Channels:
-    """Give the channels of a WAV file."""
+    """Return the channels of a WAV file."""
     form, start, size = _read_chunks(file)
     each = form.bits // 8 * form.channels
     if size < each:
-        raise record_error(file.display_path, "the WAV holds no samples")
+        raise record_error(file.display_path, "the WAV contains no samples")
     if size % each:
-        raise _wav_error(file, "its last sample is not whole")
+        raise _wav_error(file, "its last sample is incomplete")
     reads = [
         partial(_read_samples, file, start, form, number) for number in range(form.channels)
     ]
@@ -339,15 +337,17 @@ def wav_columns(file: RecordFile) -> Channels:
 
 
 def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
-    """Give the form of the samples, and where in the file they begin and how long they are."""
+    """Return the layout of the samples, their offset and size."""
     raw, at, form = file.reader, 12, None
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
         raise record_error(
-            file.display_path, f"the record is {kind}, of which only RIFF is read; convert it"
+            file.display_path, f"the WAV is {kind}; only RIFF is supported: convert it"
         )
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
-        raise record_error(file.display_path, "the record is no WAV: it does not begin as one")
+        raise record_error(
+            file.display_path, "the record is not a WAV file: it has no RIFF header"
+        )
     while at + 8 <= len(raw):
         name, size = raw[at : at + 4], _little_endian(raw, at + 4, 4)
         if at + 8 + size > len(raw):
@@ -357,35 +357,35 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
             form = _parse_format_chunk(file, raw[at + 8 : at + 8 + size])
         if name == b"data":
             if form is None:
-                raise _wav_error(file, "its samples come before their form")
+                raise _wav_error(file, "its samples precede their format")
             return form, at + 8, size
         at += 8 + size + size % 2
     raise _wav_error(file, "it has no samples")
 
 
 def _parse_format_chunk(file: RecordFile, chunk: bytes) -> WavFormat:
-    """Read the chunk that tells the form of the samples."""
+    """Parse the `fmt ` chunk."""
     if len(chunk) < 16:
-        raise _wav_error(file, "the form of its samples is too short")
+        raise _wav_error(file, "the format of its samples is too short")
     code, bits = _little_endian(chunk, 0, 2), _little_endian(chunk, 14, 2)
     if code == EXTENSIBLE and len(chunk) >= 26:
         code = _little_endian(chunk, 24, 2)
     form = WavFormat(code, bits, _little_endian(chunk, 2, 2), _little_endian(chunk, 4, 4))
     if (code, bits) not in SAMPLE_TYPES:
-        kinds = "whole numbers of 8, 16, 24, 32 bits and floating point of 32, 64"
-        sentence = f"the WAV has samples of {bits} bits in code {code}; what is read: {kinds}"
+        kinds = "integers of 8, 16, 24, 32 bits and floating point of 32, 64"
+        sentence = f"the WAV has samples of {bits} bits in format {code}; supported: {kinds}"
         raise record_error(file.display_path, sentence)
     if not form.channels or not form.rate:
         raise _wav_error(file, f"it has {form.channels} channels at {form.rate} Hz")
     if _little_endian(chunk, 12, 2) != bits // 8 * form.channels:
-        raise _wav_error(file, "the sizes that it gives for its samples do not fit")
+        raise _wav_error(file, "its sample sizes are inconsistent")
     return form
 
 
 def _read_samples(
     file: RecordFile, start: int, form: WavFormat, number: int, first: int, last: int
 ) -> Floats:
-    """Give some samples of a channel, whole numbers as shares of full scale."""
+    """Return samples of a channel; integers are scaled to fractions of full scale."""
     code, bits, channels, _ = form
     each = bits // 8 * channels
     flat = np.frombuffer(
@@ -410,25 +410,25 @@ def _little_endian(raw: Reader | bytes, at: int, size: int) -> int:
 
 
 def _wav_error(file: RecordFile, what: str) -> RecordError:
-    return record_error(file.display_path, f"the WAV is cut short or damaged: {what}")
+    return record_error(file.display_path, f"the WAV is truncated or damaged: {what}")
 
 
 WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
 
 
-# Packages that read one format.
+# Optional packages.
 
 
 T = TypeVar("T")
 
 BUFFER_REPR = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
-"""How packages name the bytes that they were given in place of a file."""
+"""How packages refer to the in-memory copy of a file."""
 
 
 def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -> Any:
-    """Give a package that only one format needs; `name` is what it is called, if otherwise.
+    """Import an optional package; raise with the installation command if it is missing.
 
-    Where it is not installed the fault says how to install it.
+    `name` is the name of the distribution if it differs from the module.
     """
     try:
         with warnings.catch_warnings():
@@ -437,20 +437,20 @@ def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -
     except ImportError:
         sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
         way = f'pip install "drysim[{extra}]"'
-        raise record_error(file.display_path, f"{sentence}; install it by: {way}") from None
+        raise record_error(file.display_path, f"{sentence}; install it with: {way}") from None
 
 
 def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
-    """Let a package read, quietly; any exception becomes a fault that begins with `what`."""
+    """Call a package silently; any exception becomes a record error that begins with `what`."""
     with _silenced():
         try:
             return read()
         except RecordError:
             raise
-        except Exception as error:  # a parser raises whatever a damaged file leads it to
+        except Exception as error:  # parsers raise exceptions of any type on damaged files
             words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
             why = Cell(words, 0).quote or type(error).__name__
-        gc.collect()  # half-made readers may complain once more when they are let go
+        gc.collect()  # incomplete readers may report errors when they are deleted
     raise record_error(file.display_path, f"{what}: {why}")
 
 
@@ -472,15 +472,15 @@ def _silenced() -> Iterator[None]:
 
 
 MAX_PACKED_ROW_SIZE = 1 << 20
-"""Bytes of a row of samples that a small packed file may still hold."""
+"""Bytes of a row of samples that a small compressed file may contain."""
 
 
 def mdf_columns(file: RecordFile) -> Channels:
-    """Give the channels of an MDF file, of all its groups, and behind them their times."""
+    """Return the channels of all groups of an MDF file, followed by their times."""
     asammdf = _import_package("asammdf", "mdf", file)
 
     def read() -> list[tuple[int, int, str, str]]:
-        """Give group, number in it, name and unit of every channel that is no master."""
+        """Return group, index, name and unit of every channel that is no time axis."""
         with asammdf.MDF(BytesIO(file.raw)) as whole:
             return [
                 (group, at, str(channel.name), str(channel.unit or "").strip())
@@ -489,7 +489,7 @@ def mdf_columns(file: RecordFile) -> Channels:
                 if whole.masters_db.get(group) != at
             ]
 
-    found = _call_package(read, file, "the record is no MDF, or damaged")
+    found = _call_package(read, file, "the record is not an MDF file, or it is damaged")
     if not found:
         raise record_error(file.display_path, "the MDF file has no channels")
     series = [
@@ -512,20 +512,22 @@ def mdf_columns(file: RecordFile) -> Channels:
 
 
 def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.generic]:
-    """Samples that the logger marks as invalid are not given, nor are their times."""
+    """Load samples or times of a channel, without those marked as invalid."""
     asammdf = _import_package("asammdf", "mdf", file)
 
     def read() -> NDArray[np.generic]:
         with asammdf.MDF(BytesIO(file.raw)) as whole:
-            # Sizes that the file cannot mean are refused before the package makes room.
+            # Reject implausible sizes before the package allocates memory for them.
             about = whole.groups[group].channel_group
             size = about.samples_byte_nr + about.invalidation_bytes_nr
             if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
-                sentence = f"the record is no MDF, or damaged: one row of {size} bytes"
+                sentence = (
+                    f"the record is not an MDF file, or it is damaged: one row of {size} bytes"
+                )
                 raise record_error(file.display_path, sentence)
             require_memory_to_load(file.display_path, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
-        # 1 is time, and not angle or distance.
+        # 1 is time; other values are angle or distance.
         if what == "timestamps" and signal.master_metadata[1] != 1:
             raise record_error(file.display_path, f"`{signal.name}` is not sampled over time")
         return np.asarray(getattr(signal, what))
@@ -544,17 +546,17 @@ MDF = Format(
 
 
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
-"""Properties that may hold the unit of a channel."""
+"""Properties that may contain the unit of a channel."""
 
 
 def tdms_columns(file: RecordFile) -> Channels:
-    """Give the channels of a TDMS file, of all its groups."""
+    """Return the channels of all groups of a TDMS file."""
     nptdms = _import_package("nptdms", "tdms", file)
 
     def read() -> list[Channel]:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
         if whole.file_status.incomplete_final_segment:
-            sentence = "the TDMS file is cut short: its last segment is not whole"
+            sentence = "the TDMS file is truncated: its last segment is incomplete"
             raise record_error(file.display_path, sentence)
         return [
             _tdms_channel(file, channel)
@@ -562,7 +564,7 @@ def tdms_columns(file: RecordFile) -> Channels:
             for channel in group.channels()
         ]
 
-    found = _call_package(read, file, "the record is no TDMS, or damaged")
+    found = _call_package(read, file, "the record is not a TDMS file, or it is damaged")
     if not found:
         raise record_error(file.display_path, "the TDMS file has no channels")
     return make_channels(file, found)
@@ -605,28 +607,28 @@ TDMS = Format(
 
 
 DATA_SET_DELIMITER = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
-"""The line before and behind every data set; behind binary samples it has no beginning."""
+"""The line that delimits data sets. After binary samples it does not start on a new line."""
 
-NOT_UNIVERSAL = "the record is no universal file, or damaged"
+NOT_UNIVERSAL = "the record is not a universal file, or it is damaged"
 
 DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-Z", "-Y", "-X")
-"""By number; those below zero count from the end."""
+"""By number; negative numbers count from the end."""
 
 
 def uff_columns(file: RecordFile) -> Channels:
-    """Give the time histories of a universal file, in their order; behind them their times."""
+    """Return the time histories of a universal file, followed by their times."""
     pyuff = _import_package("pyuff", "uff", file)
     if len(DATA_SET_DELIMITER.findall(file.raw)) % 2:
         raise record_error(
-            file.display_path, f"{NOT_UNIVERSAL}: its last data set does not end"
+            file.display_path, f"{NOT_UNIVERSAL}: its last data set is not terminated"
         )
 
     def read() -> list[tuple[Channel, Channel]]:
-        """Give every time history and its times."""
+        """Return every time history with its times."""
         sets = pyuff.UFF(str(file.path))
         numbers = [n for n, kind in enumerate(sets.get_set_types()) if kind == 58]
         heads = [(n, sets.read_sets(n, header_only=True)) for n in numbers]
-        # Function 1 is a time response; data of types 2 and 4 are real, the others complex.
+        # Function type 1 is a time response; data types 2 and 4 are real, others complex.
         return [
             _uff_channel(file, sets, n, head)
             for n, head in heads
@@ -635,7 +637,7 @@ def uff_columns(file: RecordFile) -> Channels:
 
     found = _call_package(read, file, NOT_UNIVERSAL)
     if not found:
-        sentence = "the record is no universal file with a time history in a data set 58"
+        sentence = "the record is not a universal file with a time history in a data set 58"
         raise record_error(file.display_path, sentence)
     series, times = [], list[Channel]()
     for channel, time_column in found:
@@ -649,7 +651,7 @@ def uff_columns(file: RecordFile) -> Channels:
 def _uff_channel(
     file: RecordFile, sets: Any, n: int, head: Mapping[str, Any]
 ) -> tuple[Channel, Channel]:
-    """Give a time history and its times."""
+    """Return a time history and its times."""
     name = _header_text(head, "id1") or f"{head['rsp_node']}{DIRECTIONS[head['rsp_dir']]}"
     unit = _header_text(head, "ordinate_axis_units_lab")
     second = _header_text(head, "abscissa_axis_units_lab").lower()
@@ -683,7 +685,7 @@ def _load_uff(
     where = f"data set {n + 1} cannot be read"
     values = _call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
-        sentence = f"data set {n + 1} is cut short or damaged"
+        sentence = f"data set {n + 1} is truncated or damaged"
         raise record_error(
             file.display_path, f"{sentence}: it has {len(values)} samples, not {count}"
         )
@@ -701,10 +703,10 @@ UFF = Format(
 
 
 def rpc_columns(file: RecordFile) -> Channels:
-    """Give the channels of an RPC III file.
+    """Return the channels of an RPC III file.
 
-    Whole numbers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed for
-    that. A file that does not say its number of SAMPLES ends with its last frame, filled up.
+    Integers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed. A file
+    without the number of SAMPLES ends with its last frame, including padding.
     """
     found = _read_rpc(file, header_only=True)
     if not found:
@@ -732,7 +734,9 @@ def _read_rpc(file: RecordFile, header_only: bool) -> Any:
         rpc3.progressbar = False
         return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
 
-    return _call_package(read, file, "the record is no RPC III time history, or damaged")
+    return _call_package(
+        read, file, "the record is not an RPC III time history, or it is damaged"
+    )
 
 
 RPC = Format(
@@ -742,7 +746,7 @@ RPC = Format(
 )
 
 
-# All formats.
+# The registry of formats.
 
 
 FORMATS_BY_SUFFIX = {
@@ -763,9 +767,9 @@ FORMATS_BY_SUFFIX = {
     ".tim": RPC,
     ".drv": RPC,
 }
-"""What is read, and how."""
+"""Format by lower-case suffix."""
 
 
 def format_of(file: str | Path) -> Format | None:
-    """Give the format that the suffix of a file tells."""
+    """Return the format for the suffix of a file, None if unsupported."""
     return FORMATS_BY_SUFFIX.get(Path(file).suffix.lower())

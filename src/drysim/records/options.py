@@ -1,6 +1,6 @@
-"""What a scenario may say of a record: its blocks, their short forms and their checks.
+"""The scenario blocks of a measured record: fields, short forms and validation.
 
-Nothing here opens a file: a scenario without a record executes none of the readers.
+No file is opened and no reader is imported here.
 """
 
 from __future__ import annotations
@@ -38,72 +38,73 @@ from drysim.units import (
 )
 
 SUGGESTED_HIGH_PASS = 0.3
-"""Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
+"""Corner frequency of the high-pass that messages suggest [Hz], below human sensitivity."""
 
 TRENDS = ("nothing", "mean", "line")
-"""What `remove` may take away by a word alone, each more than the one before."""
+"""Values of `remove` that are a single word, each removing more than the one before."""
 
 MAX_FILTER_ORDER = 8
-"""Beyond this order a filter run both ways rings longer than it helps."""
+"""Filters of higher order, applied forwards and backwards, ring for too long to be useful."""
 
 MAX_SKIPPED_ROWS = 10_000
-"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
+"""Limit of `skip`. Headers of loggers are shorter; more rows would be samples."""
 
 Interpolation = Literal["line", "spline"]
-"""How values between samples are found: on straight lines, or on the cubic spline."""
+"""Interpolation between samples: linear, or a cubic spline."""
 
 PositiveTime = Annotated[float, Quantity("s", above=0)]
 
 
 class Gaps(Block):
-    """Short gaps are filled; longer ones stay faults."""
+    """Interpolation of short gaps; longer gaps remain errors."""
 
     fill: Interpolation
-    """By what: a straight `line` between the samples on either side, or the cubic `spline`
-    through all samples that are there."""
+    """Interpolation method: linear between the neighbouring samples (`line`), or a cubic spline
+    through all samples (`spline`).
+    """
     at_most: PositiveTime
-    """Longest gap that is filled [s], from the last sample before it to the first behind."""
+    """Longest gap to fill [s], from the last sample before it to the first one after it."""
 
 
 class Resample(Block):
-    """Another grid, or an even one for times that are uneven."""
+    """Resampling onto another time grid, or of uneven times onto an even grid."""
 
     rate: Frequency | None = None
-    """Samples per second [Hz]."""
+    """Sampling rate [Hz]."""
     step: PositiveTime | None = None
-    """Distance of the samples [s], in place of `rate`."""
+    """Time step [s], instead of `rate`."""
     by: Interpolation
-    """By what: the straight `line` between two samples, or the cubic `spline` through all."""
+    """Interpolation method: linear (`line`), or a cubic spline (`spline`)."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rate", "step"),)
 
 
 class Removal(Block):
-    """What is taken away from the whole record: its trend, and what is outside a band."""
+    """What is removed from the whole record: a trend, and frequencies outside a band."""
 
     trend: Literal["nothing", "mean", "line"] = "nothing"
-    """Its mean or its line (least squares)."""
+    """Trend to subtract: the `mean` or the least-squares `line`."""
     below: Frequency | None = None
-    """What is slower than this frequency [Hz], by a Butterworth high-pass without phase shift,
-    which halves the amplitude there."""
+    """Remove frequencies below this one [Hz], by a zero-phase Butterworth high-pass that halves
+    the amplitude at this frequency."""
     above: Frequency | None = None
-    """What is faster than this frequency [Hz], by such a low-pass."""
+    """Remove frequencies above this one [Hz], by a zero-phase Butterworth low-pass."""
     order: Annotated[int, Field(strict=True, ge=1, le=MAX_FILTER_ORDER)] = 2
-    """Order of these filters [-] in each of their two directions; both together fall by 12 dB
-    an octave and order."""
+    """Order of the filters in each of the two directions [-]; together the slope is 12 dB per
+    octave and order."""
 
     @property
     def has_filters(self) -> bool:
-        """Whether anything is filtered."""
+        """Whether a filter is requested."""
         return (self.below, self.above) != (None, None)
 
     @property
     def any(self) -> bool:
-        """Whether there is anything to do."""
+        """Whether anything is removed."""
         return self.has_filters or self.trend != "nothing"
 
     def yaml_with(self, **more: object) -> str:
-        """Return the key `remove` as a file would have it with further keys; Hz as floats."""
+        """Return the key `remove` as YAML with further keys; floats are frequencies [Hz]."""
         words = self.model_copy(update=more).model_dump(exclude_defaults=True)
         if words.keys() == {"trend"}:
             return f"`remove: {words['trend']}`"
@@ -121,12 +122,12 @@ class Removal(Block):
 
 
 class Window(Block):
-    """The part of a record that counts; its first sample becomes t = 0."""
+    """The part of a record to use; its first sample becomes t = 0."""
 
     start: Time | None = Field(None, alias="from")
-    """First time [s], on the record's own time axis; default its first sample."""
+    """First time [s] on the time axis of the record; default: its first sample."""
     to: Time | None = None
-    """Last time [s]; default the record's last sample."""
+    """Last time [s]; default: the last sample of the record."""
 
     @model_validator(mode="after")
     def _forwards(self) -> Self:
@@ -146,7 +147,7 @@ def _validate_column(value: object) -> object:
 
 
 def _expand_removal(value: object) -> object:
-    """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
+    """Expand the short forms `mean` and `0.3 Hz` to blocks."""
     if isinstance(value, dict | Removal):
         return value
     if value in TRENDS:
@@ -162,10 +163,10 @@ def _expand_removal(value: object) -> object:
 
 
 def _validate_full_scale(value: object) -> object:
-    """Ask for a text: a number without a unit is what a full scale must not be."""
+    """Require text with a unit; the unit of a full scale cannot be guessed."""
     if isinstance(value, str) and not NUMBER_PATTERN.fullmatch(value.strip()):
         return value
-    raise ValueError(f"must say its unit, such as `50 m/s²`, not {format_value(value)}")
+    raise ValueError(f"must include a unit, such as `50 m/s²`, not {format_value(value)}")
 
 
 FullScale = Annotated[str, BeforeValidator(_validate_full_scale)]
@@ -176,57 +177,60 @@ Column = Annotated[str | int, BeforeValidator(_validate_column)]
 
 
 class _RemovalSchema:
-    """What `remove` looks like to an editor."""
+    """JSON schema of `remove`: a word, a frequency or the block."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Give the JSON schema: a word, a frequency or the block."""
+        """Return the JSON schema."""
         frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
         return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
 
 
 RemovalOption = Annotated[Removal, BeforeValidator(_expand_removal), _RemovalSchema()]
-"""The block, or short for it a word of its trend or the frequency of its high-pass."""
+"""The block, or as short forms the name of its trend or the frequency of its high-pass."""
 
 
 class Recorded(Block):
-    """Evenly spaced samples in a column or channel of a file, and how they are read."""
+    """Evenly spaced samples in a column or channel of a file."""
 
     file: Annotated[str, Field(min_length=1)]
-    """The record, relative to the scenario's folder; its suffix tells its format."""
+    """File of the record, relative to the folder of the scenario; its suffix determines the
+    format."""
     skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
-    """Rows at the top of a text file that are passed over, as words of a logger above the
-    header are [-]; default 0."""
+    """Rows to skip at the top of a text file, such as a preamble above the header [-]; default
+    0."""
     column: Column | None = None
     """Column of the samples: its name in the header, with or without unit, or its number from
-    1; of MATLAB files the variable. May be left out when there is but one besides the time."""
+    1; in MATLAB files the variable. Optional if there is only one besides the time."""
     channel: Column | None = None
-    """Channel of the samples, its number from 1 or its name; for formats that have channels.
-    May be left out when there is but one."""
+    """Channel of the samples: its number from 1 or its name, for formats with channels.
+    Optional if there is only one."""
     unit: str | None = None
-    """Unit of the samples, such as m/s2, g or N; needed unless the file says it, as the header
-    `u_dd [m/s2]` does."""
+    """Unit of the samples, such as m/s2, g or N; required unless the file contains it, as in
+    the header `u_dd [m/s2]`."""
     full_scale: FullScale | None = None
-    """What digital full scale means, with its unit, such as `50 m/s2`: in place of `unit` for
-    a WAV whose samples are whole numbers."""
+    """Value of digital full scale with its unit, such as `50 m/s2`, instead of `unit`: for WAV
+    files with integer samples."""
     time: Column | None = None
-    """Column of the time, evenly spaced; seconds unless its header says otherwise."""
+    """Column of the times, evenly spaced; in seconds unless its header has another unit."""
     rate: Frequency | None = None
-    """Samples per second [Hz], in place of `time`."""
+    """Sampling rate [Hz], instead of `time`."""
     step: PositiveTime | None = None
-    """Distance of the samples [s], in place of `time`."""
+    """Time step [s], instead of `time`."""
     scale: Dimensionless = 1.0
     """Factor on every sample [-]."""
     gaps: Gaps | None = None
-    """What becomes of missing samples; default: each is a fault."""
+    """Interpolation of missing samples; by default each is an error."""
     resample: Resample | None = None
-    """Another grid for the record; default: its own, which must be even."""
+    """Resampling onto another time grid; default: the grid of the record, which must be
+    even."""
     remove: RemovalOption = Field({}, validate_default=True)
-    """What is taken away from the whole record: `mean`, `line`, a band as in
-    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
+    """What is removed from the whole record: `mean`, `line`, a band as in
+    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default.
+    """
     window: Window | None = None
-    """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
+    """The part to use, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("time", "rate", "step"),
@@ -254,7 +258,7 @@ class Recorded(Block):
     @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
     @classmethod
     def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse a key that says nothing about a file of this format."""
+        """Reject a key that has no meaning for the format of the file."""
         if not value:
             return value
         from drysim.records.formats import format_of
@@ -267,55 +271,55 @@ class Recorded(Block):
     @field_validator("gaps", "resample")
     @classmethod
     def _without_kinks(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse lines through displacements: their kinks would be shocks of the base."""
+        """Reject linear interpolation of displacement: kinks would be acceleration impulses."""
         key = "fill" if info.field_name == "gaps" else "by"
         if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
             raise InvalidValue(
-                "must be spline: a displacement on lines has kinks, not line", key
+                "must be spline, not line: linear interpolation of displacement has kinks", key
             )
         return value
 
     def model_post_init(self, context: Any, /) -> None:
-        """Keep the scenario's folder, which the context of the validation names."""
+        """Store the folder of the scenario from the validation context."""
         if isinstance(context, Mapping) and "folder" in context:
             self._folder = Path(context["folder"])
 
     @property
     def measured(self) -> str:
-        """What the samples are, as `SI` names it."""
+        """Measured quantity, a key of `SI`."""
         raise NotImplementedError
 
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Give the SI unit of the samples from the words read so far; None where unknown."""
+        """Return the SI unit of the samples given the validated fields; None if unknown."""
         raise NotImplementedError
 
     def file_from(self, folder: Path) -> str:
-        """Give the path of the record relative to another folder."""
+        """Return the path of the record relative to another folder."""
         path = self.path
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
 
     @property
     def path(self) -> Path:
-        """Where the record is, as messages name it."""
+        """Path of the record as messages show it."""
         return self._folder / self.file
 
     @property
     def named(self) -> str:
-        """The file as the scenario gives it; results hold no absolute path."""
+        """File name as in the scenario, but never an absolute path, for use in results."""
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
 
 class Measured(Block):
-    """What a record of base motion holds."""
+    """The measured quantity of a record of base motion."""
 
     quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
-    """What the samples are. Velocity and displacement become acceleration through splines."""
+    """Measured quantity. Velocity and displacement are differentiated through splines."""
     gravity: Literal["refuse", "keep"] = "refuse"
-    """What becomes of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it a fault,
-    `keep` leaves it in, so that the spring bears the weight of the mass."""
+    """Treatment of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it an error; `keep`
+    keeps it, so that the spring carries the weight of the mass."""
 
 
 class RecordedMotion(Recorded, Measured):
-    """Base motion as it was measured: which column of which file, and what it holds."""
+    """Measured base motion: file, column and quantity."""

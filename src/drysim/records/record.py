@@ -1,9 +1,9 @@
-"""From a record in a scenario to base motion, or to a normal force: samples in SI.
+"""From a record of a scenario to base motion or normal force: samples in SI on an even grid.
 
-The file is read here and nowhere else. What it offers and what the scenario says of it give the
-column of the samples, their unit and their clock; the series is cleaned as the record asks for,
-cut to its window and, where it is a velocity or a displacement, made acceleration. Samples of
-acceleration that count as they are stay in their file, however many they are.
+File and scenario together determine the column of the samples, its unit and the time step. The
+samples are cleaned as requested, cut to the window, and velocity or displacement is
+differentiated. Unprocessed acceleration samples stay in the file and are read block by block,
+so that a record may be larger than memory.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE
 
 
 class CleanedRecord(NamedTuple):
-    """A series, what was done to it on request, and what is to be warned of.
+    """A cleaned record with reports and warnings.
 
-    `before_high_pass` is the series before a high-pass, None where there is none; `file_spacing` is the step of the
-    samples in the file [s].
+    `before_high_pass` is the series before a high-pass, None without one. `file_spacing` is the
+    time step of the file [s].
     """
 
     series: Series
@@ -77,9 +77,26 @@ class CleanedRecord(NamedTuple):
 
 
 def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
-    """Give the base acceleration of a record; see `Record.motion` and `high_pass`."""
+    """Read the base acceleration of a record.
+
+    Parameters
+    ----------
+    record : RecordedMotion
+    ends : {'even', 'odd'}, optional
+        Extension of the ends for the high-pass, as in `high_pass`.
+
+    Returns
+    -------
+    Samples
+        Base acceleration, with displacement, reports and warnings where there are any.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, or its samples cannot be used.
+    """
     display_path, spline = str(record.path), TO_ACCELERATION[record.quantity]
-    with np.errstate(all="ignore"):  # what overflows is found by `_check_range`
+    with np.errstate(all="ignore"):  # `_check_range` detects overflow
         (series, before_high_pass, reports, seen, file_spacing), source = _read_record(
             record, ends
         )
@@ -111,12 +128,12 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
 
 
 def read_normal_force(record: Recorded) -> NormalForceRecord:
-    """Give the normal force of a record, relative to its mean.
+    """Read the normal force of a record, relative to its mean.
 
     Raises
     ------
     RecordError
-        When the record cannot be used, or its mean is not above zero.
+        If the record cannot be used, or its mean is not above zero.
     """
     display_path = str(record.path)
     with np.errstate(all="ignore"):
@@ -128,8 +145,8 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     mean = float(values.mean())
     if not mean > 0.0:
         sentence = (
-            f"the mean of the normal force is {mean:.6g} N; of surfaces that are pressed "
-            "together it is above 0 N: check its sign (`scale: -1` turns it)"
+            f"the mean of the normal force is {mean:.6g} N; it must be "
+            "positive (compression): check the sign (`scale: -1` reverses it)"
         )
         raise record_error(display_path, sentence)
     clean_up = tuple(one.to_dict() for one in reports)
@@ -137,7 +154,7 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
 
 
 def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü") -> None:
-    """Refuse numbers out of range; a NaN compares as false and is refused, too."""
+    """Raise for samples out of range; NaN fails the comparison, too."""
     within = all(
         part.min() >= -MAX_MAGNITUDE and part.max() <= MAX_MAGNITUDE for part in blocks(values)
     )
@@ -148,11 +165,11 @@ def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü")
 
 
 def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRecord, Input]:
-    """The whole record; its bytes are let go before anything is made of the numbers."""
+    """Read and clean the whole record. The file contents are released before processing."""
     file = open_record(record.path, FORMATS_BY_SUFFIX)
     source = Input(record.named, file.sha256, len(file.reader))
     member = format_of(record.file)
-    assert member is not None  # `open_record` has made sure
+    assert member is not None  # ensured by `open_record`
     text = TextFile(file.display_path, file.reader)
     try:
         columns = member.columns(replace(file, skip=record.skip))
@@ -165,13 +182,13 @@ def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRec
 
 
 def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> CleanedRecord:
-    """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for."""
+    """Return the samples of the selected column in SI, evenly spaced, cleaned as requested."""
     signal, grid, index = _read_series(record, columns)
     unit, display_path = SI[record.measured], columns.display_path
     warnings = list(clipping_warnings(record.named, signal, unit))
     requested = record.gaps or record.resample or record.remove.any
     if not requested and grid.at is None and record.measured == "acceleration":
-        # The samples count as they are, so that they may stay in their file.
+        # Unprocessed samples can stay in the file.
         return CleanedRecord(
             Series(signal, grid.dt, grid.first), None, (), tuple(warnings), grid.dt
         )
@@ -204,7 +221,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
 def _rms_before_and_after(
     values: Floats, grid: TimeGrid, series: Series, removal: Removal
 ) -> tuple[float, float]:
-    """Return the RMS about the mean before and after resampling, behind a low-pass if any."""
+    """Return the RMS about the mean before and after resampling, low-passed if requested."""
     above, half = removal.above, 0.5 / max(grid.dt, series.dt)
     if above is None or grid.at is not None or not 1 / (len(values) * grid.dt) <= above < half:
         return float(values.std()), float(np.std(series.values[:]))
@@ -214,7 +231,7 @@ def _rms_before_and_after(
 
 
 def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, int]:
-    """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
+    """Return samples in SI (NaN where missing), their time grid and the 0-based column."""
     time = None if record.time is None else columns.find(record.time)
     spacing_key = record.time or record.rate or record.step
     file_spacing = (
@@ -240,12 +257,12 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
 def _sample_times(
     record: Recorded, columns: Columns, index: int, time: int | None
 ) -> tuple[int | None, tuple[float, float]]:
-    """The column of the times, or else the step and the first time [s]."""
+    """Return the column of the times, or else time step and first time [s]."""
     file_spacing = columns.file_spacing(index)
     spacing_key = next((key for key in ("time", "rate", "step") if getattr(record, key)), None)
     if file_spacing is not None:
         if spacing_key is not None:
-            sentence = f"{columns.describe_column(index)} knows the step of its samples"
+            sentence = f"{columns.describe_column(index)} has a time step of its own"
             raise columns.error(f"{sentence}, {file_spacing[0]:.6g} s; remove `{spacing_key}`")
         return None, file_spacing
     if spacing_key is None:

@@ -1,14 +1,15 @@
-"""Records that are text: tables as spreadsheets and most programs write them, and AT2.
+"""Text records: delimited tables (CSV and similar), and AT2 accelerograms.
 
-A table has one row a sample, its cells parted by tabs, semicolons, commas or blanks, its
-decimals by points or commas. Above the numbers may stand words of a logger (which `skip` passes
-over), a header with names and units, a row of units. All of that is found from the rows
-themselves. Numbers are read in blocks of bytes by numpy, quickly; where a block is not wholly
-regular a careful pass goes over all cells and names the first fault by row and column, as an
-editor counts.
+A table has one row per sample, with cells delimited by tabs, semicolons, commas or blanks and
+with decimal points or commas. A preamble (skipped by `skip`), a header with names and units, or
+a row of units may precede the numbers. Delimiter, header and units are detected from the rows.
 
-An AT2 is an accelerogram of the PEER ground motion database: one series of numbers behind a
-header of four lines that says NPTS and DT.
+Reading is done in two passes. The fast pass parses blocks of bytes with numpy and accepts only
+perfectly regular blocks. If it fails, a second pass goes through the cells one by one and
+reports the first fault by row and column.
+
+An AT2 file is an accelerogram of the PEER ground motion database: a header of four lines with
+NPTS and DT, followed by one series of numbers.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ from drysim.records.columns import (
 from drysim.units import NUMBER_PATTERN, is_common_unit
 from drysim.wording import format_count
 
-# Lines, and the cells of a line.
+# Lines and cells.
 
 
 NAME_WITH_UNIT = re.compile(
@@ -66,10 +67,10 @@ NAME_WITH_UNIT = re.compile(
 QUOTED = re.compile("`([^`]+)`")
 
 DELIMITERS = "\t;,"
-"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
+"""Tried in this order on the first row of numbers; a row without any is split at blanks."""
 
 MAX_QUOTED_LINES = 100
-"""Lines at the top of a file that messages quote besides the faulty one: its header."""
+"""Lines at the top of a file that messages may quote besides the faulty one."""
 
 MAX_NAME_LENGTH = 200
 """Characters of a header cell that may still be a name with a unit."""
@@ -78,9 +79,15 @@ MAX_NAME_LENGTH = 200
 def content_lines(
     file: TextFile, start: int = 0, line: int = 0
 ) -> Iterator[tuple[int, int, str]]:
-    """Give line number, offset and text of every line that is not a comment.
+    """Yield line number, offset and text of every line that is not a comment.
 
-    The first is where the text begins, or at an offset that is that of a line number.
+    Parameters
+    ----------
+    file : TextFile
+    start : int, optional
+        Offset of the first line; by default where the text begins.
+    line : int, optional
+        1-based number of that line.
     """
     for number, at, part in raw_lines(file, start, line):
         words = _decode_line(part)
@@ -91,7 +98,7 @@ def content_lines(
 def raw_lines(
     file: TextFile, start: int = 0, line: int = 0
 ) -> Iterator[tuple[int, int, bytes]]:
-    """Give line number, offset and bytes of every line, from where `content_lines` begins."""
+    """Yield line number, offset and bytes of every line; parameters as in `content_lines`."""
     text, start, line = file.text, max(start, file.begin), line or file.line
     while start < len(text):
         end = text.find(b"\n", start)
@@ -103,7 +110,7 @@ def raw_lines(
 
 
 def _decode_line(part: bytes) -> str:
-    """Give the text of a line: UTF-8, or else what spreadsheets under Windows write."""
+    """Decode a line as UTF-8, or else as cp1252, which spreadsheets under Windows write."""
     try:
         return part.decode("utf-8")
     except UnicodeDecodeError:
@@ -111,10 +118,10 @@ def _decode_line(part: bytes) -> str:
 
 
 def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
-    """Return the error of a record that is a link, without the lines that it quotes.
+    """Return the error for a symbolic link without the lines that it quotes.
 
-    The target of a link may be any file, such as a private key. Quotes from a line without a
-    delimiter are left out, as are whole lines; the faulty cell of other lines stays.
+    The target of a link may be any file, such as a private key. Whole lines and parts of lines
+    without a delimiter are replaced; a faulty cell of another line stays.
     """
     problem = error.problem
     head = islice(raw_lines(text), MAX_QUOTED_LINES)
@@ -130,22 +137,22 @@ def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
         return quote[0]
 
     sentence = QUOTED.sub(hidden, problem.sentence)
-    if any("`" in line for line in whole):  # a quote may end within the text that it holds
-        sentence = f"row {problem.line} is not what a record holds there"
+    if any("`" in line for line in whole):  # a quoted cell may contain a backtick itself
+        sentence = f"row {problem.line} is not a valid row of a record"
     if sentence == problem.sentence:
         return error
     return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
 
 
 def next_line_offset(file: TextFile, start: int) -> int:
-    """Give where the line after the one that begins at an offset begins."""
+    """Return the offset of the line that follows the one at `start`."""
     ends = [at for at in (file.text.find(mark, start) for mark in (b"\n", b"\r")) if at >= 0]
     end = min(ends, default=len(file.text))
     return end + 1 + (file.text[end : end + 2] == b"\r\n")
 
 
 def split_cells(text: str, delimiter: str) -> list[Cell]:
-    """Give the cells of a line; a delimiter between quotation marks does not count."""
+    """Split a line into cells; delimiters within quotation marks do not count."""
     if not delimiter:
         return [Cell(m.group(), m.start() + 1) for m in re.finditer(r"\S+", text)]
     cells, at, parts, quotes = [], 0, list[str](), 0
@@ -167,7 +174,7 @@ def _make_cell(part: str, at: int) -> Cell:
 
 
 def name_and_unit(text: str) -> tuple[str, str, bool]:
-    """Give name and unit of a header cell, and whether the unit is in square brackets."""
+    """Return name and unit of a header cell, and whether the unit is in square brackets."""
     match = NAME_WITH_UNIT.fullmatch(text) if len(text) <= MAX_NAME_LENGTH else None
     if not match:
         return text, "", False
@@ -179,32 +186,32 @@ def name_and_unit(text: str) -> tuple[str, str, bool]:
 
 
 MAX_ROWS_EXAMINED = 100
-"""Rows among which a header is looked for."""
+"""Rows examined to detect the header."""
 
 MOST_COLUMNS = 16_384
-"""As many as a spreadsheet has; with more of them samples stand beside one another."""
+"""Limit of spreadsheets; a wider file has its samples in one row."""
 
 NUMBER_LIKE = re.compile(
     r"(?i)[+\-\u2212]*(?:nan|inf|infinity|\d*[.,]\d.*|\d+(?:e[+-]?\d+)?)", re.ASCII
 )
-"""With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
+"""Text that is no column name, so that a damaged first row is a fault and not a header."""
 
 DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?", re.ASCII)
 ZERO_AFTER_COMMA = re.compile(r",0\d", re.ASCII)
-"""A number with a decimal comma; and what follows no comma that parts two whole numbers."""
+"""Together with `DECIMAL_COMMA`: digits that only a decimal comma can precede."""
 
 WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
 
 
 def find_delimiter(text: str) -> str:
-    """Give the delimiter of a row."""
+    """Return the delimiter of a row; empty for blanks."""
     return next((mark for mark in DELIMITERS if mark in text), "")
 
 
 def find_delimiter_below(header: str, row: str) -> str:
-    """Give the delimiter of a row of numbers below a header, which may be empty.
+    """Return the delimiter of a row of numbers below a header, which may be empty.
 
-    A comma is a decimal one where only then there are as many cells as the header has names.
+    A comma is a decimal comma if only then the number of cells equals that of the header.
     """
     mark = find_delimiter(row)
     if mark != "," or "," in header or not header:
@@ -215,7 +222,7 @@ def find_delimiter_below(header: str, row: str) -> str:
 
 
 def has_decimal_commas(file: TextFile) -> bool:
-    """Tell whether rows without a header are one column of numbers with decimal commas."""
+    """Return whether rows without a header are one column of numbers with decimal commas."""
     rows = [text.strip() for _, _, text in islice(content_lines(file), MAX_ROWS_EXAMINED)]
     written = [text for text in rows if text]
     return all(map(DECIMAL_COMMA.fullmatch, written)) and any(
@@ -224,7 +231,7 @@ def has_decimal_commas(file: TextFile) -> bool:
 
 
 def find_wide_row(file: TextFile) -> tuple[int, int]:
-    """Give line and width of a first row with more columns than a table has; zeros for none."""
+    """Return line and width of the first row with too many columns; zeros for none."""
     for line, _, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
         mark = find_delimiter(text)
         columns = text.count(mark) + 1 if mark else len(text.split())
@@ -234,7 +241,7 @@ def find_wide_row(file: TextFile) -> tuple[int, int]:
 
 
 def is_header(cells: Sequence[Cell]) -> bool:
-    """Tell whether none of the cells of a row could be meant for a number."""
+    """Return whether no cell of a row looks like a number."""
     written = [cell.text for cell in cells if cell.text]
     return bool(written) and not any(
         NUMBER_PATTERN.fullmatch(text) or NUMBER_LIKE.fullmatch(text) for text in written
@@ -242,7 +249,7 @@ def is_header(cells: Sequence[Cell]) -> bool:
 
 
 def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
-    """Give the cells of a header above rows of a delimiter and a number of columns."""
+    """Split a header above rows with a given delimiter and number of columns."""
     mark = delimiter or find_delimiter(text)
     if mark:
         return split_cells(text, mark)
@@ -252,7 +259,7 @@ def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
 
 
 def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
-    """Tell whether a row of words is one of units, below a header that has none of its own."""
+    """Return whether a row of words contains units, below a header without any."""
     fits = len(cells) == len(header) and is_header(cells)
     if not fits or any(name_and_unit(cell.text)[1] for cell in header):
         return False
@@ -261,9 +268,9 @@ def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
 
 
 def find_header(file: TextFile) -> int:
-    """Give the line of the first row that names as many columns as there are numbers below it.
+    """Return the 1-based line of the first row with as many names as numbers below it.
 
-    1-based; 0 where there is none above the first two rows of as many numbers.
+    Returns 0 if there is none above the first two rows with equally many numbers.
     """
     content = islice((row for row in content_lines(file) if row[2].strip()), MAX_ROWS_EXAMINED)
     first = [(line, text) for line, _, text in content]
@@ -278,7 +285,7 @@ def find_header(file: TextFile) -> int:
             row = split_cells(below, mark)
         if len(row) == len(head) and all(map(_is_number, row)):
             if is_header(head):
-                # Where the top row names columns, words between it and its numbers are a fault.
+                # If the top row is a header, words between it and the numbers are an error.
                 cells = header_cells(first[0][1], mark, len(row))
                 return top if len(cells) == len(row) > 1 and is_header(cells) else line
             if all(map(_is_number, head)):
@@ -294,30 +301,29 @@ def _is_number(cell: Cell) -> bool:
 
 
 DECIMAL_MARK = re.compile("[.,]")
-"""What may part the decimals of a number."""
+"""Decimal point or comma."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable(Columns):
-    """Columns of a text file; the numbers are still text."""
+    """Columns of a text file; the numbers are parsed on demand."""
 
     file: TextFile
     delimiter: str
-    """One of tab, semicolon and comma, or nothing: blanks."""
+    """Tab, semicolon or comma; empty for blanks."""
     header: tuple[Cell, ...]
-    """Empty when the file has none."""
+    """Empty if the file has none."""
     start: int
-    """Offset in the text at which the first row of numbers begins."""
+    """Offset of the first row of numbers."""
     line: int
-    """The 1-based line of that row."""
+    """1-based line of that row."""
     header_line: int
-    """Line of the header, 0 when there is none."""
+    """1-based line of the header, 0 if there is none."""
 
     def rows(self) -> Iterator[tuple[int, list[Cell]]]:
-        """Give line and cells of every row of numbers; comments and blank ends are left out.
+        """Yield line and cells of every row of numbers, without comments and trailing blanks.
 
-        A row is named by its line in the file, as an editor counts. One that is empty has no
-        cells.
+        An empty row has no cells.
         """
         blank: list[int] = []
         for line, _, text in content_lines(self.file, self.start, self.line):
@@ -330,9 +336,9 @@ class TextTable(Columns):
             yield line, split_cells(text, self.delimiter)
 
     def decimal(self, wanted: list[int]) -> str:
-        """Give the decimal mark of some columns, a comma only where it parts no cells.
+        """Return the decimal mark of some columns; a comma only where it is not the delimiter.
 
-        Where there are points as well, as in dates, the first mark in these columns decides.
+        If both marks occur, as with dates, the first one in these columns decides.
         """
         text = self.file.text
         if self.delimiter == "," or text.find(b",", self.start) < 0:
@@ -343,12 +349,13 @@ class TextTable(Columns):
         return next((mark[0] for mark in map(DECIMAL_MARK.search, used) if mark), ".")
 
     def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing.
+        """Return columns as finite numbers, NaN where a sample of `gap_column` is missing.
 
         Raises
         ------
         RecordError
-            At the first ragged row, and at the first wanted cell that is no finite number.
+            At the first row with a wrong number of cells, or at the first cell without a finite
+            number.
         """
         decimal = self.decimal(wanted)
         found = _read_fast(self, wanted, decimal)
@@ -357,7 +364,7 @@ class TextTable(Columns):
         return list[Signal](found)
 
     def printed_resolution(self, index: int) -> float:
-        """Give the unit of the last digit that the first rows print."""
+        """Return the unit of the last digit with which the first rows are printed."""
         exponents = []
         for _, cells in islice(filter(lambda row: row[1], self.rows()), MAX_ROWS_EXAMINED):
             exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
@@ -365,7 +372,7 @@ class TextTable(Columns):
         return float(10.0 ** min(*exponents, 0))
 
     def at(self, row: int, index: int, sentence: str) -> RecordError:
-        """Give the error at a cell in the 0-based row of numbers."""
+        """Return the error at a cell in the 0-based row of numbers."""
         line, cells = next(islice(self.rows(), row, None))
         where = f"row {line}, {self.describe_column(index)}"
         return record_error(
@@ -373,7 +380,7 @@ class TextTable(Columns):
         )
 
     def ragged(self, line: int, cells: int) -> RecordError:
-        """Give the error for a row that has not as many cells as the first one."""
+        """Return the error for a row with a wrong number of cells."""
         for number, _, text in content_lines(self.file, self.start, self.line):
             if number in (self.line, line):
                 check_quotes(self.display_path, number, text)
@@ -383,7 +390,7 @@ class TextTable(Columns):
         return record_error(self.display_path, sentence, line)
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
-        """Give the error for a fault of the header, or of one column's header."""
+        """Return the error for the header, or for the header cell of one column."""
         cell = self.header[index] if index is not None and self.header else None
         return record_error(
             self.file.display_path, sentence, self.header_line or self.line, cell
@@ -391,18 +398,18 @@ class TextTable(Columns):
 
     @property
     def skip_hint(self) -> str:
-        """How to pass over the header."""
-        skip = f"`skip: {self.line - 1}` passes over the header"
-        return f"; {skip}, and columns have numbers then"
+        """How to skip the header."""
+        skip = f"`skip: {self.line - 1}` skips the header"
+        return f"; {skip}; then select columns by number"
 
     def series(self) -> list[int]:
-        """Give the 0-based columns that may be samples: one without a name is none of them."""
+        """Return the 0-based columns that may contain samples; unnamed ones do not."""
         named = [i for i, label in enumerate(self.labels) if label.text]
         return named or super().series()
 
 
 def check_quotes(display_path: str, line: int, text: str) -> None:
-    """Make sure that a row closes its quotation marks; no delimiter counts behind one."""
+    """Raise for a row with an open quotation mark, behind which delimiters do not count."""
     if text.count('"') % 2:
         at = text.rfind('"')
         cell = Cell(text[at:], at + 1)
@@ -411,15 +418,21 @@ def check_quotes(display_path: str, line: int, text: str) -> None:
 
 
 def detect_table(file: TextFile) -> TextTable:
-    """Find header, delimiter and columns of a text file; a fault where they do not fit."""
+    """Detect header, delimiter and columns of a text file.
+
+    Raises
+    ------
+    RecordError
+        If header and rows do not fit together, or there are no rows of numbers.
+    """
     line, width = find_wide_row(file)
     if line:
         sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
-        raise record_error(file.display_path, f"{sentence}: write one sample a row", line)
+        raise record_error(file.display_path, f"{sentence}: write one sample per row", line)
     content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
-        hint = f"`skip: {likely - 1}` passes over the rows above it"
+        hint = f"`skip: {likely - 1}` skips the rows above it"
         raise record_error(
             file.display_path,
             f"row {likely} looks like the header, not row {line}: {hint}",
@@ -441,14 +454,14 @@ def detect_table(file: TextFile) -> TextTable:
             line, start, text = next(content, (0, 0, ""))
     if not line:
         raise record_error(
-            file.display_path, "the record holds no rows of numbers", header_line
+            file.display_path, "the record contains no rows of numbers", header_line
         )
     delimiter = find_delimiter_below(header_text, text)
     if not header_line and delimiter == "," and has_decimal_commas(file):
         delimiter = ""
     cells = split_cells(text, delimiter)
     width = len(cells)
-    if header_line and is_header(cells):  # a text: none of its words are names of columns
+    if header_line and is_header(cells):  # prose, not a header
         cell = next(cell for cell in cells if cell.text)
         raise record_error(
             file.display_path, f"row {line}: `{cell.quote}` is not a number", line, cell
@@ -461,8 +474,8 @@ def detect_table(file: TextFile) -> TextTable:
         sentence = f"the header names {names}, but row {line} has {width}"
         if delimiter == "," and width == 2 * len(header):
             sentence += (
-                "; commas seem to part columns and decimals alike: write decimals with points, "
-                "or columns with semicolons"
+                "; commas seem to be both delimiter and decimal mark: use decimal points, or "
+                "semicolons as delimiter"
             )
         raise record_error(file.display_path, sentence, line)
     labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
@@ -490,21 +503,21 @@ def detect_table(file: TextFile) -> TextTable:
 
 
 PARSE_SIZE = 1 << 20
-"""Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
+"""Bytes parsed at a time: small compared with the numbers, large compared with overhead."""
 
 COMMENT_LINE = re.compile(rb"(?m)^[ \t]*#.*\n?")
 
 MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
-"""What a cell without a number holds."""
+"""Contents of a cell without a number."""
 
 TIME_OF_DAY = re.compile(
     r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
 )
-"""A time of day, with or without its date."""
+"""A time of day, with or without date."""
 
 
 def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats] | None:
-    """Give columns of a table; None unless every row is regular, every number finite."""
+    """Return columns of a table; None unless all rows are regular and all numbers finite."""
     text, at, last, done = table.file.text, table.start, _end_of_rows(table), 0
     found: list[Floats] = [np.empty(0) for _ in wanted]
     while at < last:
@@ -513,7 +526,7 @@ def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
         if done + len(rows) > len(found[0]):
-            # As many rows again as there are bytes for, and a little more.
+            # Estimate the remaining rows from the remaining bytes, plus 5 %.
             count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
             require_memory(table.display_path, count * found[0].itemsize * len(found))
             for column in found:
@@ -527,7 +540,7 @@ def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats
 
 
 def _end_of_rows(table: TextTable) -> int:
-    """Give where the last row ends, before the line ends that close the file."""
+    """Return the offset where the last row ends, before trailing line endings."""
     text, end = table.file.text, len(table.file.text)
     while end > table.start:
         tail = text[max(table.start, end - PARSE_SIZE) : end]
@@ -538,13 +551,13 @@ def _end_of_rows(table: TextTable) -> int:
 
 
 def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
-    """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
+    """Parse whole lines to numbers, shape (rows, columns); None unless all are regular."""
     if b"\r" in block:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
         block = COMMENT_LINE.sub(b"", block)
     if decimal == "," and b"." in block:
-        return None  # the careful pass knows in which columns
+        return None  # the slow pass determines in which columns
     block = block.removesuffix(b"\n")
     lines = block.count(b"\n") + 1
     if not block:
@@ -552,8 +565,10 @@ def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
     if not _is_regular(np.frombuffer(block, np.uint8), lines, table):
         return None
     if table.delimiter:
+        # Make one comma-separated sequence of the block. A decimal comma becomes a point; a
+        # comma that is neither decimal mark nor delimiter becomes invalid.
         comma = "." if decimal == "," else "?"
-        given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
+        given, plain = f",{table.delimiter}\n", f"{comma},,"  # the last duplicate counts
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
     elif decimal == ",":
         block = block.replace(b",", b".")
@@ -564,17 +579,17 @@ def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
 
 
 def _parse_numbers(text: bytes, separator: str) -> Floats | None:
-    """Give the numbers in a text; None where something else is in it."""
+    """Parse numbers; None if the text contains anything else."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
+            warnings.simplefilter("error", DeprecationWarning)  # numpy 1 warns, numpy 2 raises
             return np.fromstring(text, sep=separator)
     except (ValueError, DeprecationWarning):
         return None
 
 
 def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
-    """Whether every line has exactly as many delimiters, or words, as the table has columns."""
+    """Return whether every line has as many delimiters, or words, as the table has columns."""
     if table.delimiter:
         marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
     else:
@@ -583,6 +598,8 @@ def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
         each = table.width
     if marks.size != lines * each:
         return False
+    # The counts agree in total; the last mark of each line must precede its end, and the first
+    # mark of the next line must follow it.
     ends = np.flatnonzero(codes == ord("\n"))
     per_line = marks.reshape(lines, each)
     return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
@@ -591,7 +608,7 @@ def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
 def _read_by_cell(
     table: TextTable, wanted: list[int], decimal: str, gap_column: int | None = None
 ) -> list[Floats]:
-    """Give columns of a table cell by cell, or the error for the first fault."""
+    """Return columns of a table, parsed cell by cell; raise at the first fault."""
     found = [array("d") for _ in wanted]
     for line, cells in table.rows():
         if not cells and wanted == [gap_column]:
@@ -615,7 +632,7 @@ def _read_by_cell(
 
 
 def _parse_cell(cell: Cell, decimal: str) -> float:
-    """Give the number in a cell with one decimal mark; NaN for none."""
+    """Return the number in a cell with a given decimal mark; NaN for none."""
     text = cell.text
     if decimal == ",":
         text = text.replace(".", "?").replace(",", ".", 1)
@@ -623,7 +640,7 @@ def _parse_cell(cell: Cell, decimal: str) -> float:
 
 
 def _describe_fault(cell: Cell, decimal: str) -> str:
-    """Say what a cell holds in place of a number, and what to do about it."""
+    """Return what a cell contains instead of a number, and a remedy."""
     text = cell.text
     if not text:
         return f"the cell is empty: {GAP_HINT}"
@@ -636,8 +653,8 @@ def _describe_fault(cell: Cell, decimal: str) -> str:
     if NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     if TIME_OF_DAY.fullmatch(text):
-        instead = "give `rate` or `step` in place of `time`"
-        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
+        instead = "set `rate` or `step` instead of `time`"
+        return f"`{cell.quote}` is a time of day, which is not supported; {instead}"
     return f"`{cell.quote}` is not a number"
 
 
@@ -645,19 +662,19 @@ def _describe_fault(cell: Cell, decimal: str) -> str:
 
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""Some programs write it before UTF-8."""
+"""Written by some programs at the beginning of UTF-8 text."""
 
 SEPARATOR_ROW = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
-"""The row by which files tell Excel their delimiter; it is found in the numbers themselves."""
+"""Row that declares the delimiter to Excel; it is detected from the numbers instead."""
 
 
 def open_text(file: RecordFile) -> TextFile:
-    """Give the text of a file below the rows that do not count; it is still to be read.
+    """Return the text of a file without skipped rows and byte order mark.
 
     Raises
     ------
     RecordError
-        When it is binary, text in UTF-16, or has no more rows than do not count.
+        If the file is binary or UTF-16, or has no rows left.
     """
     head = file.reader[: len(BYTE_ORDER_MARK)]
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -665,7 +682,7 @@ def open_text(file: RecordFile) -> TextFile:
     if file.reader.find(b"\0") >= 0:
         raise record_error(
             file.display_path,
-            "the record is binary: it holds a zero byte, which text never does",
+            "the record is binary: it contains a zero byte",
         )
     text = TextFile(
         file.display_path, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
@@ -675,13 +692,13 @@ def open_text(file: RecordFile) -> TextFile:
     below = next(islice(raw_lines(text), skip, None), None)
     if below is None and file.skip:
         raise record_error(
-            file.display_path, f"`skip` passes over {file.skip} rows, and the file has no more"
+            file.display_path, f"`skip` skips {file.skip} rows, and the file has no more"
         )
     return text._replace(line=below[0], begin=below[1]) if below else text
 
 
 def text_columns(file: RecordFile) -> TextTable:
-    """Give the columns of a text file."""
+    """Return the columns of a text file."""
     return detect_table(open_text(file))
 
 
@@ -696,13 +713,13 @@ TEXT = Format(
 
 
 MAX_HEADER_LINES = 10
-"""Lines among which the header ends; it has four, or a remark more."""
+"""Lines searched for the end of the header, which has four, or more with comments."""
 
 MAX_HEADER_LINE_LENGTH = 500
-"""Characters of a line of the header."""
+"""Characters of a header line that are searched."""
 
 HEADER_NUMBER = r"[\d.e+-]{1,20}(?![\d.e+-])"
-"""A number of the header as it is written, whole or not."""
+"""Regular expression of a number in the header."""
 
 NPTS_AND_DT = (
     re.compile(
@@ -712,13 +729,13 @@ NPTS_AND_DT = (
         rf"(?i)(?<!\S)(?P<n>{HEADER_NUMBER})\s+(?P<dt>{HEADER_NUMBER})\s+NPTS\b.*\bDT\b"
     ),
 )
-"""`NPTS= 4000, DT= .0050 SEC` of today, `4000 0.0050 NPTS, DT` of the older files."""
+"""`NPTS= 4000, DT= .0050 SEC` in recent files, `4000 0.0050 NPTS, DT` in older ones."""
 
 UNITS_OF = re.compile(r"(?i)\bUNITS? OF ([a-z/*^0-9]{1,20})")
 
 
 class At2Header(NamedTuple):
-    """What the header tells: samples, their step [s] and unit, and where it ends."""
+    """Header of an AT2 file: sample count, time step [s], unit, last line and its end."""
 
     n: int
     dt: float
@@ -728,7 +745,7 @@ class At2Header(NamedTuple):
 
 
 def at2_columns(file: RecordFile) -> Channels:
-    """Give the one series of an AT2 file."""
+    """Return the series of an AT2 file."""
     require_memory_to_load(file.display_path, len(file.reader))
     text = open_text(file)
     header = _read_at2_header(text)
@@ -738,7 +755,7 @@ def at2_columns(file: RecordFile) -> Channels:
 
 
 def _read_at2_header(text: TextFile) -> At2Header:
-    """Find the line that says NPTS and DT."""
+    """Find the header line with NPTS and DT."""
     unit = ""
     for line, start, content in content_lines(text):
         words = content[:MAX_HEADER_LINE_LENGTH]
@@ -756,13 +773,13 @@ def _read_at2_header(text: TextFile) -> At2Header:
             return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
     raise record_error(
         text.display_path,
-        f"the record is no AT2: none of its first {MAX_HEADER_LINES} lines says NPTS and DT, as in "
-        "`NPTS= 4000, DT= .0050 SEC`",
+        f"the record is not an AT2 file: none of its first {MAX_HEADER_LINES} lines contains "
+        "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`",
     )
 
 
 def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
-    """Give all numbers behind the header."""
+    """Return all numbers below the header."""
     values = _parse_numbers(text.text[header.end :], " ")
     if values is None:
         for line, _, content in content_lines(text, header.end, header.line + 1):
@@ -771,9 +788,9 @@ def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
                     cell = Cell(word[0], word.start() + 1)
                     sentence = f"row {line}: `{cell.quote}` is not a number"
                     raise record_error(text.display_path, sentence, line, cell)
-        raise record_error(text.display_path, "the record holds no rows of numbers")
+        raise record_error(text.display_path, "the record contains no rows of numbers")
     if len(values) != header.n:
-        more = "less: it is cut short" if len(values) < header.n else "more"
+        more = "fewer: the file is truncated" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
         raise _at2_error(text, header.line, f"{sentence}, {more}")
     return values

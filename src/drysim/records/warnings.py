@@ -1,9 +1,9 @@
-"""What a reader of the numbers should know of a record.
+"""Warnings about a record that may affect the results.
 
-Samples that look clipped; a mean that gravity or an offset of the sensor left; much that was
-filled in, or lost by resampling; samples too far apart for the lines or splines between them;
-and a displacement that depends on how the record is continued beyond its ends. Each warning
-says what to do about it, in the words of the scenario and beside what it asks for already.
+They concern clipped samples, a mean due to gravity or sensor offset, a large share of filled
+gaps, RMS lost in resampling, sampling too coarse for linear or spline interpolation, and
+displacement that depends on the extension of the record beyond its ends. Each warning proposes
+a remedy in terms of scenario keys.
 """
 
 from __future__ import annotations
@@ -17,41 +17,42 @@ from numpy.typing import NDArray
 from drysim.core.model import BLOCK_SIZE, Samples, Signal, blocks, mean_and_std
 from drysim.errors import WarningMessage
 from drysim.records import SI
-from drysim.records.clean import STEP_TOLERANCE, CleaningReport
+from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import Floats
 from drysim.records.options import SUGGESTED_HIGH_PASS, TRENDS, Recorded, RecordedMotion
 
 GRAVITY = 9.81
-"""Standard gravity as the paper rounds it [m/s²]."""
+"""Gravitational acceleration as rounded in the paper [m/s²]."""
 
 GRAVITY_TOLERANCE = 0.05
-"""An accelerometer lying a little askew still shows gravity within this share."""
+"""Relative tolerance for gravity: an accelerometer may be tilted slightly."""
 
 MIN_SAMPLES = 16
-"""Fewer samples are the corners of a motion that is meant to be linear between them."""
+"""Fewer samples than this define a piecewise linear motion on purpose."""
 
-UNDERSAMPLED = "the samples are too far apart for what is fast"
+UNDERSAMPLED = "the sampling is too coarse for the high frequencies"
 
 LINEAR_CORNER, SPLINE_CORNER = 0.05, 0.15
-"""Shares of the rate below which lines and splines keep the RMS to a hundredth, and a low-pass
-of second order at such a frequency leaves little above it."""
+"""Shares of the sampling rate below which lines and splines preserve the RMS within 1 %.
+
+A second-order low-pass with this corner leaves little above it.
+"""
 
 LARGE_MEAN = 0.1
-"""Share of the RMS about the mean from which a mean shows in the numbers."""
+"""Ratio of mean to RMS about the mean from which the mean affects the results."""
 
 NOTABLE_SHARE = 0.01
-"""Share of samples, or of the RMS, from which a clean-up, or what straight lines between
-samples take, shows in the numbers."""
+"""Share of samples, or of the RMS, from which a change affects the results."""
 
 MIN_CLIPPED_SAMPLES = 4
-"""This many equal samples on end, at an extreme, are a clipped peak and no chance."""
+"""This many equal consecutive samples at an extreme are a clipped peak."""
 
 
 def clipping_warnings(file: str, values: Signal, unit: str) -> Iterator[WarningMessage]:
-    """Say where the samples stand still at their largest or smallest value; NaN is none."""
+    """Warn of runs of samples at the largest or smallest value; NaN is ignored."""
     low, high = extremes(values)
     for limit, name in ((low, "smallest"), (high, "largest")):
-        # Rest before and after a shock is no peak.
+        # Zeros before and after a shock are not clipped.
         if not low < high or limit == 0:
             continue
         at = indices_of(values, limit)
@@ -61,83 +62,83 @@ def clipping_warnings(file: str, values: Signal, unit: str) -> Iterator[WarningM
         if peaks.any():
             start, count = int(at[first[peaks][0]]) + 1, int(lengths[peaks].sum())
             sentence = (
-                f"{file}: {count} samples look clipped, the first of them sample {start}: "
-                f"{MIN_CLIPPED_SAMPLES} or more on end are the {name} of all, {limit:.4g} {unit}; measure "
-                "with a wider range"
+                f"{file}: {count} samples look clipped, the first is sample {start}: "
+                f"runs of {MIN_CLIPPED_SAMPLES} or more equal the {name} value, {limit:.4g} "
+                f"{unit}; measure with a wider range"
             )
             numbers = {"limit": limit, "sample": start, "samples": count}
             yield WarningMessage("record-clipped", sentence, numbers)
 
 
 def extremes(values: Signal) -> tuple[float, float]:
-    """Give the least and the greatest sample; NaN is neither."""
+    """Return the smallest and the largest sample, ignoring NaN."""
     ends = [(np.fmin.reduce(part), np.fmax.reduce(part)) for part in blocks(values)]
     low, high = zip(*ends, strict=True)
     return float(np.fmin.reduce(low)), float(np.fmax.reduce(high))
 
 
 def indices_of(values: Signal, wanted: float) -> NDArray[np.intp]:
-    """Give the 0-based samples of one value."""
+    """Return the 0-based indices of the samples that equal a value."""
     found = [np.flatnonzero(part == wanted) for part in blocks(values)]
     return np.concatenate([at + number * BLOCK_SIZE for number, at in enumerate(found)])
 
 
 def gravity_errors(record: RecordedMotion, mean: float) -> Iterator[str]:
-    """Say that gravity seems left in ü, by its mean, unless the scenario keeps it."""
-    means = {mean, mean / record.scale if record.scale else mean}  # a factor may come on top
+    """Yield an error message if the mean of ü looks like gravity that is not to be kept."""
+    means = {mean, mean / record.scale if record.scale else mean}  # before or after scaling
     near = any(abs(abs(one) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY for one in means)
     if near and record.gravity == "refuse":
         trend = _trend_to_remove(record)
         yield (
-            f"the mean of ü is {mean:.4g} m/s², so gravity seems left in the record: "
-            f"{record.remove.yaml_with(trend=trend)} takes it away, or a high-pass, "
-            f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}; `gravity: keep` states that it is to "
-            "stay"
+            f"the mean of ü is {mean:.4g} m/s², which looks like gravity: remove it with "
+            f"{record.remove.yaml_with(trend=trend)} or a high-pass, "
+            f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}, or keep it with "
+            "`gravity: keep`"
         )
 
 
 def _trend_to_remove(record: RecordedMotion) -> str:
-    """Return the trend that takes a mean away: the mean of ü is that of a line of velocity."""
+    """Return the trend whose removal makes the mean of ü zero: a line for velocity."""
     return "line" if record.quantity == "velocity" else "mean"
 
 
 def mean_warnings(
     record: RecordedMotion, motion: Samples, level: tuple[float, float]
 ) -> Iterator[WarningMessage]:
-    """Warn of a large mean of u where it is known, else of ü, whose mean and RMS is `level`."""
+    """Warn of a large mean of u where it is known, else of ü; `level` is mean and RMS of ü."""
     (mean, spread), name, unit = level, "ü", "m/s²"
     if motion.u is not None:
         (mean, spread), name, unit = mean_and_std(motion.u), "u", "m"
     if record.gravity == "refuse" and abs(mean) > LARGE_MEAN * spread:
         sentence = (
-            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large against the RMS "
-            f"about it, {spread:.4g} {unit}; {_mean_remedy(record)}"
+            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large compared with the "
+            f"RMS about it, {spread:.4g} {unit}; {_mean_remedy(record)}"
         )
         yield WarningMessage("record-mean", sentence, {"mean": mean, "rms_about_mean": spread})
 
 
 def _mean_remedy(record: RecordedMotion) -> str:
-    """Say what takes away a mean that is an offset of the sensor, beside what is removed."""
+    """Return how to remove a mean, given what is removed already."""
     trend, removed, below = _trend_to_remove(record), record.remove.trend, record.remove.below
     if below is not None:
         return (
-            f"the high-pass at {below:g} Hz has taken away that of the whole record: this one "
-            "is of its ends or of a short window"
+            f"the high-pass at {below:g} Hz has removed the mean of the whole record; this "
+            "one comes from its ends or from a short window"
         )
     if TRENDS.index(removed) < TRENDS.index(trend):
         remedy = record.remove.yaml_with(trend=trend)
-        return f"{remedy} takes away what is an offset of the sensor"
-    return f"the {removed} of the whole record is removed, and this part has one of its own"
+        return f"{remedy} removes a sensor offset"
+    return f"the {removed} of the whole record is removed already; this window has its own"
 
 
 def filling_warnings(
     file: str, report: CleaningReport | None, n: int
 ) -> Iterator[WarningMessage]:
-    """Say when more than a hundredth of the samples was filled in."""
+    """Warn if more than 1 % of the samples were interpolated."""
     if report and (share := report.numbers["samples"] / n) > NOTABLE_SHARE:
         sentence = (
-            f"{file}: {share * 100:.2g} % of the samples were filled in, not measured; "
-            "take a record without gaps, or a window without them"
+            f"{file}: {share * 100:.2g} % of the samples were interpolated, not measured; "
+            "use a record without gaps, or a window without them"
         )
         yield WarningMessage("record-filled", sentence, {"share": share})
 
@@ -145,9 +146,9 @@ def filling_warnings(
 def resampling_warnings(
     record: Recorded, resampled: CleaningReport, rms: tuple[float, float]
 ) -> Iterator[WarningMessage]:
-    """Warn when resampling changed the RMS about the mean by more than a hundredth.
+    """Warn if resampling changed the RMS about the mean by more than 1 %.
 
-    `rms` are those before and after, of what a low-pass leaves.
+    `rms` is the low-passed RMS before and after.
     """
     before, after = rms
     if abs(after - before) <= NOTABLE_SHARE * before:
@@ -155,7 +156,7 @@ def resampling_warnings(
     by = record.resample.by if record.resample else ""
     remedy = "`by: spline` loses less; " if by == "line" else ""
     sentence = (
-        f"{record.named}: resampling by {by}s changed the RMS by "
+        f"{record.named}: resampling by {METHODS.get(by, by)} changed the RMS by "
         f"{(after / before - 1) * 100:+.2g} %: {UNDERSAMPLED}; "
         f"{remedy}{_low_pass_hint(record, SPLINE_CORNER / resampled.numbers['step_before'])}"
     )
@@ -165,10 +166,16 @@ def resampling_warnings(
 def interpolation_warnings(
     record: RecordedMotion, motion: Samples, rms: float, file_spacing: float
 ) -> Iterator[WarningMessage]:
-    """Warn when linear interpolation, or the spline, takes more than a hundredth of RMS{ü}.
+    """Warn if linear or spline interpolation loses more than 1 % of RMS{ü}.
 
-    `rms` is that of ü at its samples, about the mean [m/s²]; `file_spacing` is the step of the samples
-    in the file, the mean one where they are uneven [s].
+    Parameters
+    ----------
+    record : RecordedMotion
+    motion : Samples
+    rms : float
+        RMS of the samples of ü about the mean [m/s²].
+    file_spacing : float
+        Time step of the file [s]; the mean for uneven times.
     """
     if len(motion.u_dd) < MIN_SAMPLES:
         return
@@ -190,7 +197,7 @@ def interpolation_warnings(
 
 
 def force_warnings(record: Recorded, forces: Floats, dt: float) -> Iterator[WarningMessage]:
-    """Warn when linear interpolation of forces takes more than a hundredth of their mean."""
+    """Warn if linear interpolation of forces loses more than 1 % of their mean."""
     if len(forces) >= MIN_SAMPLES:
         mean, rms = mean_and_std(forces)
         yield from _linear_interpolation_warnings(
@@ -201,43 +208,43 @@ def force_warnings(record: Recorded, forces: Floats, dt: float) -> Iterator[Warn
 def _linear_interpolation_warnings(
     record: Recorded, values: Signal, dt: float, rms: float, much: float
 ) -> Iterator[WarningMessage]:
-    """Warn when lines between samples take more than `much` of their RMS about the mean."""
+    """Warn if linear interpolation loses more than `much` of the RMS about the mean."""
     kept = rms_share_of_lines(values, rms)
     if (1 - kept) * rms > much:
         low_pass = _low_pass_hint(record, LINEAR_CORNER / dt)
         resample = f"`resample: {{rate: {required_refinement(kept) / dt:.6g} Hz, by: spline}}`"
         if (lost := 1 - rms_share_of_spline(values)) <= NOTABLE_SHARE:
-            remedy = f"{resample} keeps it; {low_pass}"
+            remedy = f"{resample} preserves it; {low_pass}"
         else:
             corner = float(f"{SPLINE_CORNER / dt:.2g}")
             remedy = (
-                f"a spline would lose {lost * 100:.2g} %, too, as {UNDERSAMPLED}; {low_pass}, and "
-                f"beside {resample} {corner:.6g} Hz will do"
+                f"a spline would lose {lost * 100:.2g} %, too: {UNDERSAMPLED}; {low_pass}; "
+                f"together with {resample} {corner:.6g} Hz is enough"
             )
         sentence = (
-            f"{record.named}: linear interpolation leaves {kept * rms:.4g} of {rms:.4g} "
-            f"{SI[record.measured]} RMS, {(1 - kept) * 100:.2g} % less than at the samples: "
+            f"{record.named}: linear interpolation reduces the RMS from {rms:.4g} to "
+            f"{kept * rms:.4g} {SI[record.measured]}, by {(1 - kept) * 100:.2g} %: "
             f"{remedy}"
         )
         yield WarningMessage("record-interpolated", sentence, {"kept": kept, "step": dt})
 
 
 def _low_pass_hint(record: Recorded, corner: float) -> str:
-    """Say how to take away what is fast, beside what is removed already [Hz]."""
+    """Return how to remove frequencies above a corner [Hz], given what is removed already."""
     below = record.remove.below
     if below is not None and below >= corner:
-        return "record it at a higher rate"
+        return "record at a higher rate"
     remedy = record.remove.yaml_with(above=float(f"{corner:.2g}"))
-    return f"a low-pass, {remedy} or lower, takes it away"
+    return f"a low-pass, {remedy} or lower, removes the high frequencies"
 
 
 def displacement_warnings(
     record: RecordedMotion, u: NDArray[np.float64] | None, otherwise: NDArray[np.float64] | None
 ) -> Iterator[WarningMessage]:
-    """Warn when RMS{u} depends by more than a hundredth on what is beyond the record's ends.
+    """Warn if RMS{u} depends by more than 1 % on the extension of the record beyond its ends.
 
-    `otherwise` is u above the high-pass with another continuation of the record. What it adds
-    to u or takes away is not related to u, so it counts by its square.
+    `otherwise` is u with the other extension. The difference is uncorrelated with u, so it
+    contributes with its square.
     """
     if u is None or otherwise is None or not record.remove.below:
         return
@@ -245,25 +252,25 @@ def displacement_warnings(
     share = 0.5 * float(apart @ apart) / squares if squares else 0.0
     if share > NOTABLE_SHARE:
         sentence = (
-            f"{record.named}: RMS{{u}}, and with it T_x, depends on how the record is "
-            f"continued beyond its ends, by about {share * 100:.2g} %; leave out the first and "
-            f"the last {1.0 / record.remove.below:.3g} s by `excitation.window`, take a longer "
-            "record or a higher `remove.below`"
+            f"{record.named}: RMS{{u}}, and with it T_x, is uncertain by about "
+            f"{share * 100:.2g} %: it depends on the extension of the record beyond its ends; "
+            f"exclude the first and the last {1.0 / record.remove.below:.3g} s with "
+            "`excitation.window`, or use a longer record or a higher `remove.below`"
         )
         yield WarningMessage("displacement-ends", sentence, {"share": share})
 
 
-# What is kept between samples.
+# Share of the RMS that interpolation preserves.
 
 
 def rms_share_of_lines(values: Signal, rms: float) -> float:
-    """Return the share of the RMS of samples about their mean that linear interpolation keeps.
+    """Return the share of the RMS about the mean that linear interpolation preserves.
 
     Notes
     -----
-    A signal sampled above twice its highest frequency has the RMS of its samples. Of the mean
-    square, straight lines lose a sixth of that of the steps from sample to sample: of a sine of
-    frequency f, the share 2/3 sin²(π f dt).
+    A signal sampled above twice its highest frequency has the RMS of its samples. Linear
+    interpolation loses one sixth of the mean square of the differences between neighbours from
+    the mean square; for a sine of frequency f this is the share 2/3 sin²(π f dt).
     """
     square, steps = rms * rms, 0.0
     for at in range(0, len(values) - 1, BLOCK_SIZE):
@@ -273,9 +280,9 @@ def rms_share_of_lines(values: Signal, rms: float) -> float:
 
 
 def required_refinement(kept: float) -> int:
-    """Return how many times finer a grid must be so that straight lines lose a hundredth.
+    """Return the refinement of the grid at which linear interpolation loses 1 % of the RMS.
 
-    The samples count as a sine of the frequency at which lines keep this share of the RMS.
+    The signal is treated as a sine at the frequency where lines preserve the share `kept`.
     """
     half_turns = [
         asin(sqrt(min(1.0, 1.5 * (1 - share**2)))) for share in (kept, 1 - NOTABLE_SHARE)
@@ -284,13 +291,14 @@ def required_refinement(kept: float) -> int:
 
 
 def rms_share_of_spline(values: Signal) -> float:
-    """Return the share of the RMS about the mean that a cubic spline through samples keeps.
+    """Return the share of the RMS about the mean that cubic spline interpolation preserves.
 
     Notes
     -----
-    By their power spectrum: of a sine sampled with z = 2π f dt the spline has the mean square
-    B7/B3², with the spectra of the sampled B-splines of degree 7 and 3; see Unser, Splines: a
-    perfect fit for signal and image processing (1999). Of a long signal the beginning counts.
+    Computed from the power spectrum. For a sine with z = 2π f dt the mean square of the spline
+    is B7/B3², with the spectra of the sampled B-splines of degree 7 and 3; see Unser, Splines:
+    a perfect fit for signal and image processing (1999). Only the first block of a long signal
+    is used.
     """
     z, power = _power_spectrum(values[:BLOCK_SIZE])
     seventh = 2416 + 2382 * np.cos(z) + 240 * np.cos(2 * z) + 2 * np.cos(3 * z)
@@ -301,18 +309,26 @@ def rms_share_of_spline(values: Signal) -> float:
 def rms_share_of_differentiation(
     motion: Samples, quantity: str, file_spacing: float, by: str
 ) -> float:
-    """Return the share of RMS{ü} that is left of a record of velocity or displacement.
+    """Return the share of RMS{ü} preserved by the spline through velocity or displacement.
 
-    `motion` has ü from the spline of its quantity, `file_spacing` is the step of the samples in the file
-    [s]; where their step in `motion` is a finer one they were resampled, as `by` says.
+    Parameters
+    ----------
+    motion : Samples
+        Contains ü from the spline.
+    quantity : {'velocity', 'displacement'}
+    file_spacing : float
+        Time step of the file [s]; a finer step in `motion` means that it was resampled.
+    by : {'line', 'spline'}
+        Interpolation of the resampling.
 
     Notes
     -----
-    By the power spectrum of ü and the gain of splines through a sine of z = 2π f dt. Up to a
-    quarter of the rate, a spline steepens a sine by as much as the lines between the knots of
-    its derivative lose. Resampled, what is above half of the old rate is an image of the rest.
+    Computed from the power spectrum of ü and the frequency response of the spline for a sine
+    with z = 2π f dt. Up to a quarter of the sampling rate the spline steepens a sine by as much
+    as linear interpolation of its derivative loses. After resampling, content above the old
+    Nyquist frequency is an image of the rest.
     """
-    every = 2 if quantity == "velocity" else 1  # ü bends between the samples of velocity
+    every = 2 if quantity == "velocity" else 1  # the spline through velocity has knots midway
     dt = motion.dt * every
     z, power = _power_spectrum(motion.u_dd[every - 1 :: every])
     if file_spacing > dt * (1 + STEP_TOLERANCE):
@@ -333,7 +349,7 @@ def rms_share_of_differentiation(
 
 
 def _power_spectrum(values: Floats) -> tuple[Floats, Floats]:
-    """Return the angles z = 2π f dt above 0, and the power of samples at each."""
+    """Return the angles z = 2π f dt above 0, and the power at each, shape (n // 2,)."""
     power = np.asarray(np.square(np.abs(np.fft.rfft(values)[1:])), dtype=np.float64)
     z = 2 * np.pi / len(values) * np.arange(1.0, len(power) + 1)
     return z, power
