@@ -152,7 +152,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
         When it is no scenario, or `workers` no number of threads.
     """
     case = prepare(scenario)
-    worker_count(workers)  # what is no number of threads is refused for one seed, too
+    worker_count(workers)  # validated for a single seed, too
     if max_seeds(scenario) == 1:
         return one_case.solve(case)
     return solve(case, workers=workers)
@@ -221,7 +221,7 @@ def thread_count(case: Case, workers: int | None) -> int:
     """Give how many seeds may be under way at a time: as many as fit into the memory."""
     wanted = worker_count(workers)
     if compile.engine() == compile.PLAIN:
-        return 1  # plain Python does one thing at a time
+        return 1  # the interpreter lock allows one thread
     limit = int(
         system.total_memory()
         // response_memory(case.steps, bool(case.scenario.measure.weights))
@@ -229,7 +229,7 @@ def thread_count(case: Case, workers: int | None) -> int:
     return max(1, min(wanted, limit))
 
 
-# The rows, seed by seed in their order.
+# Rows of metrics, seed by seed in order.
 
 
 def solve_seeds(
@@ -298,7 +298,7 @@ def as_samples(motion: Sines | Samples) -> Samples:
     return motion
 
 
-# Blocks of seeds: one call of the kernel measures a block of them.
+# Blocks of seeds, measured by one call of the kernel.
 
 MAX_SEEDS_PER_BLOCK, MIN_SEEDS_PER_BLOCK = 128, 8
 """Seeds of a block: as many as the kernel marches together, and a group of them."""

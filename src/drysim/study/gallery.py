@@ -144,7 +144,7 @@ def write_new(file: Path, content: bytes) -> None:
             try:
                 stream.write(content)
                 stream.flush()
-            except BaseException:  # be it a full disk or Ctrl-C
+            except BaseException:  # also a full disk or Ctrl-C
                 file.unlink(missing_ok=True)
                 raise
     except OSError as fault:

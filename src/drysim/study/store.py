@@ -34,7 +34,7 @@ from drysim.study.case import file_hashes
 from drysim.study.plan import CaseRange
 from drysim.study.statistics import METRIC_NAMES, Batch, OverSeeds, Row
 
-# The finished blocks of a sweep under way.
+# Finished ranges of a sweep in progress.
 
 IDENTITY_FILE = "sweep.json"
 """What is swept, so that blocks of another sweep are not taken for its own."""
@@ -72,12 +72,12 @@ class Store:
         self._locations: dict[int, Location] = {}
         self._file, self._end, self._files = folder, MAX_FILE_BYTES, 0
         self._lock = Lock()
-        # Links and devices that somebody put there are nothing to go on with.
+        # Links and special files are never resumed from.
         if resume and not folder.is_symlink() and (folder / IDENTITY_FILE).is_file():
             if self._read_identity() != dict(identity):
                 raise other_work_error(folder.parent)
             files = sorted(folder.glob(f"*{CASES_SUFFIX}"))
-            for file in files:  # the latest last, whose blocks count
+            for file in files:  # in order of creation: the latest block counts
                 self._index_file(file)
             self._files = len(files)
             return
@@ -102,7 +102,7 @@ class Store:
         with self._lock:
             location = Location(self._file, self._end, len(content))
             if fresh := self._end >= MAX_FILE_BYTES:
-                name = f"{self._files:06d}-{uuid4().hex[:12]}{CASES_SUFFIX}"  # nobody else's
+                name = f"{self._files:06d}-{uuid4().hex[:12]}{CASES_SUFFIX}"  # unique among processes
                 location = Location(self.folder / name, 0, len(content))
             try:
                 with location.file.open("xb" if fresh else "r+b") as stream:
@@ -111,7 +111,7 @@ class Store:
             except FileNotFoundError:
                 raise system.removed_error(self.folder.parent) from None
             except BaseException:
-                with suppress(OSError):  # what is cut short takes room on a full disk
+                with suppress(OSError):  # free the disk space of the incomplete block
                     os.truncate(location.file, location.begin)
                 raise
             self._file, self._end = location.file, location.begin + location.size
@@ -176,7 +176,7 @@ class StoredBatches(LazySequence[Batch]):
         return batch
 
 
-# A block of cases as bytes, the same on the disk and on the way between machines.
+# Binary format of a batch, on disk and between machines.
 
 FORCE_COLUMNS = ("F_fk", "F_fs")
 
@@ -282,7 +282,7 @@ def _is_constant(column: NDArray[np.float64]) -> bool:
     return bool((bits == bits[:1]).all()) and bits.size > 0
 
 
-# The finished seeds of a run under way.
+# Finished seeds of a run in progress.
 
 
 class Journal:
@@ -305,7 +305,7 @@ class Journal:
         fresh = self.file.with_suffix(".new")
         fresh.write_text(json.dumps(self.identity) + "\n" + "".join(lines), encoding="utf-8")
         with suppress(OSError):
-            self.file.rmdir()  # an empty folder in its place is nothing to keep
+            self.file.rmdir()  # an empty folder may be replaced
         fresh.replace(self.file)
         self._stream: TextIO | None = None
 
@@ -345,7 +345,7 @@ class Journal:
 
 def format_entry(number: int, row: Row, run: str) -> str:
     """Give the line of a seed, by its number from 0, in the journal of a run."""
-    # Not asdict(), which copies every value of every metric one by one.
+    # vars() is faster than asdict(), which copies each value.
     content = json.dumps({"number": number, "row": vars(row)})
     return f"{checksum(content, run)} {content}\n"
 
@@ -383,7 +383,7 @@ def _has_journal(file: Path) -> bool:
         return False
 
 
-# What makes two pieces of work one, so that one may go on with what another has left.
+# Identity of a computation: only the same one may be resumed.
 
 
 def work_identity(scenario: Scenario) -> dict[str, Any]:

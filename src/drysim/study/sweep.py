@@ -94,7 +94,7 @@ def solve_on_cluster(
     """Give the same table as `solve`, its blocks computed by the workers of a cluster."""
     from drysim.study.cluster import solve_ranges as solve_remotely
 
-    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as the workers do
+    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
     plan = Plan.of(approaches_of(case.scenario), case)
     return gather(case, solve_remotely(plan, case.scenario, link, store, finished), store)
 
@@ -153,7 +153,7 @@ def solve_ranges(
         cancelled.set()
 
 
-# How the finished blocks of a sweep become its table.
+# From the batches of a sweep to its table.
 
 
 def gather(

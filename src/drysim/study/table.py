@@ -89,7 +89,7 @@ class Table:
         summary = [
             f"{format_count(tally.cases, 'case')} by {tally.approach}" for tally in tallies
         ]
-        # What a comparison is judged by comes last of those that were asked for.
+        # In a comparison the reference, which the checks apply to, is not the first.
         own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
         found = (
             f"{format_metric_ranges(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}"
@@ -129,7 +129,7 @@ def stroke_limit(scenario: Scenario, row: Row) -> float | None:
     return None if stroke is None else row.point.get(LIMIT_KEY, stroke.limit)
 
 
-# Tally: what the cases of an approach come to, gathered block by block.
+# Statistics of the cases of one approach, updated batch by batch.
 
 QUANTILE_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
 """Metrics whose quantiles are gathered."""
@@ -269,7 +269,7 @@ class Tally:
         self.beyond += len(met)
         if len(met):
             peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
-            # A limit that all cases share plays no part in which is the worst.
+            # A limit shared by all cases does not change the order.
             beyond = peaks - (
                 batch.points[LIMIT_KEY][met] if LIMIT_KEY in batch.points else 0.0
             )
@@ -281,7 +281,7 @@ class Tally:
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
     ) -> None:
         applicable = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
-        # A case without metrics fails what it is asked for, unless the check leaves it out.
+        # A case without metrics fails a check that applies to it.
         at = check.worst(applicable, np.where(good, batch.metrics[check.metric], np.nan))
         if at is not None:
             case = row(at)

@@ -66,7 +66,7 @@ CLOSE_MARGIN = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
 
 
-# Of one case.
+# One case.
 
 
 def response_warnings(
@@ -87,7 +87,7 @@ def response_warnings(
     if isinstance(response.law, EndStopLaw) and response.law.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
     residual = metrics["energy_residual"]
-    # Fixed steps leave an open balance by nature: a measure then, not an alarm.
+    # Fixed steps never close the energy balance: the residual is then a metric, no warning.
     exact = response.numerics.core != FIXED_STEP
     if exact and residual is not None and not abs(residual) <= MAX_ENERGY_RESIDUAL:
         yield energy_warning(residual)
@@ -216,7 +216,7 @@ def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessa
     return WarningMessage("record-ends", sentence, moved)
 
 
-# Of many cases.
+# Sweeps and comparisons.
 
 
 def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[WarningMessage]:
@@ -237,7 +237,7 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
     worst, impacts = tally.worst, tally.extremes.get("impact_speed")
     axes = scenario.sweep
     if impacts is not None and impacts[1].value and worst is not None:
-        # Where there are end stops, |x_r| hardly tells one case from another.
+        # With end stops, |x_r| is nearly the same in all cases.
         fastest, row = impacts[1]
         sentence = (
             f"the mass comes to its end stops in {tally.beyond} of {tally.cases} cases, "
@@ -294,7 +294,7 @@ def describe_first(found: Count, scenario: Scenario) -> str:
     return f", the first at {where}" if where else ""
 
 
-# Of many seeds of one case.
+# Ensembles.
 
 SeedStatistics = Mapping[str, Statistic | None]
 
@@ -312,7 +312,7 @@ def ensemble_warnings(
     """Give every warning about an ensemble, those of its case first."""
     has_motion = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
     for warning in case.warnings:
-        # It was said of the first seed; another one may do what that does not.
+        # The warning is about the first seed; another seed may move.
         if not (has_motion and warning.slug == "will-not-move"):
             yield warning
     yield from failure_warnings(rows)
