@@ -33,7 +33,7 @@ DECAY_STOP = 22.42355635
 """Time at which m = k_x = F_fk = 1 comes to rest from x_r = 12 m, v_r = 6 m/s [s]."""
 
 DEN_HARTOG = 1.307242
-"""Amplitude x_max k_x/P at frequency ratio 1, damping ratio 1/3, F_fk/P = 0.1 (Den Hartog 1931)."""
+"""Amplitude x_max k_x/P at frequency ratio 1, damping ratio 1/3, F_fk/P = 0.1 [-]; Den Hartog."""
 
 ANSWER_TOLERANCE = 1e-6
 """Both values above are known to their last digit, which is rounded."""
@@ -170,7 +170,7 @@ def standstill() -> Finding:
 
 
 def steady_metrics(law: CoulombLaw) -> tuple[float | int | None, float | int | None]:
-    """Return x_r_peak [m] and T_a [-] of the orbit from rest at resonance, damping ratio 1/3."""
+    """Return x_r_peak [m] and T_a [-] from rest at resonance, damping ratio 1/3."""
     from drysim.approach.stick_slip import StickSlip
     from drysim.metrics.table import measure
 

@@ -64,7 +64,7 @@ class Workers(NamedTuple):
 
     @classmethod
     def at(cls, case: Case, workers: int, count: int, is_cancelled: Callable[[], bool]) -> Self:
-        """Return the workers for each of `count` cases; spare threads solve seeds in parallel."""
+        """Return the workers for each of `count` cases; spare threads share the seeds."""
         return cls(max(1, thread_count(case, workers) // count), is_cancelled)
 
 

@@ -192,7 +192,7 @@ class Tally:
     def of(
         cls, batches: Iterable[Batch], checks: Sequence[Check] = (), checked: str = ""
     ) -> dict[str, Self]:
-        """Return the tally of each approach, in order; `checks` apply to the approach `checked`."""
+        """Return the tally of each approach, in order; `checks` apply to one of them."""
         found: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach

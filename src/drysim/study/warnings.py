@@ -1,7 +1,6 @@
-"""What a reader of the numbers should know: warnings as values, found after the work.
+"""Warnings that follow from results: of a case, of many cases, and of an ensemble.
 
-They are about a case (its response, its orbit, the ends of its record), about the many cases
-of a table, or about the many seeds of an ensemble. What is known before any work is said by
+Each function returns values, not output. Warnings known before the computation come from
 `scenario.warnings` and `study.case`.
 """
 
@@ -40,13 +39,13 @@ from drysim.wording import (
 )
 
 MAX_ENERGY_RESIDUAL = 1e-9
-"""A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
+"""Energy residual up to which the solution is certified [-]; rounding alone leaves 1e-12."""
 
 MAX_STATED_ERROR = 1e-3
-"""A stated error beyond this share of the peak [-] shows in a picture: no longer exact."""
+"""Error estimate, relative to the peak, from which it is visible in a picture [-]."""
 
 MAX_END_EFFECT = 0.01
-"""Share of a metric by which the ends of a record may move it before that is said [-]."""
+"""Change of a metric by the ends of a record from which a warning is given [-]."""
 
 RELATIVE_METRICS = (
     "a_u",
@@ -60,10 +59,10 @@ RELATIVE_METRICS = (
     "SEAT",
     "VDV",
 )
-"""The metrics that are held against the ends of a record by their relative change."""
+"""Metrics whose relative change by the ends of a record is checked."""
 
 CLOSE_MARGIN = 1e-6
-"""A decision nearer than this [-] to its opposite is within what inputs are known to."""
+"""Relative margin of a decision below which it is within the uncertainty of the inputs [-]."""
 
 
 # One case.
@@ -76,11 +75,20 @@ def response_warnings(
     includes_settling: bool = False,
     window_peak: float | None = None,
 ) -> Iterator[WarningMessage]:
-    """Give every warning that follows from a response, its metrics and the stroke limit [m].
+    """Yield the warnings that follow from a response.
 
-    Where the stroke is concerned the metrics are those of the whole response, `includes_settling` when this
-    is more than the window: the settling, too. The peak of |x_r| in the window [m], `window_peak`,
-    gives lengths their unit; default: that of the metrics.
+    Parameters
+    ----------
+    response : Response
+    metrics : mapping
+        Metrics of the complete response, if it exceeds the stroke limit; else of the window.
+    limit : float or None
+        Stroke limit [m].
+    includes_settling : bool, optional
+        Whether the metrics include the time before the window.
+    window_peak : float, optional
+        Peak of |x_r| in the window [m], which sets the unit of lengths; default: of the
+        metrics.
     """
     if limit is not None and metrics["violations"]:
         yield stroke_warning(metrics, limit, response.law, includes_settling, window_peak)
@@ -116,7 +124,7 @@ def stroke_warning(
     includes_settling: bool,
     window_peak: float | None = None,
 ) -> WarningMessage:
-    """Say where the stroke limit was met, and by how much or how hard."""
+    """Return the warning about a stroke limit or end stop, with time and peak or impact speed."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     window_peak = window_peak or peak
     if isinstance(law, EndStopLaw):
@@ -137,7 +145,7 @@ def stroke_warning(
 
 
 def rigid_impact_warning() -> WarningMessage:
-    """Say that an impact has no finite acceleration."""
+    """Return the warning that a rigid impact has no finite acceleration."""
     sentence = (
         "an impact on a rigid stop is an instant of infinite force: a_x and T_a are of the "
         "motion between impacts; bumpers give them a force and a length"
@@ -146,7 +154,7 @@ def rigid_impact_warning() -> WarningMessage:
 
 
 def energy_warning(residual: float) -> WarningMessage:
-    """Say that the energy balance does not close."""
+    """Return the warning that the energy balance does not close."""
     sentence = (
         f"the energy balance closes to {residual:.1e} only, not to {MAX_ENERGY_RESIDUAL:.0e}: "
         "trust no digit beyond it, and please report the scenario"
@@ -155,7 +163,7 @@ def energy_warning(residual: float) -> WarningMessage:
 
 
 def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
-    """Say when a periodic orbit was not reached, or not without meeting the stroke limit."""
+    """Warn of an orbit that did not settle, is not unique, or exceeded the stroke limit before."""
     if not orbit.settled:
         drift = "" if case.plant.k_x else "without a spring it may walk on for ever; "
         sentence = (
@@ -185,9 +193,9 @@ def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
 
 
 def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
-    """Return by how much metrics differ from others, those beyond a hundredth, by name [-].
+    """Return the relative changes of metrics beyond `MAX_END_EFFECT`, by name [-].
 
-    Of the share of time that the mass is stuck, the difference counts as it is.
+    The change of `stuck_share` is absolute.
     """
     found = {}
     for name in (*RELATIVE_METRICS, "stuck_share"):
@@ -200,7 +208,7 @@ def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
 
 
 def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessage:
-    """Say that metrics depend on what a high-pass does at the ends of a record."""
+    """Return the warning that metrics depend on the ends of a high-passed record."""
     changes = join_words(
         [
             f"{name} by {format_number(100.0 * share, '%', digits=2)}"
@@ -220,7 +228,7 @@ def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessa
 
 
 def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[WarningMessage]:
-    """Say how many cases of each approach have no numbers, and why the first has none."""
+    """Warn of cases without numbers, by approach and status."""
     for tally in tallies:
         for status, (lost, row) in tally.lost.items():
             first = f"the first at {describe_case(row.point, axes)}: " if row.point else ""
@@ -233,7 +241,7 @@ def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[
 
 
 def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say in how many cases the stroke limit is met, and where the most."""
+    """Warn of cases that exceed the stroke limit, with the worst one."""
     worst, impacts = tally.worst, tally.extremes.get("impact_speed")
     axes = scenario.sweep
     if impacts is not None and impacts[1].value and worst is not None:
@@ -261,14 +269,14 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
 
 
 def format_at(row: Row, axes: Sequence[Axis]) -> str:
-    """Give the point of a row as the end of a sentence, if there is more than one."""
+    """Return the point of a row as the end of a sentence; "" without swept keys."""
     return f" at {describe_case(row.point, axes)}" if row.point else ""
 
 
 def table_interval_warnings(
     scenario: Scenario, found: SeedSummary | None
 ) -> Iterator[WarningMessage]:
-    """Say which intervals are wider than asked, and which checks are not decided."""
+    """Warn of confidence intervals wider than required, and of undecided checks."""
     if found is None:
         return
     until = stopping_rule(scenario)
@@ -289,7 +297,7 @@ def table_interval_warnings(
 
 
 def describe_first(found: Count, scenario: Scenario) -> str:
-    """Say where the first of some cases is, unless there is only one place."""
+    """Describe where the first of some cases is, if there are several places."""
     where = describe_case(found.first.point, scenario.sweep)
     return f", the first at {where}" if where else ""
 
@@ -299,7 +307,7 @@ def describe_first(found: Count, scenario: Scenario) -> str:
 SeedStatistics = Mapping[str, Statistic | None]
 
 REPLACED_SLUGS = {"energy-open", "stroke-violated", "impacts-left-out"}
-"""Warnings about a single seed in whose place stand those about all of them."""
+"""Warnings about a single seed, replaced by those about all seeds."""
 
 
 def ensemble_warnings(
@@ -309,7 +317,7 @@ def ensemble_warnings(
     verdicts: Sequence[Verdict],
     shown: Outcome,
 ) -> Iterator[WarningMessage]:
-    """Give every warning about an ensemble, those of its case first."""
+    """Yield all warnings about an ensemble, those of its case first."""
     has_motion = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
     for warning in case.warnings:
         # The warning is about the first seed; another seed may move.
@@ -333,7 +341,7 @@ def ensemble_warnings(
 
 
 def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
-    """Say with how many seeds the numerics failed, and why with the first of them."""
+    """Warn of seeds whose numerics failed."""
     lost = [row for row in rows if row.status == FAILED]
     if lost:
         sentence = (
@@ -346,7 +354,7 @@ def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
 def ensemble_stroke_warnings(
     rows: Sequence[Row], found: SeedStatistics, limit: float
 ) -> Iterator[WarningMessage]:
-    """Say with how many seeds the stroke limit is met, and where the most."""
+    """Warn of seeds that exceed the stroke limit, with the worst one."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
     most_of_all, impacts = found["stroke_suffices"], found.get("impact_speed")
     if beyond and impacts and has_contacts(found):
@@ -368,13 +376,13 @@ def ensemble_stroke_warnings(
 
 
 def has_contacts(found: SeedStatistics) -> bool:
-    """Tell whether the mass comes to end stops within the window of any seed."""
+    """Whether the mass reaches an end stop within the window under any seed."""
     impacts = found.get("contacts")
     return impacts is not None and impacts.greatest[0] > 0
 
 
 def wide_interval_warnings(case: Case, rows: Sequence[Row]) -> Iterator[WarningMessage]:
-    """Say when the interval is not as narrow as asked after all seeds that there may be."""
+    """Warn when the interval is wider than the stopping rule demands after all seeds."""
     until = stopping_rule(case.scenario)
     if until is None or len(rows) < max_seeds(case.scenario) or is_narrow(case.scenario, rows):
         return
@@ -400,7 +408,7 @@ def wide_interval_warnings(case: Case, rows: Sequence[Row]) -> Iterator[WarningM
 
 
 def undecided_warnings(verdicts: Sequence[Verdict]) -> Iterator[WarningMessage]:
-    """Say of every check whose limit lies within the interval that it is not decided."""
+    """Warn of each check whose limit lies within the confidence interval."""
     for verdict in verdicts:
         if verdict.undecided:
             sentence = (
