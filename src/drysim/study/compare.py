@@ -137,8 +137,7 @@ class Comparison:
 
 
 def relative_deviation(row: Row, other: Row) -> tuple[float, float | None] | None:
-    """Return T_a of a row relative to another row, minus 1 [-], and the half-width of its
-    interval.
+    """Return T_a of a row relative to another, minus 1 [-], and the half-width of its interval.
 
     None if T_a is unknown; the half-width is None without seeds.
     """
