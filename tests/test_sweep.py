@@ -247,7 +247,7 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
     assert f"limit met 2 cases of 4, {PEAK - 10:.2f} mm too far at the worst" in out
     (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
     assert warning.sentence == (
-        f"the stroke limit is met in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
+        f"the stroke limit is exceeded in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
     )
     assert warning.numbers["limit"] == 0.01
 
@@ -368,7 +368,7 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
     assert (failed.passed, failed.seeds, passed.passed) == (False, 5, True)
     assert failed.undecided
     (warning,) = [one for one in table.warnings if one.slug == "check-undecided"]
-    assert "is not decided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
+    assert "is undecided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
 
 
 def test_a_summary_tells_seeds_and_intervals(drysim, noisy):

@@ -118,7 +118,7 @@ class Case:
 
     @property
     def stationary(self) -> bool:
-        """Whether the base is assumed to continue moving as in the window: noise and records."""
+        """Whether the base is assumed to move on as in the window: noise and records."""
         return isinstance(self.scenario.excitation, RandomMotion | Record)
 
 
@@ -126,9 +126,7 @@ def require_scenario(scenario: Scenario) -> None:
     """Raise a UsageError for anything but a scenario."""
     if not isinstance(scenario, Scenario):
         given = shorten(repr(scenario))
-        raise UsageError(
-            f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
-        )
+        raise UsageError(f"expected a scenario, as `drysim.load` returns it, not {given}")
 
 
 def prepare(scenario: Scenario, compared: bool = False) -> Case:
@@ -161,7 +159,7 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
         raise UsageError(str(fault)) from fault
     seeds = statistics.max_seeds(scenario)
     if shortage := _shortage_message(
-        f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "take fewer"
+        f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "use fewer"
     ):
         raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
@@ -210,7 +208,7 @@ def assemble(
     points = case.steps * case.approach.substeps(case.plant, case.law, step)
     if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
-        raise case_error(scenario, f"{key} divides every step: {shortage}", key)
+        raise case_error(scenario, f"{key} subdivides each step: {shortage}", key)
     if excess := excess_work(case):
         raise case_error(scenario, *excess)
     return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
@@ -220,7 +218,7 @@ def case_error(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
     """Return the error for a key whose value only the complete case shows to be invalid."""
     problem = scenario.problem(sentence, key)
     name = scenario.origin["file"] or scenario.name
-    return ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
+    return ScenarioError(f"{name}: 1 error", (problem,))
 
 
 LENGTH_TOLERANCE = 1e-9
@@ -250,7 +248,13 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
-    """Return begin and end of the metrics [s]; raise a ScenarioError beyond the end of a record."""
+    """Return begin and end of the metrics [s].
+
+    Raises
+    ------
+    ScenarioError
+        When they lie beyond the end of the base motion.
+    """
     settle, duration = scenario.measure.settle, scenario.measure.duration
     if not isinstance(motion, Samples):
         assert duration is not None, "a scenario has a duration unless its record ends it"
@@ -259,7 +263,7 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     end = last if duration is None else settle + duration
     if settle >= last or end > last * (1.0 + LENGTH_TOLERANCE):
         key = "measure.settle" if settle >= last else "measure.duration"
-        sentence = f"{key} asks for motion beyond the end of the excitation at {format_number(last, 's')}"
+        sentence = f"{key} exceeds the end of the excitation at {format_number(last, 's')}"
         raise case_error(scenario, sentence, key)
     return settle, min(end, last)
 
@@ -271,8 +275,9 @@ def short_normal_record(case: Case) -> str:
         return ""
     ends = f"ends at {format_number(force_record.end, 's')}"
     return (
-        f"friction.normal_record {ends}, before the run, which ends at "
-        f"{format_number(case.window[1], 's')}; give a longer record or a shorter measure.duration"
+        f"friction.normal_record {ends}, before the end of the run at "
+        f"{format_number(case.window[1], 's')}; use a longer record or a shorter "
+        "measure.duration"
     )
 
 
@@ -284,15 +289,15 @@ def spectra_problem(case: Case) -> tuple[str, str] | None:
         return None
     if not isinstance(case.motion, Samples):
         kind = case.scenario.excitation.kind
-        sentence = f"has no use for {kind}: spectra need random base motion or a record"
+        sentence = f"does not apply to {kind}: spectra need random base motion or a record"
         return f"measure.spectra {sentence}", "measure.spectra"
     segment, length = segment_length(case), case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):
         key = "segment" if case.scenario.measure.segment else "spectra"
         sentence = (
-            f"measure.{key} needs segments of {format_number(minimum, 's')} at least, {MIN_SEGMENT_STEPS} "
-            f"steps; here they have {format_number(segment, 's')}"
+            f"measure.{key} needs segments of at least {format_number(minimum, 's')}, "
+            f"{MIN_SEGMENT_STEPS} steps, not {format_number(segment, 's')}"
         )
         return sentence, f"measure.{key}"
     if segment > length * (1 + LENGTH_TOLERANCE):
@@ -302,7 +307,7 @@ def spectra_problem(case: Case) -> tuple[str, str] | None:
 
 
 BANDWIDTHS_PER_RESONANCE = 3
-"""Noise bandwidths of the window (Hann) per half-power width at which a resonance is resolved."""
+"""Noise bandwidths of the Hann window within the half-power width of a resolved resonance."""
 
 
 def segment_length(case: Case) -> float:
@@ -332,7 +337,7 @@ def segment_length(case: Case) -> float:
 
 
 def resonance_width(case: Case) -> float:
-    """Return the half-power width of the resonance [Hz]; 0 if friction limits it or nothing does."""
+    """Return the half-power width of the resonance [Hz]; 0 without spring or with friction."""
     m, k_x, b = case.plant
     return b / (2 * pi * m) if k_x and not case.law.F_fs else 0.0
 
@@ -360,7 +365,7 @@ def memory_shortage(steps: int, weighted: bool = False, streamed: bool = False) 
     """Return a message if a response of so many steps does not fit into memory, else ""."""
     required = response_memory(steps, weighted, streamed)
     return _shortage_message(
-        f"{steps:.4g} steps", required, "take a longer step or a shorter duration"
+        f"{steps:.4g} steps", required, "use a longer step or a shorter duration"
     )
 
 
@@ -398,8 +403,8 @@ SLOW_SCENE = "slow-scene"
 """Slug of the warning, which is also shown before the work begins."""
 
 MAX_RADIANS_PER_STEP = 30.0
-"""Phase per step [rad] above which a step takes 100 times longer than usual. Measured: 30 ns for
-a sampled step with its metrics, 1 µs for a step under sines, 0.1 to 0.5 µs per radian."""
+"""Phase per step [rad] above which a step takes 100 times longer than usual. Measured: 30 ns
+for a sampled step with its metrics, 1 µs for a step under sines, 0.1 to 0.5 µs per radian."""
 
 SECONDS_PER_RADIAN = 5e-7
 """Longest time per radian, or per decay time of a velocity in a series, compiled [s]."""
@@ -413,7 +418,8 @@ SECONDS_PER_BRISTLE_DECAY = 3e-5
 MAX_RADIANS = 1e10
 """More than an hour of work, and beyond the accuracy of double precision: refused."""
 
-DAMPER, BRISTLE_DAMPER = "damper", "damper of the bristles"
+DAMPER = "damping time constants"
+BRISTLE_DAMPER = "damping time constants of the bristles"
 
 RINGDOWN_RADIANS = 40.0
 """A free oscillation with damping ratio ξ decays below double precision within 40/ξ rad."""
@@ -480,8 +486,8 @@ class Oscillation(NamedTuple):
     def describe(self, radians: float) -> str:
         """Describe so many radians, or decay times of a damper, in words."""
         if self.name in (DAMPER, BRISTLE_DAMPER):
-            return f"the {self.name} stills the mass {format_number(radians)} times"
-        return f"the {self.name} turns by {format_number(radians)} radians"
+            return f"{format_number(radians)} {self.name}"
+        return f"{format_number(radians)} rad of the {self.name}"
 
 
 def largest_oscillation(case: Case) -> Oscillation:
@@ -492,14 +498,14 @@ def largest_oscillation(case: Case) -> Oscillation:
 
 
 def _oscillations(case: Case) -> Iterator[Oscillation]:
-    """Yield the excitation, the normal force, and the springs and dampers if the mass may move."""
+    """Yield excitation, normal force, and the springs and dampers if the mass may move."""
     if not isinstance(case.approach, ExactApproach):
         return  # fixed steps do not resolve oscillations
     span, fastest, law = case.window[1], inf, case.law
     if isinstance(case.motion, Sines):
         fastest = max(case.motion.f, default=0.0)
         radians = 2.0 * pi * fastest * span
-        yield Oscillation("excitation", "base", radians, radians)
+        yield Oscillation("excitation", "base motion", radians, radians)
     if isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw) and law.variation:
         fastest = max(fastest, law.omega / (2.0 * pi))
         radians = law.omega * span
@@ -513,7 +519,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
     if k_x > 0.0 and moves:
         yield _free_oscillation("oscillator.stiffness", "oscillator", case.plant, span, kicks)
     if isinstance(law, DynamicLaw) and law.sigma_0:
-        plant, name = (m, law.sigma_0, b + law.sigma_1), "mass on its bristles"
+        plant, name = (m, law.sigma_0, b + law.sigma_1), "oscillation on the bristles"
         rings = _free_oscillation("friction.bristle_stiffness", name, plant, span, kicks)
         yield rings._replace(each=SECONDS_PER_SERIES_RADIAN)
         decays = law.sigma_1 / m * span
@@ -526,7 +532,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
             SECONDS_PER_BRISTLE_DECAY,
         )
     if isinstance(law, ElasticContactLaw):
-        name = "mass on its contact"
+        name = "oscillation on the contact"
         yield _free_oscillation(
             "friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks
         )
@@ -535,7 +541,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
 def _free_oscillation(
     key: str, name: str, plant: tuple[float, float, float], span: float, kicks: float
 ) -> Oscillation:
-    """Return the phase of a free oscillation that is excited `kicks` times within a span [s]."""
+    """Return the phase of a free oscillation that is excited `kicks` times in a span [s]."""
     m, k, b = plant
     radians, xi = sqrt(k / m) * span, 0.5 * b / sqrt(k * m)
     return Oscillation(
@@ -550,9 +556,9 @@ def excess_work(case: Case) -> tuple[str, str] | None:
         return None
     hours = format_number(most.minimum * SECONDS_PER_RADIAN / 3600.0, "h", digits=2)
     sentence = (
-        f"{most.key}: {most.describe(min(most.minimum, most.radians))} in "
-        f"{format_number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
-        "check the units, or take a shorter duration"
+        f"{most.key}: {format_number(case.window[1], 's')} span "
+        f"{most.describe(min(most.minimum, most.radians))}, up to {hours} of work; "
+        "check the units, or use a shorter duration"
     )
     return sentence, most.key
 
@@ -563,13 +569,12 @@ def effort_warnings(case: Case) -> Iterator[WarningMessage]:
     each = most.radians / max(case.steps, 1)
     if each > MAX_RADIANS_PER_STEP:
         time = format_number(most.radians * most.each, "s", digits=2)
-        whole = f"all of them up to {time}"
+        whole = f"up to {time} in total"
         if case.period is not None:
-            whole = f"a period up to {time}, and many may lead to the orbit"
+            whole = f"up to {time} per period, and the orbit may take many periods"
         sentence = (
-            f"{most.describe(each)} within a step of "
-            f"{format_number(case.step, 's')}, and each is followed: a step may take 100 times as "
-            f"long as usual, {whole}"
+            f"one step spans {most.describe(each)}; this may take 100 times longer than usual, "
+            f"{whole}"
         )
         numbers = {"radians": most.radians, "radians_a_step": each}
         yield WarningMessage(SLOW_SCENE, sentence, numbers)
@@ -600,9 +605,8 @@ def volume_warnings(case: Case) -> Iterator[WarningMessage]:
     volume = response_bytes(case)
     if volume > LARGE_RESPONSE_BYTES and not case.scenario.sweep:
         sentence = (
-            f"a run writes response.csv with {case.steps + 1:.3g} rows, some "
-            f"{volume / GIGA:.3g} GB; a step longer than {format_number(case.step, 's')} or a shorter "
-            "duration makes it smaller"
+            f"response.csv will have {case.steps + 1:.3g} rows, about {volume / GIGA:.3g} GB; "
+            f"use a step longer than {format_number(case.step, 's')} or a shorter duration"
         )
         yield WarningMessage(
             LARGE_RESPONSE, sentence, {"rows": case.steps + 1, "bytes": volume}

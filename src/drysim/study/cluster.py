@@ -57,8 +57,8 @@ LOCAL = "local"
 CONNECT_TIMEOUT = 10.0
 """Longest wait for an answer of the scheduler [s]."""
 
-INSTALL_HINT = 'install what it needs by pip install "drysim[cluster]", or leave --cluster out'
-CERTIFICATES_HINT = "name three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
+INSTALL_HINT = 'install them by pip install "drysim[cluster]", or omit --cluster'
+CERTIFICATES_HINT = "give three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
 DASK_LOGGERS = (
     "asyncio", "bokeh", "distributed", "distributed.client", "tornado", "tornado.application"
 )  # fmt: skip
@@ -127,14 +127,15 @@ def connect(
 
     if any(certificates) and not where.startswith(TLS_SCHEME):
         raise UsageError(
-            f"certificates have no meaning beside --cluster {where}",
-            f"give the {TLS_SCHEME} address of a scheduler that knows them; `local` makes its own",
+            f"certificates cannot be used with --cluster {where}",
+            f"give the {TLS_SCHEME} address of a scheduler that accepts them; `local` creates "
+            "its own",
         )
 
     with ExitStack() as stack:
         if where == LOCAL:
             client, name = stack.enter_context(local_cluster(workers)), "the local cluster"
-            remedy = "Ctrl-C ends it, and --resume goes on"
+            remedy = "Ctrl-C ends it; --resume continues"
         else:
             security = make_security(certificates) if where.startswith(TLS_SCHEME) else None
             try:
@@ -145,7 +146,7 @@ def connect(
                 raise no_scheduler_error(where, fault) from fault
             stack.callback(client.close, CONNECT_TIMEOUT)
             name = f"the scheduler at {where}"
-            remedy = f"dask worker {where}"
+            remedy = f"`dask worker {where}` starts one"
         check_all_workers(client.run(version_reader(), on_error="return"))
         yield ClusterClient(client, name, remedy, inform, warn)
 
@@ -202,13 +203,13 @@ def no_scheduler_error(where: str, fault: Exception) -> UsageError:
         reported = next((one for one in chain if isinstance(one, ssl.SSLError)), None)
         because = f" ({reported.reason or reported})" if reported else ""
         return UsageError(
-            f"no Dask scheduler answers at {where} to these certificates{because}",
+            f"no Dask scheduler at {where} accepts these certificates{because}",
             "scheduler, workers and client need certificates of one authority: "
             "--tls-ca-file, --tls-cert, --tls-key",
         )
     return UsageError(
         f"no Dask scheduler answers at {where}",
-        "start one, `dask scheduler`, and give the address that it prints, such as "
+        "start one by `dask scheduler` and give the address that it prints, such as "
         "tcp://10.0.0.1:8786",
     )
 
@@ -316,7 +317,7 @@ class ClusterClient:
             )
         elif not self._had_workers and not self._has_announced:
             self._has_announced = True
-            self.inform(f"{self.name} has no worker; waiting for one: {self.remedy}")
+            self.inform(f"{self.name} has no worker; waiting for one ({self.remedy})")
         if self._last_poll - self._last_worker >= NO_WORKER_DELAY and not self._has_warned:
             self._has_warned = True
             none = (
@@ -324,8 +325,8 @@ class ClusterClient:
                 if self._had_workers
                 else f"had no worker for {NO_WORKER_DELAY:.0f} s"
             )
-            why = "; a block may have ended them" * self._had_workers
-            self.warn(f"{self.name} has {none}{why}; waiting for one: {self.remedy}")
+            why = "; a block may have crashed them" * self._had_workers
+            self.warn(f"{self.name} has {none}{why}; waiting for one ({self.remedy})")
 
     def wait(self, completed: SimpleQueue[Any]) -> Any:
         """Return the next completed future."""
@@ -348,9 +349,8 @@ class ClusterClient:
     def lost_error(self) -> ClusterError:
         """Return the error for a lost connection to the scheduler."""
         return ClusterError(
-            f"{self.name} is gone; finished blocks are kept",
-            "start it again, and the same command with --resume goes on; so does one without "
-            "--cluster",
+            f"the connection to {self.name} is lost; finished blocks are kept",
+            "start it again and repeat the command with --resume, or resume without --cluster",
         )
 
 
@@ -410,7 +410,8 @@ def check_all_workers(there: Mapping[str, Any]) -> None:
     for worker, reported in there.items():
         if isinstance(reported, BaseException):
             raise UsageError(
-                f"the worker {worker} cannot be asked: {reported}", version_hint(versions())
+                f"the worker {worker} does not report its versions: {reported}",
+                version_hint(versions()),
             )
         if other := version_difference(reported, versions()):
             raise UsageError(f"the worker {worker} {other}", version_hint(versions()))
@@ -421,8 +422,8 @@ def check_this_worker(asked: Versions) -> None:
     if other := version_difference(versions(), asked):
         from distributed import get_worker
 
-        worker = f"the worker {get_worker().address}, which has come late,"
-        raise ClusterError(f"{worker} {other}", f"{version_hint(asked)}; --resume goes on")
+        worker = f"the worker {get_worker().address}, which joined later,"
+        raise ClusterError(f"{worker} {other}", f"{version_hint(asked)}; --resume continues")
 
 
 def version_difference(there: Versions, here: Versions) -> str:
@@ -430,14 +431,17 @@ def version_difference(there: Versions, here: Versions) -> str:
     for name, version in here.items():
         if there.get(name) != version:
             has = f"has {name} {there[name]}" if there.get(name) else f"has no {name}"
-            return f"{has}, here is {version}"
+            return f"{has}, but the client has {version}"
     return ""
 
 
 def version_hint(here: Versions) -> str:
     """Return how to install the same versions on all machines."""
     words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
-    return f"install the same on all machines, pip install {words}, and start the workers anew"
+    return (
+        f"install the same versions on all machines, pip install {words}, and restart the "
+        "workers"
+    )
 
 
 # Distribution of ranges to the workers.
@@ -511,9 +515,9 @@ def compute_remotely(
             len(failed) > MAX_LISTED_RANGES
         )
         raise ClusterError(
-            f"{len(failed)} of the blocks end every worker that computes them: {those}; all "
+            f"{len(failed)} of the blocks crash every worker that computes them: {those}; all "
             "others are finished",
-            "give the workers more memory, or compute the rest without --cluster by --resume",
+            "give the workers more memory, or compute the rest by --resume without --cluster",
         )
 
 
@@ -600,13 +604,13 @@ def as_drysim_error(fault: BaseException) -> BaseException:
     """Convert an exception of a worker to a ClusterError, except programming errors."""
     if isinstance(fault, ImportError | AttributeError):
         return ClusterError(
-            f"a worker that came late cannot compute with this drysim: {fault}",
-            "install the same on all machines, start the workers anew, and go on by --resume",
+            f"a worker that joined later has an incompatible drysim: {fault}",
+            "install the same versions on all machines, restart the workers and use --resume",
         )
     if isinstance(fault, OSError | MemoryError):
         return ClusterError(
-            f"a worker cannot go on: {str(fault) or 'it has run out of memory'}",
-            "see to its disk and memory, and go on by --resume",
+            f"a worker failed: {str(fault) or 'out of memory'}",
+            "check its disk and memory, and continue by --resume",
         )
     return fault
 

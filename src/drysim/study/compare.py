@@ -97,7 +97,7 @@ class Comparison:
         """
         if not isinstance(row, Row) or row != self._rows.get(_row_key(row)):
             received = shorten(repr(row))
-            raise UsageError(f"a deviation is that of a row of the table, not of {received}")
+            raise UsageError(f"expected a row of the table, not {received}")
         found = self.off(row)
         return found[0] if found else None
 
@@ -177,7 +177,7 @@ def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
     ):
         text = shorten(repr(words))
         raise UsageError(
-            f"a comparison takes words, such as `signum vs stick-slip`, or a list, not {text}"
+            f"expected names, such as `signum vs stick-slip`, or a list of them, not {text}"
         )
     names = [name for word in received for name in word.split() if name != "vs"]
     for name in names:
@@ -188,10 +188,12 @@ def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
             )
             hint = f"did you mean `{nearest}`?" if nearest else known
             if Path(name).suffix in (".yaml", ".yml"):
-                hint = f"name a file by its option, `--scenario {name}`"
-            raise UsageError(f"there is no approach or friction law `{name}`", hint)
+                hint = f"pass a file by its option, `--scenario {name}`"
+            raise UsageError(f"unknown approach or friction law `{name}`", hint)
         if names.count(name) > 1:
-            raise UsageError(f"`{name}` is named twice", "compare it with another word")
+            raise UsageError(
+                f"`{name}` is named twice", "compare it with another approach or law"
+            )
     if len(names) < 2:
         others = ", ".join(name for name in KNOWN_NAMES if name not in names)
         raise UsageError(
@@ -399,10 +401,12 @@ def describe_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     if len(rows) < 2:
         return
     if not good:
-        yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} nowhere in this sweep"
+        yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in no case"
         return
-    share = f"{len(good)} of {len(rows)} cases"
-    yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in {share}{describe_region(good, rows, axes)}"
+    yield (
+        f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in {len(good)} of "
+        f"{len(rows)} cases{describe_region(good, rows, axes)}"
+    )
 
 
 def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:
@@ -416,7 +420,8 @@ def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axi
         return f": {narrower}"
     if len(good) <= MAX_LISTED_CASES:
         varied = [key for key, (low, high) in every.items() if low < high]
-        return f": {describe_cases([{key: row.point[key] for key in varied} for row in good], axes)}"
+        points = [{key: row.point[key] for key in varied} for row in good]
+        return f": {describe_cases(points, axes)}"
     return f", all within {narrower}" if narrower else ", scattered over the whole sweep"
 
 
@@ -436,7 +441,7 @@ MetricValues = dict[frozenset[tuple[str, float]], tuple[float, ...]]
 
 
 def describe_coinciding(comparison: Comparison) -> Iterator[str]:
-    """Yield names, except the reference, whose metrics are equal in all cases: curves coincide."""
+    """Yield the names, except the reference, whose metrics are equal in all cases."""
     groups: list[tuple[MetricValues, list[str]]] = []
     for name in comparison.table.approaches:
         if name == comparison.yardstick:
@@ -485,7 +490,7 @@ TARGET_ERROR = 0.01
 
 
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
-    """Return the verdict on every approach except the reference, the largest deviation first."""
+    """Return the verdict on all approaches except the reference, largest deviation first."""
     names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
     found = [(largest_deviation(deviations(comparison, name)), name) for name in names]
     known = [(deviation, name) for deviation, name in found if deviation is not None]
@@ -508,16 +513,20 @@ def describe_approach(
     place = format_at(row, comparison.table.axes)
     if is_same_solution(scenarios[name], scenarios[yardstick]):
         law = comparison.laws[name]
-        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
+        yield (
+            f"{name} and {yardstick} are the same here: the law of the scene is {law}, solved "
+            "by stick-slip"
+        )
         return
+    reference, T_a_deviation = describe_reference(comparison), format_deviation(deviation)
     if abs(deviation) <= AGREEMENT_TOLERANCE:
-        yield f"{name} agrees with {describe_reference(comparison)}: T_a {format_deviation(deviation)}{place}"
+        yield f"{name} agrees with {reference}: T_a {T_a_deviation}{place}"
     elif (limits := reference_limits(comparison)) or comparison.laws.get(name) == name:
         # Another law is a difference, not an error; so is a reference with errors of its own.
-        yield f"{name} differs from {describe_reference(comparison)}: T_a {format_deviation(deviation)}{place}{limits}"
+        yield f"{name} differs from {reference}: T_a {T_a_deviation}{place}{limits}"
         yield from describe_agreement(comparison, name)
     else:
-        yield f"{name} is off: T_a {format_deviation(deviation)} against {describe_reference(comparison)}{place}"
+        yield f"{name} deviates from {reference}: T_a {T_a_deviation}{place}"
         yield from describe_agreement(comparison, name)
     if exact is None or reference_limits(comparison):
         return
@@ -528,9 +537,9 @@ def describe_approach(
     flipping = error_correlation(response, response_of(scenarios[yardstick].at(exact.point)))
     if flipping < MAX_FLIP_CORRELATION and abs(deviation) > AGREEMENT_TOLERANCE:
         yield (
-            f"the error of {name} is parasitic vibration of period 2Δt = "
-            f"{format_number(2 * response.dt, 's')}: where the mass should stick, friction of "
-            f"{format_number(row.F_fk, 'N')} flips with every step"
+            f"the error of {name} is parasitic vibration with period 2Δt = "
+            f"{format_number(2 * response.dt, 's')}: where the mass should stick, the friction "
+            f"force of {format_number(row.F_fk, 'N')} changes sign with each step"
         )
     if abs(deviation) > TARGET_ERROR:
         # With several seeds, the first one is computed.
@@ -547,12 +556,12 @@ def is_same_solution(one: Scenario, other: Scenario) -> bool:
 
 
 def reference_limits(comparison: Comparison) -> str:
-    """Return why a deviation from the reference proves no error; "" if it solves the full scene."""
+    """Return why a deviation from the reference may be no error; "" if it is exact."""
     yardstick, scenario = comparison.yardstick, comparison.table.scenario
     if omissions := scenario.omissions(yardstick):
         return f"; {'; '.join(omissions)}"
     if not isinstance(scenario.variant(yardstick).solver.member(), ExactApproach):
-        return f"; {yardstick} marches by fixed steps, so that it may be off itself"
+        return f"; {yardstick} uses fixed steps and has errors of its own"
     return ""
 
 
@@ -584,9 +593,10 @@ def describe_remedies(
             format_number(0.5 * step, "s"),
         )
         if is_cured(finer, deviation):
-            yield f"halving the step of {name} leaves {format_deviation(finer)}"
+            yield f"half the step of {name} leaves {format_deviation(finer)}"
         elif finer is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            yield f"a smaller step will not help {name}: at {halved} T_a is {format_deviation(finer)}"
+            left = format_deviation(finer)
+            yield f"a smaller step does not help {name}: {halved} leaves {left}"
     sharpness = getattr(chosen, "sharpness", None)
     if sharpness is not None:
         doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
@@ -602,7 +612,8 @@ def describe_remedies(
             share = format_percent(TARGET_ERROR)
             yield f"{name} needs a sharpness of about {needed} for an error of {share}"
         elif sharper is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            yield f"a sharper {name} will not help: at {twice} T_a is {format_deviation(sharper)}"
+            left = format_deviation(sharper)
+            yield f"a sharper {name} does not help: {twice} leaves {left}"
 
 
 def is_cured(left: float | None, deviation: float) -> TypeGuard[float]:
@@ -625,12 +636,12 @@ def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[s
     """Yield for which names T_a is unknown, and why."""
     yardstick = comparison.yardstick
     if names and (reason := unknown_reason(comparison, yardstick)):
-        yield f"T_a of {yardstick}, the yardstick, is not known: {reason}"
+        yield f"T_a of {yardstick}, the reference, is unknown: {reason}"
         return
     for name in names:
         reason = unknown_reason(comparison, name)
-        where = f": {reason}" if reason else f" where that of {yardstick} is"
-        yield f"T_a of {name} is not known{where}"
+        where = f": {reason}" if reason else f" where that of {yardstick} is known"
+        yield f"T_a of {name} is unknown{where}"
 
 
 def unknown_reason(comparison: Comparison, name: str) -> str:
@@ -639,7 +650,7 @@ def unknown_reason(comparison: Comparison, name: str) -> str:
     if any(row.metrics.get("T_a") is not None for row in rows):
         return ""
     lost = (f"{row.status}; {row.note}".removesuffix("; ") for row in rows if row.status != OK)
-    return next(lost, "the base stands still")
+    return next(lost, "the base does not move")
 
 
 def describe_frictionless(comparison: Comparison) -> Iterator[str]:
@@ -649,7 +660,8 @@ def describe_frictionless(comparison: Comparison) -> Iterator[str]:
     by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
     bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
     if bare and exact and format_number(bare) != format_number(exact):
-        yield f"without dry friction T_a would be {format_number(bare)} in place of {format_number(exact)}"
+        without, dry = format_number(bare), format_number(exact)
+        yield f"without dry friction T_a would be {without} instead of {dry}"
 
 
 def format_deviation(value: float) -> str:

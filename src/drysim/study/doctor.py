@@ -33,7 +33,7 @@ DECAY_STOP = 22.42355635
 """Time at which m = k_x = F_fk = 1 comes to rest from x_r = 12 m, v_r = 6 m/s [s]."""
 
 DEN_HARTOG = 1.307242
-"""Amplitude x_max k_x/P at frequency ratio 1, damping ratio 1/3, F_fk/P = 0.1 [-]; Den Hartog."""
+"""Amplitude x_max k_x/P at frequency ratio 1, damping ratio 1/3, F_fk/P = 0.1 [-]."""
 
 ANSWER_TOLERANCE = 1e-6
 """Both values above are known to their last digit, which is rounded."""
@@ -123,10 +123,10 @@ def check_engine() -> list[Finding]:
         compile.choose_engine(0)
     cache = compile.cache_folder()
     if cache is None:
-        state = "no folder can be written: every process compiles anew; set XDG_CACHE_HOME"
+        state = "no writable folder: every process compiles again; set XDG_CACHE_HOME"
     else:
         kernels = sum(1 for _ in cache.rglob("*.nbi"))
-        state = f"{cache}, {kernels} kernels kept"
+        state = f"{cache}, {kernels} kernels cached"
     return [Finding("engine", True, word), Finding("cache", cache is not None, state)]
 
 
@@ -152,21 +152,21 @@ def free_decay() -> Finding:
     )
     stop = float(response.events.t[-1])
     passed = abs(stop - DECAY_STOP) < ANSWER_TOLERANCE and bool(response.stuck[-1])
-    return Finding("free decay", passed, f"stops at {stop:.8f} s, known {DECAY_STOP:.8f} s")
+    return Finding("free decay", passed, f"stops at {stop:.8f} s, expected {DECAY_STOP:.8f} s")
 
 
 def den_hartog() -> Finding:
     """Check the amplitude of continuous sliding at resonance."""
     peak, _ = steady_metrics(CoulombLaw(0.1, 0.1))
     passed = peak is not None and abs(peak - DEN_HARTOG) < ANSWER_TOLERANCE
-    return Finding("Den Hartog", passed, f"amplitude {peak}, known {DEN_HARTOG}")
+    return Finding("Den Hartog", passed, f"amplitude {peak}, expected {DEN_HARTOG}")
 
 
 def standstill() -> Finding:
     """Check that a base force equal to the static limit does not move the mass."""
     peak, T_a = steady_metrics(CoulombLaw(1.0, 1.0))
     passed = (peak, T_a) == (0.0, 1.0)
-    return Finding("standstill", passed, f"peak {peak!r}, T_a {T_a!r}, known 0.0 and 1.0")
+    return Finding("standstill", passed, f"peak {peak!r}, T_a {T_a!r}, expected 0.0 and 1.0")
 
 
 def steady_metrics(law: CoulombLaw) -> tuple[float | int | None, float | int | None]:

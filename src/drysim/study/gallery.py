@@ -56,7 +56,7 @@ def find(name: str) -> GalleryScenario:
         sentence = (
             f"the gallery has no scenario `{name}`{did_you_mean(closest_match(name, files))}"
         )
-        raise UsageError(sentence, "`drysim init --list` shows it")
+        raise UsageError(sentence, "`drysim init --list` shows all names")
     return read_scenario(known)
 
 
@@ -131,8 +131,8 @@ def refuse_existing(file: Path) -> None:
     """Raise an OutputError if the name exists, even as a dangling link."""
     if os.path.lexists(file):
         raise OutputError(
-            f"{file} exists already and is left as it is",
-            hint="move it away, or work in another folder",
+            f"{file} already exists and is not replaced",
+            hint="move it, or use another folder",
         )
 
 

@@ -113,9 +113,9 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
     """
     if not scenario.sweep:
         problem = scenario.problem(
-            "sweep is required: which keys to vary, and over what", "sweep"
+            "sweep is required: the keys to vary and their values", "sweep"
         )
-        raise ScenarioError(f"{scenario.name} has nothing to sweep: 1 problem", (problem,))
+        raise ScenarioError(f"{scenario.origin['file'] or scenario.name}: 1 error", (problem,))
     reference = scenario.reference
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 
@@ -207,7 +207,7 @@ def mean_row(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]
     first, lost = rows[0], [row for row in rows if row.status != OK]
     case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
     if lost:
-        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].seed}"
+        which = f"{len(lost)} of {len(rows)} seeds failed, the first is seed {lost[0].seed}"
         return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
     found = statistics(rows)
     until = stopping_rule(scenario)

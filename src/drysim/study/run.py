@@ -145,7 +145,7 @@ MotionSource = Callable[[Scenario], Sines | Samples]
 CaseResult = tuple[Metrics, str, str]
 """Metrics of a case (empty on failure), its status and a note."""
 
-NOT_UNIQUE_NOTE = "one of a continuum of orbits"
+NOT_UNIQUE_NOTE = "the orbit is neutrally stable and not unique"
 
 
 class Job(NamedTuple):
@@ -202,7 +202,7 @@ def measure_case(case: Case) -> CaseResult:
 
 def not_settled_note(run_up: float) -> str:
     """Return the note for a motion that has not settled after this time [s]."""
-    return f"it still changes after {run_up:.6g} s"
+    return f"the motion still changes after {run_up:.6g} s"
 
 
 def solve_and_weight(
@@ -323,9 +323,9 @@ MIN_SEGMENTS = 8
 
 
 def unused_spectra_warnings(case: Case) -> Iterator[WarningMessage]:
-    """Warn that spectra are requested where many cases are computed: only a run returns them."""
+    """Warn of requested spectra where many cases are computed: only a run returns them."""
     if case.scenario.measure.spectra:
-        sentence = "measure.spectra has no use here: only `drysim run` gives spectra"
+        sentence = "measure.spectra is ignored: only `drysim run` computes spectra"
         yield WarningMessage("spectra-left-out", sentence)
 
 
@@ -347,17 +347,18 @@ def spectra_warnings(case: Case, found: Spectra) -> Iterator[WarningMessage]:
 
     if found.segments < MIN_SEGMENTS:
         sentence = (
-            f"the spectra are means over {found.segments} segments, fewer than {MIN_SEGMENTS}: their "
-            "lines scatter widely and the coherence is too high; take a longer window or a "
-            "shorter measure.segment"
+            f"the spectra are averages over {found.segments} segments, fewer than "
+            f"{MIN_SEGMENTS}: their variance is large and the coherence too high; use a longer "
+            "window or a shorter measure.segment"
         )
         yield WarningMessage("few-segments", sentence, {"segments": found.segments})
     width, lines = resonance_width(case), HANN_BANDWIDTH / found.segment
     if 0 < width < lines:
+        segment = BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width
         sentence = (
-            f"the spectra resolve {format_number(lines, 'Hz')}, the resonance is "
-            f"{format_number(width, 'Hz')} wide: its peak is flattened; "
-            f"measure.segment: {format_number(BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width, 's', 2)} would show it"
+            f"the spectra resolve {format_number(lines, 'Hz')}, but the resonance is "
+            f"{format_number(width, 'Hz')} wide: its peak is too low; "
+            f"use measure.segment: {format_number(segment, 's', 2)}"
         )
         yield WarningMessage("coarse-spectra", sentence, {"resolution": lines, "width": width})
 
@@ -439,7 +440,7 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
 
 
 def closure_by_period(series: Floats, steps: int, burst: int) -> Floats:
-    """Return the scaled change of a series over the last 1, 2, ... periods, shape (burst,) [-]."""
+    """Return the scaled change of a series over the last 1, 2, ... `burst` periods [-]."""
     ends = series[steps * burst - steps * np.arange(burst + 1)]
     scale = float(np.abs(series).max())
     changes: Floats = np.abs(ends[1:] - ends[0]) / (scale or 1.0)

@@ -453,7 +453,7 @@ def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn that only the first seed is used where many are requested."""
     if max_seeds(scenario) > 1:
         first = seed_range(scenario)[0]
-        sentence = f"excitation.seeds has no use here: only the first seed, {first}, is taken"
+        sentence = f"excitation.seeds is ignored: only the first seed, {first}, is used"
         yield WarningMessage("one-seed", sentence, {"seed": first})
 
 

@@ -182,8 +182,8 @@ class StoredBatches(LazySequence[Batch]):
         batch = self._store.read(self._ranges[number])
         if batch is None:
             raise OutputError(
-                f"{self._store.folder} lost cases that were kept there",
-                "let nothing else write there, and run the command again with --resume",
+                f"cases are missing from {self._store.folder}",
+                "make sure that nothing else writes there; repeat the command with --resume",
             )
         return batch
 
@@ -235,7 +235,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     """
     whole = memoryview(content)[:-CHECKSUM]
     if content[-CHECKSUM:] != _checksum([whole]):
-        raise ValueError("the block was cut short or spoiled")
+        raise ValueError("the batch is incomplete or damaged")
     end = content.index(b"\n")
     header, rest = json.loads(content[:end]), whole[end + 1 :]
     n, names = header["cases"], header["columns"]
@@ -244,7 +244,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
         case_range.first,
         case_range.end - case_range.begin,
     ):
-        raise ValueError("the block is that of another place")
+        raise ValueError("the batch belongs to another range")
     status = np.frombuffer(rest, np.int8, n)
     numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
     known: dict[str, Any] = dict(zip(names, numbers, strict=True))
@@ -426,6 +426,6 @@ def identity_digest(identity: Mapping[str, Any]) -> str:
 def other_work_error(folder: Path) -> UsageError:
     """Return the error for finished cases of another computation."""
     return UsageError(
-        f"{folder} holds cases of another sweep, another record or another drysim",
-        "run the command without --resume to begin anew",
+        f"{folder} holds cases of another sweep, record or version of drysim",
+        "run the command without --resume to start over",
     )
