@@ -68,10 +68,10 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
     [
         (
             ["signom", "vs", "stick-slip"],
-            "no approach or friction law `signom`",
+            "unknown approach or friction law `signom`",
             "did you mean `signum`?",
         ),
-        (["seat.yaml"], "no approach or friction law `seat.yaml`", "`--scenario seat.yaml`"),
+        (["seat.yaml"], "unknown approach or friction law `seat.yaml`", "`--scenario seat.yaml`"),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),
@@ -214,7 +214,7 @@ def test_an_approach_whose_numerics_fail_is_named_and_leaves_the_others(scene: P
 
 
 def test_names_are_checked_in_python_as_on_the_command_line(scene: Path) -> None:
-    with pytest.raises(UsageError, match="no approach or friction law `signom`"):
+    with pytest.raises(UsageError, match="unknown approach or friction law `signom`"):
         compare(load(scene), ("signom", "stick-slip"))
 
 
@@ -250,12 +250,12 @@ def test_none_is_off_a_yardstick_that_may_be_off_itself(scene: Path, names, why)
     varied = {"amplitude": 1.4, "frequency": 7}
     words = {"friction.normal_variation": varied} if "moreau" in names else {}
     found = compare(load(scene, words), names)
-    assert not any(" is off" in words for words in found.verdict)
+    assert not any(" deviates from" in words for words in found.verdict)
     first = found.verdict[0]
     assert first.startswith(f"{names[0]} differs from {names[-1]}: T_a ")
     assert f"; {why}" in first
     exact = compare(load(scene, words), names[::-1])
-    assert any(words.startswith(f"{names[-1]} is off") for words in exact.verdict) == (
+    assert any(words.startswith(f"{names[-1]} deviates from") for words in exact.verdict) == (
         names[0] == "stick-slip"
     )
 
@@ -298,7 +298,7 @@ def test_no_word_means_both_an_approach_and_a_law():
 
 
 def test_unknown_word_is_held_against_both_shelves():
-    with pytest.raises(UsageError, match="no approach or friction law `lugra`") as fault:
+    with pytest.raises(UsageError, match="unknown approach or friction law `lugra`") as fault:
         parse_names(["lugra", "vs", "stick-slip"])
     assert fault.value.hint == "did you mean `lugre`?"
     with pytest.raises(UsageError) as fault:
@@ -400,12 +400,12 @@ class TestComparison:
         found = compare(load(laws_scene), ("coulomb", "lugre", "stick-slip"))
         (coulomb,), (exact,) = found.table.of("coulomb"), found.table.of("stick-slip")
         assert coulomb.metrics == exact.metrics
-        assert "coulomb is stick-slip here" in " ".join(found.verdict)
+        assert "coulomb and stick-slip are the same here" in " ".join(found.verdict)
 
     def test_other_law_is_no_error(self, laws_scene):
         found = compare(load(laws_scene), ("lugre", "signum", "stick-slip"))
         verdict = " ".join(found.verdict)
-        assert "lugre is off" not in verdict
+        assert "lugre deviates" not in verdict
         assert "lugre differs from" in verdict or "lugre agrees with" in verdict
 
     def test_all_words_get_the_very_same_motion(self, laws_scene):
