@@ -102,7 +102,7 @@ def test_record_that_has_changed_is_not_gone_on_with(
     for engine in ((), far):
         done = drysim(*words, "--resume", *engine)
         assert done.code == 2
-        assert "another record" in done.err
+        assert "another sweep, record or version" in done.err
     file.write_text(sound)
     assert drysim(*words, "--resume").code == 0
 
@@ -392,8 +392,8 @@ def test_client_with_other_certificates_is_refused(drysim, swept, guarded, monke
         ("tls://127.0.0.1:9", ("--tls-ca-file", "no.pem"), "no such file or directory: no.pem"),
         ("tls://127.0.0.1:9", ("--tls-key", "."), "cannot be read: is a directory: ."),
         ("tls://127.0.0.1:9", ("--tls-ca-file", "orbits.yaml"), "needs certificates"),
-        ("tcp://127.0.0.1:9", ("--tls-key", "key.pem"), "no meaning beside --cluster tcp://"),
-        ("local", ("--tls-key", "key.pem"), "no meaning beside --cluster local"),
+        ("tcp://127.0.0.1:9", ("--tls-key", "key.pem"), "cannot be used with --cluster tcp://"),
+        ("local", ("--tls-key", "key.pem"), "cannot be used with --cluster local"),
         (None, ("--tls-key", "key.pem"), "no meaning without a cluster"),
     ],
 )
