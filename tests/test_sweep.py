@@ -375,7 +375,7 @@ def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
     answer = drysim("sweep", noisy, "--no-plots")
     assert "seeds       5 in every case, from 3 to 7; values are means" in answer.out
     assert "at the worst: 0." in answer.out
-    assert "with some seeds" in answer.err
+    assert "for some seeds" in answer.err
     plan = drysim("sweep", noisy, "--dry-run").out
     assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
 
@@ -416,7 +416,7 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
     table = sweep(load(noisy))
     good, failed = table.rows
     assert (good.status, failed.status, failed.metrics["T_a"]) == ("ok", "failed", None)
-    assert "of 8 seeds, the first " in failed.note
+    assert "of 8 seeds failed, the first is seed " in failed.note
     assert table.exit_code() == 3
 
 

@@ -185,7 +185,7 @@ def assemble(
 ) -> Case:
     """Return the case of a scenario with this base motion; errors as in `prepare`."""
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
-    assert step is not None, "a scenario has a step unless its record owns one"
+    assert step is not None, "a scenario has a step unless a record defines it"
     repeats = scene_period(scenario) if scenario.measure.steady else None
     case = Case(
         scenario,
@@ -257,7 +257,7 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     """
     settle, duration = scenario.measure.settle, scenario.measure.duration
     if not isinstance(motion, Samples):
-        assert duration is not None, "a scenario has a duration unless its record ends it"
+        assert duration is not None, "a scenario has a duration unless a record defines it"
         return settle, settle + duration
     last = (len(motion.u_dd) - 1) * motion.dt
     end = last if duration is None else settle + duration

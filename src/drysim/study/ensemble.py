@@ -207,7 +207,7 @@ def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ens
     """Return the ensemble of finished seeds with its verdicts; errors as in `solve`."""
     scenario, good = case.scenario, [row for row in rows if row.status == OK]
     if not good:
-        raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
+        raise SolverError(f"the numerics fail for every seed; the first: {rows[0].note}")
     one_seed = with_seed(scenario, good[0].seed)
     shown = one_case.solve(assemble(one_seed, base_motion(one_seed)))
     found = statistics(good)
@@ -307,7 +307,7 @@ def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_mot
 
 def as_samples(motion: Sines | Samples) -> Samples:
     """Return a random motion, which is sampled."""
-    assert isinstance(motion, Samples), "what is drawn is samples"
+    assert isinstance(motion, Samples), "random motion is sampled"
     return motion
 
 
@@ -379,8 +379,8 @@ def measure_block(
     from drysim.approach.many_records import make_batch, measure_batch
 
     window = window_samples(case)
-    assert type(case.law) is CoulombLaw, "asked for of what `can_measure_together` only"
-    assert window is not None, "asked for of what `can_measure_together` only"
+    assert type(case.law) is CoulombLaw, "only called after `can_measure_together`"
+    assert window is not None, "only called after `can_measure_together`"
     motions_in_lanes = make_batch(motions, count, window)
     many = measure_batch(case.plant, case.law, motions_in_lanes, case.start)
     columns = mean_metrics(many.totals, case.window[1] - case.window[0])

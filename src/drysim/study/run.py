@@ -227,7 +227,9 @@ def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> 
 
 def trajectory_of_response(response: Response) -> Trajectory:
     """Return the trajectory of a response; every approach sets it."""
-    assert response.trajectory is not None, "an approach gives its response with its track"
+    assert response.trajectory is not None, (
+        "an approach returns its response with its trajectory"
+    )
     return response.trajectory
 
 
@@ -388,9 +390,9 @@ GRID_TOLERANCE = 1e-9
 def periodic_orbit(case: Case) -> tuple[Orbit, float]:
     """Return the periodic orbit of a case, and the step of its solution [s]."""
     period = case.period
-    assert period is not None, "only what repeats has an orbit"
+    assert period is not None, "only periodic excitation has an orbit"
     approach, motion = case.approach, case.motion
-    assert isinstance(motion, Sines), "samples end, so they repeat nothing"
+    assert isinstance(motion, Sines), "samples are not periodic"
     scene = (case.plant, case.law, motion, case.start, period)
     if isinstance(approach, ExactApproach):
         return approach.orbit(*scene), case.step

@@ -351,7 +351,7 @@ class Journal:
         OutputError
             When the file was removed.
         """
-        assert self._stream is not None, "a journal is written within its context"
+        assert self._stream is not None, "a journal is written inside its context"
         self._stream.write(format_entry(number, row, self.run))
         self._stream.flush()
         if not os.fstat(self._stream.fileno()).st_nlink:
