@@ -275,7 +275,7 @@ def test_seeds_in_which_the_numerics_fail_are_left_out_of_the_means(drysim, tmp_
 def test_numerics_that_fail_with_every_seed_leave_nothing(tmp_path):
     file = tmp_path / "unstable.yaml"
     file.write_text(UNSTABLE.replace("3.4", "10"))
-    with pytest.raises(SolverError, match="fail with every seed; the first says: signum"):
+    with pytest.raises(SolverError, match="fail for every seed; the first: signum"):
         run(load(file))
 
 
