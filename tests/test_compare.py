@@ -71,7 +71,11 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
             "unknown approach or friction law `signom`",
             "did you mean `signum`?",
         ),
-        (["seat.yaml"], "unknown approach or friction law `seat.yaml`", "`--scenario seat.yaml`"),
+        (
+            ["seat.yaml"],
+            "unknown approach or friction law `seat.yaml`",
+            "`--scenario seat.yaml`",
+        ),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),

@@ -397,7 +397,7 @@ def _shortage_message(what: str, required: float, remedy: str) -> str:
     )
 
 
-# Estimated work: the event search follows each radian of the fastest oscillation.
+# Estimated work: steps of the event search are at most about a radian of each oscillation.
 
 SLOW_SCENE = "slow-scene"
 """Slug of the warning, which is also shown before the work begins."""
@@ -416,10 +416,11 @@ SECONDS_PER_BRISTLE_DECAY = 3e-5
 """Time per step of such a series, about one step per decay time of a strong damper [s]."""
 
 MAX_RADIANS = 1e10
-"""More than an hour of work, and beyond the accuracy of double precision: refused."""
+"""Largest phase of a case [rad]: more than an hour of work, beyond double precision."""
 
 DAMPER = "damping time constants"
 BRISTLE_DAMPER = "damping time constants of the bristles"
+"""Names of dampers in messages; their work is counted in decay times instead of radians."""
 
 RINGDOWN_RADIANS = 40.0
 """A free oscillation with damping ratio ξ decays below double precision within 40/ξ rad."""

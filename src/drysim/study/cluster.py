@@ -357,6 +357,7 @@ class ClusterClient:
 # Versions of client and workers: with other versions results may differ.
 
 Versions = Mapping[str, str | None]
+"""Version of Python and of each package; None for a missing package."""
 
 PACKAGES = ("drysim", "numpy", "scipy", "numba", "distributed")
 """Packages whose version may affect the results."""
@@ -540,7 +541,7 @@ class InFlight:
         with warnings.catch_warnings():
             # The size of a record cannot be reduced.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            return self.link.client.submit(pass_through, payload, key=f"parcel-of-{self.name}")
+            return self.link.client.submit(pass_through, payload, key=f"payload-of-{self.name}")
 
     def take_suspects(self) -> list[int]:
         """Return the ranges whose workers died, and clear the list."""
@@ -634,7 +635,7 @@ class TaskSize:
         self._blocks_per_task = 1
 
     def blocks(self, max_tasks: int) -> int:
-        """Return the number of ranges of the next task, with at most `room` tasks in flight."""
+        """Return the number of ranges of the next task, with at most `max_tasks` in flight."""
         return max(1, min(self._blocks_per_task, self._left // max_tasks))
 
     def record_sent(self, numbers: Sequence[int]) -> None:

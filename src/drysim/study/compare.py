@@ -438,6 +438,7 @@ METRIC_TOLERANCE = 1e-6
 """Relative difference of a metric that is invisible in a picture."""
 
 MetricValues = dict[frozenset[tuple[str, float]], tuple[float, ...]]
+"""Values of the `MOTION_METRICS` by point."""
 
 
 def describe_coinciding(comparison: Comparison) -> Iterator[str]:

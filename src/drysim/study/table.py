@@ -145,6 +145,7 @@ class Extreme(NamedTuple):
 
 
 RowAt = Callable[[int], Row]
+"""Function that returns a row by its index in a batch."""
 
 
 @dataclass
