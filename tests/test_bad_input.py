@@ -131,7 +131,7 @@ def test_more_memory_than_the_machine_has_is_refused_with_the_number(drysim, sea
 def test_sharpness_that_asks_for_more_points_than_memory_holds_is_refused(drysim, seat):
     words = ("--approach", "smooth", "--set", "solver.smooth.sharpness=1e15")
     said = refused(drysim, seat.parent, seat, *words)
-    assert "solver.smooth divides every step" in said
+    assert "solver.smooth subdivides each step" in said
     assert "GB of memory" in said
 
 

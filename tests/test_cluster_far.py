@@ -145,7 +145,7 @@ def test_whoever_is_killed_nothing_is_lost_and_nothing_doubled(tmp_path, far, di
 SAID = {
     "worker": {0: ""},
     "nanny": {0: ""},
-    "scheduler": {0: "", 2: "no Dask scheduler answers at", 3: "is gone; finished blocks"},
+    "scheduler": {0: "", 2: "no Dask scheduler answers at", 3: "is lost; finished blocks"},
     "client": {0: "", -9: ""},
     "disk": {0: "", 2: "no space left on device"},
 }
@@ -194,7 +194,7 @@ def test_whoever_is_killed_over_tls_nothing_is_lost(tmp_path, kind):
     assert "Traceback" not in said
     if kind == "scheduler":
         assert running.returncode == 3
-        assert f"the scheduler at {far.address} is gone; finished blocks are kept" in said
+        assert f"the scheduler at {far.address} is lost; finished blocks are kept" in said
         assert blocks_in(tmp_path / "out.partial") >= 3
         assert answer(tmp_path, *words, "--resume") == (0, "")
     assert (running.returncode, said) == (0, "") or kind == "scheduler"
@@ -279,7 +279,7 @@ def test_block_that_ends_its_workers_is_named_and_all_others_are_finished(tmp_pa
                 tmp_path, "sweep", "deadly.yaml", "-o", "out", "--cluster", far.address
             )
     assert code == 3
-    assert "1 of the blocks end every worker that computes them: 2" in said
+    assert "1 of the blocks crash every worker that computes them: 2" in said
     assert blocks_in(tmp_path / "out.partial") == 5
     assert answer(tmp_path, "sweep", "deadly.yaml", "-o", "out", "--resume") == (0, "")
 

@@ -120,16 +120,16 @@ def test_until_gives_up_at_the_most_seeds_and_says_how_many_it_takes(noisy):
     found = run(load(noisy, {SEEDS: 12, UNTIL: {"metric": "x_r_peak", "half_width": "2 %"}}))
     assert len(found.rows) == 12
     (warning,) = [one for one in found.warnings if one.slug == "interval-wide"]
-    assert warning.sentence.startswith("after 12 seeds, the most there may be, the interval of")
+    assert warning.sentence.startswith("after all 12 seeds the confidence interval of")
     needed = 12 * (warning.numbers["half_width"] / 0.02) ** 2
-    assert f"excitation.seeds: {ceil(needed)} would do" in warning.sentence
+    assert f"excitation.seeds: {ceil(needed)} would suffice" in warning.sentence
 
 
 def test_until_never_holds_for_a_metric_that_some_seed_does_not_know(noisy):
     wish = {"metric": "t_first_violation", "half_width": "50 %"}
     found = run(load(noisy, {SEEDS: 20, UNTIL: wish}))
     assert 0 < found.statistics["t_first_violation"].seeds < 20
-    assert any("so until never holds" in one.sentence for one in found.warnings)
+    assert any("`until` cannot be met" in one.sentence for one in found.warnings)
 
 
 def test_until_holds_at_once_for_what_does_not_scatter(noisy):
@@ -143,8 +143,8 @@ def test_stroke_violations_are_counted_over_the_seeds(noisy):
     assert 0 < len(beyond) < 20
     worst = max(found.rows, key=lambda row: row.metrics["stroke_suffices"])
     (warning,) = [one for one in found.warnings if one.slug == "stroke-violated"]
-    assert f"is met with {len(beyond)} of 20 seeds" in warning.sentence
-    assert warning.sentence.endswith(f"with seed {worst.point['excitation.seed']}")
+    assert f"is exceeded for {len(beyond)} of 20 seeds" in warning.sentence
+    assert warning.sentence.endswith(f"for seed {worst.point['excitation.seed']}")
 
 
 @pytest.mark.parametrize(("size", "unit"), [(1e-5, "µm"), (1.0, "mm"), (1e5, "m")])
@@ -269,13 +269,13 @@ def test_seeds_in_which_the_numerics_fail_are_left_out_of_the_means(drysim, tmp_
     assert 0 < failed < 8
     assert told["complete"] is False
     assert told["ensemble"]["metrics"]["T_a"]["seeds"] == 8 - failed
-    assert f"the numerics failed with {failed} of 8 seeds" in answer.err
+    assert f"the numerics failed for {failed} of 8 seeds" in answer.err
 
 
 def test_numerics_that_fail_with_every_seed_leave_nothing(tmp_path):
     file = tmp_path / "unstable.yaml"
     file.write_text(UNSTABLE.replace("3.4", "10"))
-    with pytest.raises(SolverError, match="fail with every seed; the first says: signum"):
+    with pytest.raises(SolverError, match="fail for every seed; the first: signum"):
         run(load(file))
 
 

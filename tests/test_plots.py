@@ -472,7 +472,7 @@ def test_comparison_where_no_deviation_is_known_shows_the_motion_alone_and_says_
         made = compare(load(tmp_path / "s.yaml", changes), "signum vs stick-slip")
         (verdict,) = made.verdict
         assert verdict == (
-            "T_a of stick-slip, the yardstick, is not known: the base stands still"
+            "T_a of stick-slip, the reference, is unknown: the base does not move"
         )
         figure = draw_comparison(made)
         assert len(figure.axes) == 1

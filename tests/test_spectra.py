@@ -158,12 +158,12 @@ def test_lines_wider_than_the_resonance_are_a_warning(seat):
     ("changes", "key", "sentence"),
     [
         ({"measure.segment": 500}, "measure.segment", "longer than the window of 395 s"),
-        ({"measure.segment": 0.01}, "measure.segment", "0.08 s at least, 16 steps"),
+        ({"measure.segment": 0.01}, "measure.segment", "at least 0.08 s, 16 steps"),
         ({"measure.spectra": False}, "measure.segment", "only beside `spectra: true`"),
         (
             {"excitation": {"kind": "harmonic", "frequency": 1, "rms": 1}},
             "measure.spectra",
-            "no use for harmonic",
+            "does not apply to harmonic",
         ),
     ],
 )

@@ -474,7 +474,7 @@ def test_run_tells_its_stops_in_every_file(tmp_path, drysim, stops):
     assert answer.code == 0
     assert "end stops   at ±15 mm" in answer.out
     assert "stops hit   2 times" in answer.out
-    assert "the mass comes to its end stops" in answer.err
+    assert "the mass hits its end stops" in answer.err
     out = tmp_path / "out/seat"
     told = json.loads((out / "drysim.json").read_text())
     assert told["numerics"]["core"] == "bounded"
@@ -616,7 +616,7 @@ def test_seeds_count_their_contacts(tmp_path, drysim):
     )
     assert f"3 seeds               of 3, at up to {fastest:.4g} m/s with seed" in answer.out
     assert f"force up to {force:.4g} N with seed" in " ".join(answer.out.split())
-    assert f"end stops with 3 of 3 seeds, with up to {fastest:.4g} m/s with seed" in answer.err
+    assert f"end stops for 3 of 3 seeds, at up to {fastest:.4g} m/s for seed" in answer.err
     assert "all 3 seeds: " in answer.out
     assert "90 % of seeds" not in answer.out
 
@@ -627,7 +627,7 @@ def test_speed_that_is_met_while_settling_is_said_to_be(tmp_path):
     for settle, told in ((times, True), (times.replace("settle: 4 s, ", ""), False)):
         made = package.run(loaded(tmp_path, BUMPERS, settle))
         (warning,) = [one for one in made.warnings if one.slug == "stroke-violated"]
-        assert warning.sentence.endswith("settling included") == told
+        assert warning.sentence.endswith("(settling included)") == told
 
 
 def test_rigid_stops_of_any_seed_leave_impacts_out(tmp_path):

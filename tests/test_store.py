@@ -86,7 +86,7 @@ def test_block_that_somebody_takes_away_is_missed_in_a_sentence(
     store, case_range, file = kept
     assert len(StoredBatches(store, [case_range])[0]) == 5
     file.unlink()
-    with pytest.raises(OutputError, match="lost cases that were kept there") as fault:
+    with pytest.raises(OutputError, match="cases are missing from") as fault:
         StoredBatches(store, [case_range])[0]
     assert "--resume" in fault.value.hint
 

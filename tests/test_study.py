@@ -114,9 +114,9 @@ def test_block_that_walks_on_for_ever_is_told_what_it_does_and_reaches_no_orbit(
     outcome = outcome_of(seat, **words, measure={"steady": True})
     said = {warning.slug: warning.sentence for warning in outcome.warnings}
     walks, reaches = said["not-settled"], said["stroke-violated-settling"]
-    assert "a repetition; without a spring it may walk on for ever; measure it" in walks
-    assert reaches.startswith("in that time |x_r| reaches")
-    assert reaches.endswith(" is met")
+    assert "per repetition; without a spring it may drift for ever; use" in walks
+    assert reaches.startswith("in this time |x_r| reaches")
+    assert reaches.endswith(" and exceeds the stroke limit of 1 m")
 
 
 @pytest.mark.parametrize(("approach", "share"), [("switch", 0.01), ("moreau", 0.002)])
@@ -228,7 +228,7 @@ def test_record_of_a_scenario_is_copied_with_it_and_never_replaced(tmp_path):
     assert gallery.copy("seat-on-em1", tmp_path) == [scenario]
     scenario.unlink()
     record.write_text("mine")
-    with pytest.raises(drysim.OutputError, match="exists already"):
+    with pytest.raises(drysim.OutputError, match="already exists"):
         gallery.copy("seat-on-em1", tmp_path)
     assert record.read_text() == "mine"
     assert not scenario.exists()

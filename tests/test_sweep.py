@@ -247,7 +247,7 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
     assert f"limit exceeded in 2 cases of 4, by up to {PEAK - 10:.2f} mm" in out
     (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
     assert warning.sentence == (
-        f"the stroke limit is met in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
+        f"the stroke limit is exceeded in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
     )
     assert warning.numbers["limit"] == 0.01
 
@@ -368,14 +368,14 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
     assert (failed.passed, failed.seeds, passed.passed) == (False, 5, True)
     assert failed.undecided
     (warning,) = [one for one in table.warnings if one.slug == "check-undecided"]
-    assert "is not decided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
+    assert "is undecided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
 
 
 def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
     answer = drysim("sweep", noisy, "--no-plots")
     assert "seeds       5 in every case, from 3 to 7; values are mean" in answer.out
     assert "widest interval: 0." in answer.out
-    assert "with some seeds" in answer.err
+    assert "for some seeds" in answer.err
     plan = drysim("sweep", noisy, "--dry-run").out
     assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
 
@@ -416,7 +416,7 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
     table = sweep(load(noisy))
     good, failed = table.rows
     assert (good.status, failed.status, failed.metrics["T_a"]) == ("ok", "failed", None)
-    assert "of 8 seeds, the first " in failed.note
+    assert "of 8 seeds failed, the first is seed " in failed.note
     assert table.exit_code() == 3
 
 

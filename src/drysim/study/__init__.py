@@ -1,8 +1,8 @@
-"""What is done with a scenario, one case or many, and what comes of it.
+"""Studies: what is computed from a scenario, one case or many, and what results.
 
-From the bottom up: `rows` and `statistics` hold numbers, `case` is a scenario ready to be
-solved, `outcome`, `table` and `warnings` say what came out. `run` solves one case, `ensemble`
-its seeds; `plan` cuts a sweep into blocks, `store` keeps them, `cluster` has them solved
-elsewhere, `sweep` gathers them, and `compare` holds approaches against each other. Beside these
-stand `doctor` and `gallery`.
+From the bottom up: `statistics` holds rows and columns of results, `case` is a scenario ready
+to be solved, `outcome`, `table` and `warnings` describe results. `run` solves one case and
+`ensemble` its seeds. `plan` divides a sweep into ranges, `store` saves them, `cluster`
+distributes them, and `sweep` collects them. `compare` compares approaches. `doctor` checks the
+installation, and `gallery` holds the shipped scenarios.
 """

@@ -1,12 +1,18 @@
-"""Case: a scenario as numbers, ready to be solved; nothing is computed here.
+"""A scenario as numbers, validated and ready to be solved; nothing is solved here.
 
-`prepare` reads the record and refuses what cannot be solved, as far as only the whole case
-shows it: a window beyond the end of the motion, spectra that cannot be had, a response that
-does not fit into the memory of this machine, more work than anybody waits for. It tells
-beforehand what takes long (each turn of what turns fast is followed) and how much a run writes
-(its response has a row for every step). `assemble` does the same where the base motion is
-known, as for the cases of a sweep and the seeds of an ensemble. At the end stand the hashes by
-which two results are seen to stand on the same files and base motions.
+Preparation
+    `prepare` reads the record and checks what only the complete case shows: the window lies
+    within the motion, the requested spectra exist, the response fits into memory, and the
+    work takes less than about an hour. `assemble` does the same for a known base motion: a
+    case of a sweep, or a seed of an ensemble.
+
+Estimates
+    Work: the event search takes steps of about one radian of the fastest oscillation, so the
+    total phase of each oscillation bounds the computing time (`largest_oscillation`). Output:
+    response.csv has one row per step.
+
+Hashes
+    SHA-256 of files and base motions, by which results can be compared.
 """
 
 from __future__ import annotations
@@ -50,28 +56,29 @@ from drysim.units import Block, shorten
 from drysim.wording import describe_clean_up, describe_excitation, format_number
 
 STEPS_PER_WAVE = 5
-"""What a wave adds to a grid point, in steps of sampled motion."""
+"""Cost of one sine at one grid point, in steps of sampled motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Everything that an approach needs, and the scenario that it came from.
+    """Everything that an approach needs, and the scenario that it comes from.
 
     Attributes
     ----------
     scenario : Scenario
-    approach
-        A member of the shelf, with its options.
+    approach : Approach
+        Approach with its options.
     plant, law, motion, start
-        The scene.
+        Oscillator, friction law, base motion and start state.
     step : float
-        Distance of the output grid [s].
+        Step of the output grid [s].
     window : tuple of float
-        Begin and end of the metrics [s]; one period when an orbit is wanted.
+        Begin and end of the interval over which metrics are taken [s]; one period for a
+        periodic orbit.
     period : float or None
-        Period of the excitation [s] when an orbit is wanted.
-    cautions : tuple of Caution
-        What is to be said before anything is computed.
+        Period of the excitation [s] for a periodic orbit, else None.
+    warnings : tuple of WarningMessage
+        Warnings known before the computation.
     """
 
     scenario: Scenario
@@ -92,7 +99,7 @@ class Case:
 
     @property
     def work(self) -> int:
-        """Number of steps of sampled motion that are as much work as this case."""
+        """Cost of the case, in steps of sampled motion."""
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
         radians = largest_oscillation(self).radians
         a_step = max(1 + STEPS_PER_WAVE * waves, self.step_cost.of(self.motion))
@@ -100,38 +107,36 @@ class Case:
 
     @property
     def step_cost(self) -> StepCost:
-        """What a step costs."""
+        """Cost of one step."""
         return step_cost(self.approach, self.law)
 
     @property
     def limit(self) -> float | None:
-        """Stroke limit x_rM [m], if there is one."""
+        """Stroke limit x_rM [m], if any."""
         stroke = self.scenario.stroke
         return None if stroke is None else stroke.limit
 
     @property
     def stationary(self) -> bool:
-        """Whether the base may be taken to go on moving as in the window: noise and records."""
+        """Whether the base is assumed to move on as in the window: noise and records."""
         return isinstance(self.scenario.excitation, RandomMotion | Record)
 
 
 def require_scenario(scenario: Scenario) -> None:
-    """Refuse what is no scenario."""
+    """Raise a UsageError for anything but a scenario."""
     if not isinstance(scenario, Scenario):
         given = shorten(repr(scenario))
-        raise UsageError(
-            f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
-        )
+        raise UsageError(f"expected a scenario, as `drysim.load` returns it, not {given}")
 
 
 def prepare(scenario: Scenario, compared: bool = False) -> Case:
-    """Give the case of a scenario: read its record, check that it can be solved.
+    """Return the case of a scenario: read its record and check that it can be solved.
 
     Parameters
     ----------
     scenario : Scenario
     compared : bool, optional
-        Whether other approaches or laws solve it, too, which use their options.
+        Whether other approaches or laws also solve the scenario and use their options.
 
     Returns
     -------
@@ -140,12 +145,12 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
     Raises
     ------
     RecordError
-        When the record of the excitation, or of the normal force, cannot be used.
+        When the record of the excitation or of the normal force is invalid.
     ScenarioError
-        When the window of the metrics lies beyond the end of the motion, the spectra cannot be
-        had, or the case needs more memory than the machine has.
+        When the window lies beyond the end of the motion, the spectra do not exist, or the case
+        needs more memory or time than is available.
     UsageError
-        When it is no scenario, or the environment names an engine that there is not.
+        When `scenario` is not a Scenario, or the environment names an unknown engine.
     """
     require_scenario(scenario)
     try:
@@ -154,7 +159,7 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
         raise UsageError(str(fault)) from fault
     seeds = statistics.max_seeds(scenario)
     if shortage := _shortage_message(
-        f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "take fewer"
+        f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "use fewer"
     ):
         raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
@@ -178,9 +183,9 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
 def assemble(
     scenario: Scenario, motion: Sines | Samples, warnings: tuple[WarningMessage, ...] = ()
 ) -> Case:
-    """Give the case of a scenario whose base motion is known; errors as in `prepare`."""
+    """Return the case of a scenario with this base motion; errors as in `prepare`."""
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
-    assert step is not None, "a scenario has a step unless its record owns one"
+    assert step is not None, "a scenario has a step unless a record defines it"
     repeats = scene_period(scenario) if scenario.measure.steady else None
     case = Case(
         scenario,
@@ -203,30 +208,32 @@ def assemble(
     points = case.steps * case.approach.substeps(case.plant, case.law, step)
     if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
-        raise case_error(scenario, f"{key} divides every step: {shortage}", key)
+        raise case_error(scenario, f"{key} subdivides each step: {shortage}", key)
     if excess := excess_work(case):
         raise case_error(scenario, *excess)
     return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
 
 
 def case_error(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
-    """Give the error for a key that only the whole case shows to be wrong."""
+    """Return the error for a key whose value only the complete case shows to be invalid."""
     problem = scenario.problem(sentence, key)
     name = scenario.origin["file"] or scenario.name
-    return ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
+    return ScenarioError(f"{name}: 1 error", (problem,))
 
 
 LENGTH_TOLERANCE = 1e-9
-"""Share by which a length may miss a bound that it was meant to meet."""
+"""Relative tolerance in comparisons of durations, for rounding."""
 
 
 def base_motion(scenario: Scenario) -> Sines | Samples:
-    """Give the motion of the base; a signal that would not fit into memory is not made.
+    """Return the base motion of a scenario, after checking that its samples fit into memory.
 
     Raises
     ------
-    ScenarioError, RecordError
-        When it would not fit, or the record cannot be used.
+    ScenarioError
+        When the samples do not fit.
+    RecordError
+        When the record is invalid.
     """
     excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
     end = None if measure.duration is None else measure.settle + measure.duration
@@ -241,49 +248,56 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
-    """Give begin and end of the metrics [s]; a ScenarioError when a record ends before."""
+    """Return begin and end of the metrics [s].
+
+    Raises
+    ------
+    ScenarioError
+        When they lie beyond the end of the base motion.
+    """
     settle, duration = scenario.measure.settle, scenario.measure.duration
     if not isinstance(motion, Samples):
-        assert duration is not None, "a scenario has a duration unless its record ends it"
+        assert duration is not None, "a scenario has a duration unless a record defines it"
         return settle, settle + duration
     last = (len(motion.u_dd) - 1) * motion.dt
     end = last if duration is None else settle + duration
     if settle >= last or end > last * (1.0 + LENGTH_TOLERANCE):
         key = "measure.settle" if settle >= last else "measure.duration"
-        sentence = f"{key} asks for motion beyond the end of the excitation at {format_number(last, 's')}"
+        sentence = f"{key} exceeds the end of the excitation at {format_number(last, 's')}"
         raise case_error(scenario, sentence, key)
     return settle, min(end, last)
 
 
 def short_normal_record(case: Case) -> str:
-    """Say when a recorded normal force ends before the run; nothing where it does not."""
+    """Return the error message for a normal-force record that ends before the run, else ""."""
     force_record = case.law.force_record if isinstance(case.law, NormalForceLaw) else None
     if force_record is None or case.window[1] <= force_record.end * (1.0 + LENGTH_TOLERANCE):
         return ""
     ends = f"ends at {format_number(force_record.end, 's')}"
     return (
-        f"friction.normal_record {ends}, before the run, which ends at "
-        f"{format_number(case.window[1], 's')}; give a longer record or a shorter measure.duration"
+        f"friction.normal_record {ends}, before the end of the run at "
+        f"{format_number(case.window[1], 's')}; use a longer record or a shorter "
+        "measure.duration"
     )
 
 
 def spectra_problem(case: Case) -> tuple[str, str] | None:
-    """Give the sentence and the key when the spectra that are asked for cannot be had."""
+    """Return error message and key if the requested spectra do not exist, else None."""
     from drysim.metrics.spectra import MIN_SEGMENT_STEPS
 
     if not case.scenario.measure.spectra:
         return None
     if not isinstance(case.motion, Samples):
         kind = case.scenario.excitation.kind
-        sentence = f"has no use for {kind}: spectra need random base motion or a record"
+        sentence = f"does not apply to {kind}: spectra need random base motion or a record"
         return f"measure.spectra {sentence}", "measure.spectra"
     segment, length = segment_length(case), case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):
         key = "segment" if case.scenario.measure.segment else "spectra"
         sentence = (
-            f"measure.{key} needs segments of {format_number(minimum, 's')} at least, {MIN_SEGMENT_STEPS} "
-            f"steps; here they have {format_number(segment, 's')}"
+            f"measure.{key} needs segments of at least {format_number(minimum, 's')}, "
+            f"{MIN_SEGMENT_STEPS} steps, not {format_number(segment, 's')}"
         )
         return sentence, f"measure.{key}"
     if segment > length * (1 + LENGTH_TOLERANCE):
@@ -293,14 +307,14 @@ def spectra_problem(case: Case) -> tuple[str, str] | None:
 
 
 BANDWIDTHS_PER_RESONANCE = 3
-"""Noise bandwidths of the window within the width of a resonance that is resolved."""
+"""Noise bandwidths of the Hann window within the half-power width of a resolved resonance."""
 
 
 def segment_length(case: Case) -> float:
-    """Return the length of a segment [s]: the one asked for, or the default.
+    """Return the length of the Welch segments [s]: the value of the scenario, or the default.
 
-    The default is no longer than it takes to resolve the resonance: what a long window has
-    beyond that goes into the number of averages.
+    The default is no longer than needed to resolve the resonance; a longer window then means
+    more averages.
     """
     from drysim.metrics.spectra import (
         HANN_BANDWIDTH,
@@ -323,7 +337,7 @@ def segment_length(case: Case) -> float:
 
 
 def resonance_width(case: Case) -> float:
-    """Return the width of the resonance [Hz]; 0 where friction or nothing limits it."""
+    """Return the half-power width of the resonance [Hz]; 0 without spring or with friction."""
     m, k_x, b = case.plant
     return b / (2 * pi * m) if k_x and not case.law.F_fs else 0.0
 
@@ -331,34 +345,34 @@ def resonance_width(case: Case) -> float:
 # Whether a response fits into the memory of this machine.
 
 BYTES_PER_STEP = 64
-"""Memory of one step where a response is held whole, as by fixed steps, or a signal is made:
-some 50 were seen, in the transforms of noise."""
+"""Memory per step where the complete response is stored (fixed steps) or noise is generated;
+the measured maximum is 50, in the transforms of noise."""
 
 BYTES_PER_STREAMED_STEP = 8
-"""Memory of one step where a response is made part by part: its events alone are held, 25 bytes
-each, twice that while they are put together; 2 were seen at an event in 24 steps."""
+"""Memory per step where the response is computed part by part: only events are stored, 25 bytes
+each and twice that while they are joined. One event in 24 steps took 2 bytes per step."""
 
 BYTES_PER_WEIGHTED_STEP = 96
-"""Memory of a step on top of it where it is weighted or its spectra are taken; 77 were seen."""
+"""Additional memory per step for weighting or spectra; measured: 77."""
 
 BYTES_PER_SEED = 6_000
-"""Memory of the metrics of a seed; 3,500 were seen, with what writes them 5,000."""
+"""Memory for the metrics of one seed; measured: 3,500, and 5,000 with the output."""
 
 GIGA = 1e9
 
 
 def memory_shortage(steps: int, weighted: bool = False, streamed: bool = False) -> str:
-    """Say what a response of so many steps lacks, or nothing when it fits."""
+    """Return a message if a response of so many steps does not fit into memory, else ""."""
     required = response_memory(steps, weighted, streamed)
     return _shortage_message(
-        f"{steps:.4g} steps", required, "take a longer step or a shorter duration"
+        f"{steps:.4g} steps", required, "use a longer step or a shorter duration"
     )
 
 
 def response_memory(steps: int, weighted: bool = False, streamed: bool = False) -> float:
-    """Give the memory that a response of so many steps takes [bytes].
+    """Return the memory for a response of so many steps [bytes].
 
-    One that is weighted, or whose spectra are taken, is held whole.
+    A response that is weighted or transformed is never streamed.
     """
     if streamed and not weighted:
         return float(steps * BYTES_PER_STREAMED_STEP)
@@ -366,14 +380,14 @@ def response_memory(steps: int, weighted: bool = False, streamed: bool = False) 
 
 
 def is_streamed(case: Case) -> bool:
-    """Tell whether a long response of a case is never held whole."""
+    """Whether a long response of the case is computed part by part, never stored completely."""
     return isinstance(case.approach, ExactApproach) and isinstance(
         case.law, CoulombLaw | DynamicLaw
     )
 
 
 def _shortage_message(what: str, required: float, remedy: str) -> str:
-    """Say what memory lacks for something [bytes], and what to do; nothing when it fits."""
+    """Return the message for a shortage of memory, or "" if `required` [bytes] is available."""
     available = system.total_memory()
     if required <= available:
         return ""
@@ -383,46 +397,49 @@ def _shortage_message(what: str, required: float, remedy: str) -> str:
     )
 
 
-# How much work a case is: each turn of what turns fast is followed.
+# Estimated work: steps of the event search are at most about a radian of each oscillation.
 
 SLOW_SCENE = "slow-scene"
-"""Slug of the caution, which is told before the work, too."""
+"""Slug of the warning, which is also shown before the work begins."""
 
 MAX_RADIANS_PER_STEP = 30.0
-"""Radians that a step of an easy scene is worth a hundred times over: a sampled step takes some
-30 ns with its metrics, one under sines 1 µs, and a radian was seen to take 0.1 to 0.5 µs."""
+"""Phase per step [rad] above which a step takes 100 times longer than usual. Measured: 30 ns
+for a sampled step with its metrics, 1 µs for a step under sines, 0.1 to 0.5 µs per radian."""
 
 SECONDS_PER_RADIAN = 5e-7
-"""Time that a radian takes at most, or a decay of the speed in a series, compiled [s]."""
+"""Longest time per radian, or per decay time of a velocity in a series, compiled [s]."""
 
 SECONDS_PER_SERIES_RADIAN = 1.5e-4
-"""The same where the motion is a Taylor series, with the memory of bristles [s]."""
+"""Longest time per radian for Taylor series with bristle states [s]."""
 
 SECONDS_PER_BRISTLE_DECAY = 3e-5
-"""Time of a step of such a series, about one for each decay of a strong damper [s]."""
+"""Time per step of such a series, about one step per decay time of a strong damper [s]."""
 
 MAX_RADIANS = 1e10
-"""Radians of more than an hour: nobody means that, and the numbers would not bear it."""
+"""Largest phase of a case [rad]: more than an hour of work, beyond double precision."""
 
-DAMPER, BRISTLE_DAMPER = "damper", "damper of the bristles"
+DAMPER = "damping time constants"
+BRISTLE_DAMPER = "damping time constants of the bristles"
+"""Names of dampers in messages; their work is counted in decay times instead of radians."""
 
 RINGDOWN_RADIANS = 40.0
-"""What rings with damping ratio ξ is below double precision after 40/ξ radians."""
+"""A free oscillation with damping ratio ξ decays below double precision within 40/ξ rad."""
 
 
 class StepCost(NamedTuple):
-    """What a plain step of a law costs, in steps of sampled motion under Coulomb's law (2 µs).
+    """Cost of a step without events, in steps of sampled motion under Coulomb friction (2 µs).
 
-    Seen: 120 to 240 µs for laws by series, 80 µs for a load that varies, 40 µs between stops.
+    Measured: 120 to 240 µs for laws solved by series, 80 µs for a varying normal force, 40 µs
+    between end stops.
     """
 
     sampled: int = 1
     sines: int = 1
     kernels: str = ""
-    """The kernels that are compiled for this law alone, as in `settle`."""
+    """Kernels compiled only for this law, as `compile.choose_engine` takes them."""
 
     def of(self, motion: Sines | Samples) -> int:
-        """Give the steps under a base motion."""
+        """Return the cost of a step under this base motion."""
         return self.sines if isinstance(motion, Sines) else self.sampled
 
 
@@ -436,7 +453,7 @@ STEP_COSTS = {
 
 
 def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
-    """Give what a step of an approach to a law costs; fixed steps cost the same for all."""
+    """Return the cost of a step; fixed steps cost the same under every law."""
     return (
         STEP_COSTS.get(type(law), DEFAULT_COST)
         if isinstance(approach, ExactApproach)
@@ -445,10 +462,20 @@ def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
 
 
 class Oscillation(NamedTuple):
-    """What turns within a case: its key, its name, and how far in all [rad].
+    """Phase that an oscillation or a decay runs through within the window of a case.
 
-    What a damper stills turns less than its frequency says: `minimum` is what is certain, in
-    radians of `SECONDS_PER_RADIAN`. `each` is the time that one may take [s].
+    Attributes
+    ----------
+    key : str
+        Scenario key that causes it.
+    name : str
+    radians : float
+        Phase [rad], or number of decay times of a damper.
+    minimum : float
+        Lower bound of the work, in units of `SECONDS_PER_RADIAN`; a damped oscillation decays
+        before its full phase.
+    each : float
+        Longest time per radian or decay time [s].
     """
 
     key: str
@@ -458,28 +485,28 @@ class Oscillation(NamedTuple):
     each: float = SECONDS_PER_RADIAN
 
     def describe(self, radians: float) -> str:
-        """Say that it turns so far; what a damper does has no angle."""
+        """Describe so many radians, or decay times of a damper, in words."""
         if self.name in (DAMPER, BRISTLE_DAMPER):
-            return f"the {self.name} stills the mass {format_number(radians)} times"
-        return f"the {self.name} turns by {format_number(radians)} radians"
+            return f"{format_number(radians)} {self.name}"
+        return f"{format_number(radians)} rad of the {self.name}"
 
 
 def largest_oscillation(case: Case) -> Oscillation:
-    """Give what turns the most within the window of a case."""
+    """Return the oscillation with the largest phase within the window of a case."""
     return max(
         _oscillations(case), key=lambda one: one.radians, default=Oscillation("", "", 0.0, 0.0)
     )
 
 
 def _oscillations(case: Case) -> Iterator[Oscillation]:
-    """Give the waves of a case, and its spring where the mass may move."""
+    """Yield excitation, normal force, and the springs and dampers if the mass may move."""
     if not isinstance(case.approach, ExactApproach):
-        return  # it steps over every turn
+        return  # fixed steps do not resolve oscillations
     span, fastest, law = case.window[1], inf, case.law
     if isinstance(case.motion, Sines):
         fastest = max(case.motion.f, default=0.0)
         radians = 2.0 * pi * fastest * span
-        yield Oscillation("excitation", "base", radians, radians)
+        yield Oscillation("excitation", "base motion", radians, radians)
     if isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw) and law.variation:
         fastest = max(fastest, law.omega / (2.0 * pi))
         radians = law.omega * span
@@ -493,7 +520,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
     if k_x > 0.0 and moves:
         yield _free_oscillation("oscillator.stiffness", "oscillator", case.plant, span, kicks)
     if isinstance(law, DynamicLaw) and law.sigma_0:
-        plant, name = (m, law.sigma_0, b + law.sigma_1), "mass on its bristles"
+        plant, name = (m, law.sigma_0, b + law.sigma_1), "oscillation on the bristles"
         rings = _free_oscillation("friction.bristle_stiffness", name, plant, span, kicks)
         yield rings._replace(each=SECONDS_PER_SERIES_RADIAN)
         decays = law.sigma_1 / m * span
@@ -506,7 +533,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
             SECONDS_PER_BRISTLE_DECAY,
         )
     if isinstance(law, ElasticContactLaw):
-        name = "mass on its contact"
+        name = "oscillation on the contact"
         yield _free_oscillation(
             "friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks
         )
@@ -515,7 +542,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
 def _free_oscillation(
     key: str, name: str, plant: tuple[float, float, float], span: float, kicks: float
 ) -> Oscillation:
-    """Give how far a spring turns that is kicked so many times within a span [s]."""
+    """Return the phase of a free oscillation that is excited `kicks` times in a span [s]."""
     m, k, b = plant
     radians, xi = sqrt(k / m) * span, 0.5 * b / sqrt(k * m)
     return Oscillation(
@@ -524,65 +551,63 @@ def _free_oscillation(
 
 
 def excess_work(case: Case) -> tuple[str, str] | None:
-    """Give the sentence and the key for a case that would take longer than anybody waits."""
+    """Return error message and key for a case that takes more than `MAX_RADIANS`, else None."""
     most = max(_oscillations(case), key=lambda one: one.minimum, default=None)
     if most is None or most.minimum <= MAX_RADIANS:
         return None
     hours = format_number(most.minimum * SECONDS_PER_RADIAN / 3600.0, "h", digits=2)
     sentence = (
-        f"{most.key}: {most.describe(min(most.minimum, most.radians))} in "
-        f"{format_number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
-        "check the units, or take a shorter duration"
+        f"{most.key}: {format_number(case.window[1], 's')} span "
+        f"{most.describe(min(most.minimum, most.radians))}, up to {hours} of work; "
+        "check the units, or use a shorter duration"
     )
     return sentence, most.key
 
 
 def effort_warnings(case: Case) -> Iterator[WarningMessage]:
-    """Say when a step takes a hundred times as long as one of an easy scene."""
+    """Warn when a step takes 100 times longer than usual."""
     most = largest_oscillation(case)
     each = most.radians / max(case.steps, 1)
     if each > MAX_RADIANS_PER_STEP:
         time = format_number(most.radians * most.each, "s", digits=2)
-        whole = f"all of them up to {time}"
+        whole = f"up to {time} in total"
         if case.period is not None:
-            whole = f"a period up to {time}, and many may lead to the orbit"
+            whole = f"up to {time} per period, and the orbit may take many periods"
         sentence = (
-            f"{most.describe(each)} within a step of "
-            f"{format_number(case.step, 's')}, and each is followed: a step may take 100 times as "
-            f"long as usual, {whole}"
+            f"one step spans {most.describe(each)}; this may take 100 times longer than usual, "
+            f"{whole}"
         )
         numbers = {"radians": most.radians, "radians_a_step": each}
         yield WarningMessage(SLOW_SCENE, sentence, numbers)
 
 
-# How much a run writes.
+# Estimated size of the output.
 
 LARGE_RESPONSE = "large-response"
-"""The slug of the caution."""
+"""Slug of the warning, which is also shown before the work begins."""
 
 BYTES_PER_ROW = 100
-"""Bytes of a row of response.csv as a rule."""
+"""Typical bytes per row of response.csv."""
 
 MIN_BYTES_SHARE = 0.4
-"""Share of them that is certain: a row is as short where the mass holds still."""
+"""Share of these bytes that is certain: rows are this short while the mass is at rest."""
 
 LARGE_RESPONSE_BYTES = 1e9
-"""Bytes from which on somebody should know."""
+"""Size of response.csv from which the warning is shown [bytes]."""
 
 
 def response_bytes(case: Case) -> float:
-    """Give about how much response.csv will hold [bytes]."""
+    """Return the estimated size of response.csv [bytes]."""
     return float(BYTES_PER_ROW * (case.steps + 1))
 
 
 def volume_warnings(case: Case) -> Iterator[WarningMessage]:
-    """Say when the response that a run writes is large; a sweep writes none."""
+    """Warn when the response of a run is large; a sweep writes none."""
     volume = response_bytes(case)
     if volume > LARGE_RESPONSE_BYTES and not case.scenario.sweep:
         sentence = (
-            f"a run writes response.csv with {case.steps + 1:.3g} rows, some "
-            f"{volume / GIGA:.3g} GB; a step longer than {format_number(case.step, 's')} or a shorter "
-            "duration makes it smaller"
+            f"response.csv will have {case.steps + 1:.3g} rows, about {volume / GIGA:.3g} GB; "
+            f"use a step longer than {format_number(case.step, 's')} or a shorter duration"
         )
         yield WarningMessage(
             LARGE_RESPONSE, sentence, {"rows": case.steps + 1, "bytes": volume}
@@ -593,7 +618,7 @@ def volume_warnings(case: Case) -> Iterator[WarningMessage]:
 
 
 def named_files(block: Block, keys: tuple[str, ...] = ()) -> Iterator[tuple[Any, Path]]:
-    """Give the files that a scenario names, with the way to the block that names each."""
+    """Yield the files that a scenario names, each with the keys of its block."""
     path = getattr(block, "path", None)
     if isinstance(path, Path):
         yield keys, path
@@ -603,7 +628,7 @@ def named_files(block: Block, keys: tuple[str, ...] = ()) -> Iterator[tuple[Any,
 
 
 def file_hashes(scenario: Block) -> dict[str, str]:
-    """Give the SHA-256 (hex) of the bytes of every file that a scenario names, by its key."""
+    """Return the SHA-256 (hex) of each file that a scenario names, by key."""
     found = {}
     for keys, path in named_files(scenario):
         with system.open_regular_file(path) as stream:
@@ -612,7 +637,7 @@ def file_hashes(scenario: Block) -> dict[str, str]:
 
 
 def signal_sha256(signal: Signal) -> str:
-    """Give the SHA-256 (hex) of a signal as little-endian doubles."""
+    """Return the SHA-256 (hex) of a signal as little-endian doubles."""
     digest = hashlib.sha256()
     for part in blocks(signal):
         digest.update(np.ascontiguousarray(part, dtype="<f8").data)
@@ -620,17 +645,17 @@ def signal_sha256(signal: Signal) -> str:
 
 
 def combined_sha256(hashes: Iterable[str]) -> str:
-    """Give the SHA-256 (hex) of hashes, one a line, in order."""
+    """Return the SHA-256 (hex) of hashes, one per line, in order."""
     return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
 
 
-# Validate: what `run` would say about a file before it computes.
+# Problems of a file, without computing anything.
 
 
 def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
-    """Give the problems of a file, changed by `KEY=VALUE` words.
+    """Return all problems of a scenario file with `KEY=VALUE` overrides, for `drysim validate`.
 
-    Those of severity `error` are the ones for which `run` would compute nothing.
+    Problems of severity `error` are those for which `run` refuses to compute.
     """
     try:
         case = prepare(load(file, overrides))

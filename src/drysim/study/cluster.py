@@ -1,10 +1,15 @@
-"""Blocks of a sweep on the workers of a Dask cluster: one that runs already, or one of our own.
+"""Ranges of a sweep on the workers of a Dask cluster, local or already running.
 
-`connect` connects to a scheduler and makes sure that all workers run what runs here, else their
-numbers might differ. `solve_ranges` then gives the cases in order: workers compute the blocks from a
-parcel with all that the sweep stands on, while they are kept and told here. Several blocks go
-together, so that handing them out costs little; one under way when its worker dies is begun
-anew by another. Whatever is lost, finished blocks are kept, and the same command goes on.
+Flow
+    `connect` opens a connection to the scheduler and checks that all workers run the same
+    versions; otherwise results may differ. `solve_ranges` yields the ranges in order. Workers
+    compute them from a `Payload`, which holds everything that the sweep depends on; results
+    are stored and reported by the client. Several ranges form one task, so that scheduling
+    costs little (`TaskSize`).
+
+Failures
+    A task whose worker dies is computed again by another worker. Finished ranges are in the
+    store, so `--resume` continues after any failure.
 """
 
 from __future__ import annotations
@@ -44,22 +49,22 @@ from drysim.yaml_document import dump
 MessageSink = Callable[[str], None]
 
 TLS_SCHEME = "tls://"
-"""What the address of a scheduler begins with that asks for certificates."""
+"""Prefix of the address of a scheduler that requires certificates."""
 
 LOCAL = "local"
-"""The word for processes on this machine in place of the address of a scheduler."""
+"""Value of `--cluster` for processes on this machine."""
 
 CONNECT_TIMEOUT = 10.0
-"""Time that a scheduler may take to answer [s]."""
+"""Longest wait for an answer of the scheduler [s]."""
 
-INSTALL_HINT = 'install what it needs by pip install "drysim[cluster]", or leave --cluster out'
-CERTIFICATES_HINT = "name three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
+INSTALL_HINT = 'install them by pip install "drysim[cluster]", or omit --cluster'
+CERTIFICATES_HINT = "give three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
 DASK_LOGGERS = (
     "asyncio", "bokeh", "distributed", "distributed.client", "tornado", "tornado.application"
 )  # fmt: skip
 
 QUIET_LOGGING = dict.fromkeys(DASK_LOGGERS, "critical")
-"""What Dask would log: whatever matters of it we say ourselves."""
+"""Dask's own messages are suppressed; this module reports what matters."""
 
 LOCAL_CLUSTER_CONFIG = {
     "distributed.worker.profile.enabled": False,
@@ -67,18 +72,18 @@ LOCAL_CLUSTER_CONFIG = {
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
-"""What a cluster of our own need not do beside its work: nobody looks at its pages."""
+"""Services of Dask that a local cluster does not need."""
 
 
 class Certificates(NamedTuple):
-    """Files (PEM) by which a scheduler and its clients know each other.
+    """Files (PEM) by which a scheduler and its clients authenticate each other.
 
     Attributes
     ----------
     ca_file : Path or None
-        Of the authority that all of them trust.
+        Certificate of the authority that all of them trust.
     cert, key : Path or None
-        Our own; the key may be in the same file as the certificate.
+        Certificate and key of this client; one file may hold both.
     """
 
     ca_file: Path | None = None
@@ -97,39 +102,40 @@ def connect(
     warn: MessageSink,
     certificates: Certificates = NO_CERTIFICATES,
 ) -> Iterator[ClusterClient]:
-    """Connect to the workers of a scheduler for as long as the block.
+    """Connect to the workers of a scheduler for the duration of the context.
 
     Parameters
     ----------
     where : str
-        Address of a scheduler, or `local` for processes of our own.
+        Address of a scheduler, or `local` for processes on this machine.
     workers : int, optional
-        How many of them; default: one for each processor.
-    say, warn : callable
-        Take a sentence for the user; the latter also where he asked for quiet.
+        Number of local processes; default: one per processor.
+    inform, warn : callable
+        Take a sentence for the user; `warn` also with `--quiet`.
     certificates : Certificates, optional
-        For an address that begins with `tls://`; what is left out is taken from the settings
+        For an address that begins with `tls://`; missing files are taken from the configuration
         of Dask.
 
     Raises
     ------
     UsageError
-        When there is no scheduler at the address, it does not trust us or we not it, or a
-        worker runs something else.
+        When no scheduler answers at the address, authentication fails, or a worker runs other
+        versions.
     """
     require_dask()
     import distributed
 
     if any(certificates) and not where.startswith(TLS_SCHEME):
         raise UsageError(
-            f"certificates have no meaning beside --cluster {where}",
-            f"give the {TLS_SCHEME} address of a scheduler that knows them; `local` makes its own",
+            f"certificates cannot be used with --cluster {where}",
+            f"give the {TLS_SCHEME} address of a scheduler that accepts them; `local` creates "
+            "its own",
         )
 
     with ExitStack() as stack:
         if where == LOCAL:
             client, name = stack.enter_context(local_cluster(workers)), "the local cluster"
-            remedy = "Ctrl-C ends it, and --resume goes on"
+            remedy = "Ctrl-C ends it; --resume continues"
         else:
             security = make_security(certificates) if where.startswith(TLS_SCHEME) else None
             try:
@@ -140,18 +146,18 @@ def connect(
                 raise no_scheduler_error(where, fault) from fault
             stack.callback(client.close, CONNECT_TIMEOUT)
             name = f"the scheduler at {where}"
-            remedy = f"dask worker {where}"
+            remedy = f"`dask worker {where}` starts one"
         check_all_workers(client.run(version_reader(), on_error="return"))
         yield ClusterClient(client, name, remedy, inform, warn)
 
 
 def require_dask() -> None:
-    """Raise a UsageError with the command that installs it unless Dask is there."""
+    """Raise a UsageError with the command to install Dask if it is missing."""
     try:
         import dask
 
-        with dask.config.set(logging=QUIET_LOGGING):  # which it reads when it is loaded
-            import distributed  # noqa: F401 - only whether it is there
+        with dask.config.set(logging=QUIET_LOGGING):  # read on import
+            import distributed  # noqa: F401 - test for presence
     except ImportError:
         raise UsageError(
             "--cluster needs the packages dask and distributed, which are not installed",
@@ -160,9 +166,12 @@ def require_dask() -> None:
 
 
 def make_security(certificates: Certificates) -> Any:
-    """Return what Dask needs to know a scheduler, and to be known by it.
+    """Return Dask's `Security` for these certificates.
 
-    A UsageError says when certificates are missing, or cannot be read.
+    Raises
+    ------
+    UsageError
+        When certificates are missing or unreadable.
     """
     from distributed.security import Security
 
@@ -188,29 +197,29 @@ def make_security(certificates: Certificates) -> Any:
 
 
 def no_scheduler_error(where: str, fault: Exception) -> UsageError:
-    """Return the error for a scheduler that does not answer, or not to us."""
+    """Return the error for a scheduler that does not answer, or rejects the certificates."""
     if where.startswith(TLS_SCHEME):
         chain = (fault, fault.__cause__, getattr(fault.__cause__, "__cause__", None))
         reported = next((one for one in chain if isinstance(one, ssl.SSLError)), None)
         because = f" ({reported.reason or reported})" if reported else ""
         return UsageError(
-            f"no Dask scheduler answers at {where} to these certificates{because}",
+            f"no Dask scheduler at {where} accepts these certificates{because}",
             "scheduler, workers and client need certificates of one authority: "
             "--tls-ca-file, --tls-cert, --tls-key",
         )
     return UsageError(
         f"no Dask scheduler answers at {where}",
-        "start one, `dask scheduler`, and give the address that it prints, such as "
+        "start one by `dask scheduler` and give the address that it prints, such as "
         "tcp://10.0.0.1:8786",
     )
 
 
 @contextmanager
 def local_cluster(workers: int | None) -> Iterator[Any]:
-    """Start a scheduler and some workers on this machine, each a process with one thread.
+    """Start a scheduler and single-threaded worker processes on this machine.
 
-    Whoever may talk to one of them has it run any code. So they take words from those alone who
-    have the key that is made here and kept in memory, and no files from a folder of others.
+    Anyone who can connect to a worker can run code on it. The processes therefore accept only
+    connections with a key that is created here and kept in memory, and their folder is private.
     """
     import dask
     import distributed
@@ -236,15 +245,15 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
 
 
 def dask_setup(worker: object) -> None:
-    """Make a worker of our own ignore Ctrl-C at the terminal: it ends when we do.
+    """Make a local worker ignore Ctrl-C in the terminal; it ends with the client.
 
-    Dask calls it in every worker, which preloads this module.
+    Dask calls this function in every worker that preloads this module.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def temporary_security(security: Any) -> Any:
-    """Return credentials for one cluster, made by Dask's Security, on no disk."""
+    """Return temporary credentials for one cluster, which are not written to disk."""
     try:
         return security.temporary()
     except ImportError:
@@ -255,20 +264,20 @@ def temporary_security(security: Any) -> Any:
 
 
 POLL_INTERVAL = 2.0
-"""Time between two looks at how many workers there are [s]."""
+"""Time between two checks of the number of workers [s]."""
 
 TASKS_PER_THREAD = 2
-"""Loads under way for each thread of a worker: one at work, the other waiting or coming."""
+"""Tasks in flight per thread of a worker: one running, one waiting or in transfer."""
 
 NO_WORKER_DELAY = 10.0
-"""Time without a worker after which that is said, even by a quiet command [s]."""
+"""Time without a worker after which a warning is shown, even with `--quiet` [s]."""
 
 MIN_TASKS = 4
-"""Loads under way while there is no worker yet."""
+"""Tasks in flight while there is no worker yet."""
 
 
 class ClusterClient:
-    """A connection to the workers behind a scheduler."""
+    """Connection to the workers of a scheduler."""
 
     def __init__(
         self, client: Any, name: str, remedy: str, inform: MessageSink, warn: MessageSink
@@ -280,16 +289,20 @@ class ClusterClient:
         self._last_worker = time.monotonic()
 
     def max_tasks(self) -> int:
-        """Give how many loads of blocks may be under way."""
+        """Return the number of tasks that may be in flight."""
         if time.monotonic() - self._last_poll > POLL_INTERVAL:
             self.poll()
         return max(MIN_TASKS, TASKS_PER_THREAD * self._threads)
 
     def poll(self) -> None:
-        """See how many workers there are; say so where there is none, as that may last.
+        """Check the number of workers, and inform the user if there is none.
 
-        Of workers that die, others may take the place: that is waited for. A ClusterError says
-        when the scheduler has left us.
+        Dead workers may be replaced, so this is no error.
+
+        Raises
+        ------
+        ClusterError
+            When the connection to the scheduler is lost.
         """
         try:
             self._threads = sum(self.client.nthreads().values())
@@ -304,7 +317,7 @@ class ClusterClient:
             )
         elif not self._had_workers and not self._has_announced:
             self._has_announced = True
-            self.inform(f"{self.name} has no worker; waiting for one: {self.remedy}")
+            self.inform(f"{self.name} has no worker; waiting for one ({self.remedy})")
         if self._last_poll - self._last_worker >= NO_WORKER_DELAY and not self._has_warned:
             self._has_warned = True
             none = (
@@ -312,11 +325,11 @@ class ClusterClient:
                 if self._had_workers
                 else f"had no worker for {NO_WORKER_DELAY:.0f} s"
             )
-            why = "; a block may have ended them" * self._had_workers
-            self.warn(f"{self.name} has {none}{why}; waiting for one: {self.remedy}")
+            why = "; a block may have crashed them" * self._had_workers
+            self.warn(f"{self.name} has {none}{why}; waiting for one ({self.remedy})")
 
     def wait(self, completed: SimpleQueue[Any]) -> Any:
-        """Give what lands next."""
+        """Return the next completed future."""
         while True:
             try:
                 return completed.get(timeout=POLL_INTERVAL)
@@ -324,36 +337,37 @@ class ClusterClient:
                 self.poll()
 
     def result(self, future: Any) -> Any:
-        """Give what a task has come to; it is computed again where its worker died before."""
+        """Return the result of a task; Dask computes it again if its worker died."""
         patience = POLL_INTERVAL
         while True:
             try:
                 return future.result(timeout=patience)
             except TimeoutError:
                 self.poll()
-                patience *= 2.0  # what comes slowly begins anew each time
+                patience *= 2.0  # a timeout restarts the transfer
 
     def lost_error(self) -> ClusterError:
-        """Give the error for a scheduler that has left us."""
+        """Return the error for a lost connection to the scheduler."""
         return ClusterError(
-            f"{self.name} is gone; finished blocks are kept",
-            "start it again, and the same command with --resume goes on; so does one without "
-            "--cluster",
+            f"the connection to {self.name} is lost; finished blocks are kept",
+            "start it again and repeat the command with --resume, or resume without --cluster",
         )
 
 
-# Whether the workers run what runs here: else their numbers might differ.
+# Versions of client and workers: with other versions results may differ.
 
 Versions = Mapping[str, str | None]
+"""Version of Python and of each package; None for a missing package."""
 
 PACKAGES = ("drysim", "numpy", "scipy", "numba", "distributed")
-"""Whatever a number or its way may depend on."""
+"""Packages whose version may affect the results."""
 
 
 def version_reader() -> Callable[[], dict[str, str | None]]:
-    """Give a function that tells the versions of everything that numbers depend on.
+    """Return a function that reads the versions of all packages that affect results.
 
-    It carries all that it needs, so that it also runs where there is no drysim, or another.
+    The function is self-contained, so that it runs on workers without drysim, or with another
+    version of it.
     """
     names = PACKAGES
 
@@ -382,49 +396,56 @@ def version_reader() -> Callable[[], dict[str, str | None]]:
 
 @cache
 def versions() -> Versions:
-    """Give the versions of what runs here."""
+    """Return the versions of this process."""
     return version_reader()()
 
 
 def check_all_workers(there: Mapping[str, Any]) -> None:
-    """Raise a UsageError unless all workers, by address, tell what runs here.
+    """Raise a UsageError unless all workers have the versions of this process.
 
-    In place of what it runs, a worker may tell an exception.
+    Parameters
+    ----------
+    there : mapping
+        By address: the versions of a worker, or the exception that it raised.
     """
     for worker, reported in there.items():
         if isinstance(reported, BaseException):
             raise UsageError(
-                f"the worker {worker} cannot be asked: {reported}", version_hint(versions())
+                f"the worker {worker} does not report its versions: {reported}",
+                version_hint(versions()),
             )
         if other := version_difference(reported, versions()):
             raise UsageError(f"the worker {worker} {other}", version_hint(versions()))
 
 
 def check_this_worker(asked: Versions) -> None:
-    """Raise a ClusterError unless this worker runs what runs where its work comes from."""
+    """Raise a ClusterError unless this worker has the versions of the client."""
     if other := version_difference(versions(), asked):
         from distributed import get_worker
 
-        worker = f"the worker {get_worker().address}, which has come late,"
-        raise ClusterError(f"{worker} {other}", f"{version_hint(asked)}; --resume goes on")
+        worker = f"the worker {get_worker().address}, which joined later,"
+        raise ClusterError(f"{worker} {other}", f"{version_hint(asked)}; --resume continues")
 
 
 def version_difference(there: Versions, here: Versions) -> str:
-    """Say what is other there; empty where nothing is."""
+    """Return the first difference in words; "" if there is none."""
     for name, version in here.items():
         if there.get(name) != version:
             has = f"has {name} {there[name]}" if there.get(name) else f"has no {name}"
-            return f"{has}, here is {version}"
+            return f"{has}, but the client has {version}"
     return ""
 
 
 def version_hint(here: Versions) -> str:
-    """Say how to make all machines alike."""
+    """Return how to install the same versions on all machines."""
     words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
-    return f"install the same on all machines, pip install {words}, and start the workers anew"
+    return (
+        f"install the same versions on all machines, pip install {words}, and restart the "
+        "workers"
+    )
 
 
-# Blocks on their way to the workers and back, few of them at a time.
+# Distribution of ranges to the workers.
 
 
 def solve_ranges(
@@ -434,10 +455,10 @@ def solve_ranges(
     store: Store,
     finished: Callable[[Batch], None],
 ) -> Iterator[tuple[CaseRange, Batch]]:
-    """Give the cases of every piece in order, as `study.sweep.solve_ranges` does.
+    """Yield each range with its batch, in order, as `study.sweep.solve_ranges` does.
 
-    A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
-    than is under way. In its turn it is read again, so that none is held meanwhile.
+    A batch is stored as soon as it arrives, in any order, so an interruption loses only tasks
+    in flight. It is read back when its range is due, so that memory stays small.
     """
     wanted = (k for k, case_range in enumerate(plan.ranges) if not store.has(case_range))
     newly_stored: set[int] = set()
@@ -445,7 +466,7 @@ def solve_ranges(
     with closing(compute_remotely(link, payload, wanted, len(plan.ranges))) as in_flight:
         for index, case_range in enumerate(plan.ranges):
             while (batch := store.read(case_range)) is None:
-                # A fault of a case is met again here, where its file and line are known.
+                # An invalid case raises its error here, where file and line are known.
                 number, words = next(in_flight, (index, None))
                 store.write_packed(
                     plan.ranges[number], words or pack(plan.block(number), store.sweep)
@@ -458,25 +479,34 @@ def solve_ranges(
 
 
 MAX_LISTED_RANGES = 3
-"""Blocks that a message names at most."""
+"""Number of ranges that a message lists at most."""
 
 NumberedResult = tuple[int, bytes | None]
+"""Number of a range, and its packed batch; None if a case is invalid."""
 
 
 def compute_remotely(
     link: ClusterClient, payload: Payload, numbers: Iterable[int], count: int
 ) -> Generator[NumberedResult]:
-    """Give blocks, packed, as the workers finish them; None for one with a case at fault.
+    """Yield packed batches in the order in which the workers finish them.
 
-    A block under way when its worker dies is begun anew by another. One that was there when
-    several died is tried once more alone, so that it is blamed for none but its own deeds.
-    The numbers of those wanted ascend, and are taken up as there is room; of all blocks there
-    are `count`, wanted or not: towards the end fewer go together.
+    A task whose worker dies is computed again by another worker. Ranges of a task after which
+    several workers died are tried once more, one at a time, to find the one that is
+    responsible.
+
+    Parameters
+    ----------
+    link : ClusterClient
+    payload : Payload
+    numbers : iterable of int
+        Ranges to compute, ascending; consumed as there is capacity.
+    count : int
+        Number of all ranges of the sweep. Towards the end fewer form a task.
 
     Raises
     ------
     ClusterError
-        When the scheduler is lost, or, after all others, for blocks that end their workers.
+        When the scheduler is lost, or, after all others, for ranges that end their workers.
     """
     in_flight = InFlight(link, payload)
     yield from in_flight.process(numbers, TaskSize(count))
@@ -486,14 +516,14 @@ def compute_remotely(
             len(failed) > MAX_LISTED_RANGES
         )
         raise ClusterError(
-            f"{len(failed)} of the blocks end every worker that computes them: {those}; all "
+            f"{len(failed)} of the blocks crash every worker that computes them: {those}; all "
             "others are finished",
-            "give the workers more memory, or compute the rest without --cluster by --resume",
+            "give the workers more memory, or compute the rest by --resume without --cluster",
         )
 
 
 class InFlight:
-    """The blocks that are under way."""
+    """Tasks that are being computed."""
 
     def __init__(self, link: ClusterClient, payload: Payload) -> None:
         self.link, self.name = link, f"drysim-{payload.digest[:16]}"
@@ -504,24 +534,24 @@ class InFlight:
         self._payload = self._submit_payload(payload) if payload.files else payload
 
     def _submit_payload(self, payload: Payload) -> Any:
-        """Give a parcel that is too large to go with every load: as a task of its own.
+        """Submit a large payload once, as a task of its own on which the others depend.
 
-        So it goes to every worker once; but a scheduler prefers those that have it already.
+        It is sent to each worker once; the scheduler then prefers workers that have it.
         """
         with warnings.catch_warnings():
-            # A record is as large as it is.
+            # The size of a record cannot be reduced.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            return self.link.client.submit(pass_through, payload, key=f"parcel-of-{self.name}")
+            return self.link.client.submit(pass_through, payload, key=f"payload-of-{self.name}")
 
     def take_suspects(self) -> list[int]:
-        """Give the blocks whose workers died, and forget them."""
+        """Return the ranges whose workers died, and clear the list."""
         found, self._suspects = self._suspects, []
         return found
 
     def process(
         self, numbers: Iterable[int], load: TaskSize | None
     ) -> Iterator[NumberedResult]:
-        """Give blocks as they come: as many under way as fit, or without a load one alone."""
+        """Yield results as they arrive; without `load`, one range at a time."""
         waiting = iter(numbers)
         self._attempt += 1
         while True:
@@ -536,14 +566,14 @@ class InFlight:
             yield from self._receive(load)
 
     def _submit(self, numbers: list[int]) -> None:
-        # Never the key of another client of the same sweep, whose load may hold other blocks.
+        # Unique: another client of the same sweep may submit tasks with other ranges.
         key = f"{self.name}-{uuid4().hex[:12]}-{numbers[0]}-{self._attempt}"
         future = self.link.client.submit(compute, self._payload, numbers, key=key)
         self._futures[key] = numbers, future
         future.add_done_callback(self._completed.put)
 
     def _receive(self, load: TaskSize | None) -> Iterator[NumberedResult]:
-        """Give the blocks that come next, unless their worker died."""
+        """Yield the results of the next completed task, unless its worker died."""
         from distributed import KilledWorker
 
         future = self.link.wait(self._completed)
@@ -559,89 +589,88 @@ class InFlight:
         except (CancelledError, OSError, TimeoutError) as fault:
             raise self.link.lost_error() from fault
         finally:
-            with suppress(RuntimeError):  # of a loop that is closed
-                future.release()  # here: an interrupt is lost in what Python does by itself
+            with suppress(RuntimeError):  # the event loop is closed
+                future.release()  # explicitly: an interrupt during __del__ is lost
         if load:
             load.took(blocks, took)
         yield from zip(numbers, blocks, strict=True)
 
 
 def pass_through(payload: Payload) -> Payload:
-    """Give a parcel as it is."""
+    """Return the payload: the task that transfers it."""
     return payload
 
 
 def as_drysim_error(fault: BaseException) -> BaseException:
-    """Give what a worker has met as an error of ours; a bug stays what it is."""
+    """Convert an exception of a worker to a ClusterError, except programming errors."""
     if isinstance(fault, ImportError | AttributeError):
         return ClusterError(
-            f"a worker that came late cannot compute with this drysim: {fault}",
-            "install the same on all machines, start the workers anew, and go on by --resume",
+            f"a worker that joined later has an incompatible drysim: {fault}",
+            "install the same versions on all machines, restart the workers and use --resume",
         )
     if isinstance(fault, OSError | MemoryError):
         return ClusterError(
-            f"a worker cannot go on: {str(fault) or 'it has run out of memory'}",
-            "see to its disk and memory, and go on by --resume",
+            f"a worker failed: {str(fault) or 'out of memory'}",
+            "check its disk and memory, and continue by --resume",
         )
     return fault
 
 
 SECONDS_PER_TASK = 0.5
-"""Work that goes together [s]: a task of its own costs scheduler, worker and client some 6 ms
-of processor time, however little there is in it."""
+"""Work of one task [s]; a task costs scheduler, worker and client about 6 ms in any case."""
 
 MAX_TASK_BYTES = 16_000_000
-"""Bytes that come back together at most: a scheduler passes them on whole."""
+"""Largest result of a task [bytes]; a scheduler transfers it in one piece."""
 
 
 class TaskSize:
-    """How many blocks go to a worker together; what has come tells of what is to come.
+    """Number of ranges per task, estimated from the completed ones.
 
-    The first go one by one: nobody knows yet what they take. The last go one by one, too, so
-    that no worker is left with many of them while others have none.
+    The first tasks hold one range, as the cost is unknown; the last ones too, to balance the
+    load.
     """
 
     def __init__(self, count: int) -> None:
-        self._count = self._left = count  # with those that nobody wants any more
+        self._count = self._left = count  # including stored ranges
         self._blocks_per_task = 1
 
     def blocks(self, max_tasks: int) -> int:
-        """Give how many go together now, where so many tasks may be under way."""
+        """Return the number of ranges of the next task, with at most `max_tasks` in flight."""
         return max(1, min(self._blocks_per_task, self._left // max_tasks))
 
     def record_sent(self, numbers: Sequence[int]) -> None:
-        """Note which blocks are on their way."""
+        """Record which ranges were submitted."""
         self._left = self._count - numbers[-1] - 1
 
     def took(self, blocks: Sequence[bytes | None], seconds: float) -> None:
-        """Note how long some blocks took."""
+        """Record the time and size of completed ranges."""
         size = sum(map(len, filter(None, blocks)))
         share = max(seconds / SECONDS_PER_TASK, size / MAX_TASK_BYTES, 1e-9)
         self._blocks_per_task = max(1, int(len(blocks) / share))
 
 
-# What a worker does: a parcel, which travels once, holds all that it needs for any block.
+# Code that runs on the workers.
 
 SCENARIO_FILE = "scenario.yaml"
 
 MAX_OPEN_SWEEPS = 2
-"""Sweeps that a worker keeps open: the latest, and one that is worked at beside it."""
+"""Sweeps that a worker keeps open: the latest, and another one in parallel."""
 
 
 @dataclass(frozen=True)
 class Payload:
-    """A scenario as words, and the files that it names; no worker reads another disk.
+    """Scenario as text with the files that it names; no worker reads files of the client.
 
     Attributes
     ----------
     words : str
-        The resolved scenario as YAML, its files named as they are here.
+        Resolved scenario as YAML, with the files named as below.
     files : tuple of (str, bytes)
         Names and contents.
     versions : tuple of (str, str)
-        What runs where the parcel was made up.
+        Versions of the client.
     sweep : str
-        Digest of the sweep, which its blocks bear.
+        Digest of the sweep, which its batches carry.
     """
 
     words: str
@@ -651,7 +680,7 @@ class Payload:
 
     @classmethod
     def of(cls, scenario: Scenario, sweep: str) -> Self:
-        """Give the parcel of a scenario whose files are there."""
+        """Return the payload of a scenario."""
         words, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
             name = f"{number}{path.suffix}"
@@ -664,7 +693,7 @@ class Payload:
 
     @property
     def digest(self) -> str:
-        """The SHA-256 (hex) of everything in it."""
+        """SHA-256 (hex) of the complete payload."""
         digest = hashlib.sha256(f"{self.sweep}\0{self.words}".encode())
         for name, content in self.files:
             digest.update(f"\0{name}\0{len(content)}\0".encode())
@@ -674,9 +703,9 @@ class Payload:
 
 @lru_cache(MAX_OPEN_SWEEPS)
 def open_plan(payload: Payload) -> Plan:
-    """Give the plan that a parcel holds.
+    """Return the plan of a payload.
 
-    A worker lives longer than a sweep, so it compiles: a small one may not settle for plain.
+    A worker serves several sweeps, so it always chooses the compiled engine.
     """
     compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)
     folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=worker_folder()))
@@ -687,15 +716,15 @@ def open_plan(payload: Payload) -> Plan:
             (folder / file).write_bytes(content)
         case = prepare(load(folder / SCENARIO_FILE))
         plan = Plan.of(approaches_of(case.scenario), case)
-        if payload.files:  # long samples stay in their file
+        if payload.files:  # long records are read from their file on demand
             finalize(plan, cleanup.pop_all().close)
     return plan
 
 
 def worker_folder() -> str | None:
-    """Give the folder of this worker, None outside of one.
+    """Return the folder of this worker; None in any other process.
 
-    When a worker was killed, the next one on its machine removes what it has left there.
+    Dask removes the folder of a killed worker when the next one starts on that machine.
     """
     from distributed import get_worker
 
@@ -706,14 +735,14 @@ def worker_folder() -> str | None:
 
 
 def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
-    """Give blocks, packed, and the processor time that they took [s].
+    """Compute ranges; return the packed batches and the processor time [s].
 
-    A block with a case at fault is None, as whoever asks can say better what is wrong.
+    A range with an invalid case is None: the client computes it again for the error message.
 
     Raises
     ------
     ClusterError
-        When this worker, which has come late, runs something else.
+        When this worker joined later, with other versions.
     """
     check_this_worker(dict(payload.versions))
     began = time.thread_time()
@@ -721,7 +750,7 @@ def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[bytes | None
 
 
 def _compute_one(payload: Payload, number: int) -> bytes | None:
-    """Give a block, packed; None where a case is at fault."""
+    """Return the packed batch of a range; None if a case is invalid."""
     try:
         return pack(open_plan(payload).block(number), payload.sweep)
     except DrysimError:

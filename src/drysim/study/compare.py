@@ -1,9 +1,10 @@
-"""Compare: what approaches and laws make of one base motion, how far apart they are, and why.
+"""Comparison of approaches and friction laws on the same base motion.
 
-The last word is the yardstick that all others are held against, case by case; `viscous` is
-always compared, too. A comparison tells where the words agree, and its verdict says in
-sentences, each decided by computing, what ails those that do not: vibration that fixed steps
-bring in, too long a step, too soft a friction law.
+The last name is the reference: all others are compared with it, case by case. `viscous`, the
+oscillator without dry friction, is always added. The verdict gives the range in which an
+approach agrees with the reference and, where it does not, a diagnosis from further
+computations: parasitic vibration of fixed steps, a step that is too long, or a regularisation
+that is too soft.
 """
 
 from __future__ import annotations
@@ -42,22 +43,22 @@ from drysim.wording import (
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Several approaches, or friction laws, on the very same base motion.
+    """Several approaches, or friction laws, on the same base motion.
 
     Attributes
     ----------
     table : Table
-        One row for each word and case; a row's approach is the word.
+        One row per name and case; `approach` of a row is the name.
     yardstick : str
-        The word that the others are measured against.
+        Name of the reference.
     responses : mapping
-        Response of each approach for one case, for a picture of the motion itself.
+        Response of each approach in one case, for a picture of the motion.
     shown : mapping
-        The swept values of that case; empty without a sweep.
+        Swept values of this case; empty without a sweep.
     verdict : tuple of str
-        What the comparison says, in sentences; the first is the verdict itself.
+        Findings in sentences, the most important one first.
     laws : mapping
-        The friction law behind each word; empty for none.
+        Friction law of each name; empty for none.
     """
 
     table: Table
@@ -68,42 +69,47 @@ class Comparison:
     laws: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """Give the verdict, in a line."""
+        """Return the names and the first sentence of the verdict in one line."""
         words = f"{', '.join(self.table.approaches)} against {self.yardstick}"
         return format_repr("Comparison", self.table.scenario.name, words, *self.verdict[:1])
 
     @property
     def of_laws(self) -> bool:
-        """Whether any of the words is a friction law."""
+        """Whether any of the names is a friction law."""
         return any(word == law for word, law in self.laws.items())
 
     def counterpart(self, row: Row) -> Row | None:
-        """Give the yardstick's row at the same point; None where there is no single one.
+        """Return the row of the reference at the same point; None if there is not exactly one.
 
-        A key that the yardstick has no use for takes no part.
+        Keys that the reference does not use are ignored.
         """
         return self._reference_rows.get(_point_key(row, self._reference_keys))
 
     def deviation(self, row: Row) -> float | None:
-        """Give T_a of a row relative to the yardstick's at the same point, minus 1 [-].
+        """Return T_a of a row relative to the reference at the same point, minus 1 [-].
 
-        Of many seeds it is the mean over those that both have, compared seed by seed.
+        With several seeds, it is the mean of the deviations seed by seed.
+
+        Raises
+        ------
+        UsageError
+            When `row` is not a row of the table.
         """
         if not isinstance(row, Row) or row != self._rows.get(_row_key(row)):
             received = shorten(repr(row))
-            raise UsageError(f"a deviation is that of a row of the table, not of {received}")
+            raise UsageError(f"expected a row of the table, not {received}")
         found = self.off(row)
         return found[0] if found else None
 
     def off(self, row: Row) -> tuple[float, float | None] | None:
-        """Give the deviation of a row and, of a mean, the half-width of its interval."""
+        """Return the deviation of a row and, for a mean, the half-width of its interval."""
         other = self.counterpart(row)
         return relative_deviation(row, other) if other else None
 
     def pairs(self, approach: str) -> Iterator[tuple[Row, Row]]:
-        """Give the rows of an approach, each with the yardstick's row at the same point.
+        """Yield each row of an approach with the row of the reference at the same point.
 
-        Where the approach has no use for a key of the yardstick, its row stands for many.
+        If the approach does not use a key of the reference, one row has several partners.
         """
         own = list(self.table.of(approach))
         keys: Set[str] = own[0].point.keys() if own else frozenset()
@@ -131,9 +137,9 @@ class Comparison:
 
 
 def relative_deviation(row: Row, other: Row) -> tuple[float, float | None] | None:
-    """Give T_a of a row relative to another's, minus 1 [-], and the half-width of its interval.
+    """Return T_a of a row relative to another, minus 1 [-], and the half-width of its interval.
 
-    None where T_a is not known; no half-width where it is no mean over seeds.
+    None if T_a is unknown; the half-width is None without seeds.
     """
     if row.over and other.over:
         pairs = zip(row.over.T_a, other.over.T_a, strict=False)
@@ -144,26 +150,26 @@ def relative_deviation(row: Row, other: Row) -> tuple[float, float | None] | Non
 
 
 def _row_key(row: Row) -> tuple[str, frozenset[tuple[str, float]]]:
-    """Give what tells a row of a table from all others."""
+    """Return a key that identifies a row of a table."""
     return row.approach, frozenset(row.point.items())
 
 
 def _point_key(row: Row, keys: Collection[str]) -> frozenset[tuple[str, float]]:
-    """Give what a row is at, as far as some keys tell."""
+    """Return the point of a row, restricted to some keys."""
     return frozenset((key, value) for key, value in row.point.items() if key in keys)
 
 
 KNOWN_NAMES = (*APPROACHES_BY_NAME, *LAWS)
-"""What a comparison may name: an approach to the scene's law, or a law to be solved exactly."""
+"""Names for a comparison: an approach (to the law of the scene), or a law (solved exactly)."""
 
 
 def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
-    """Give the approaches and laws that words name, in a list or in one text; `vs` is dropped.
+    """Return the approaches and laws in a list or in one text; `vs` is dropped.
 
     Raises
     ------
     UsageError
-        When a word is neither, is named twice, or there are fewer than two.
+        When a name is unknown or repeated, or there are fewer than two.
     """
     received = [words] if isinstance(words, str) else words
     if not isinstance(received, Sequence) or not all(
@@ -171,7 +177,7 @@ def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
     ):
         text = shorten(repr(words))
         raise UsageError(
-            f"a comparison takes words, such as `signum vs stick-slip`, or a list, not {text}"
+            f"expected names, such as `signum vs stick-slip`, or a list of them, not {text}"
         )
     names = [name for word in received for name in word.split() if name != "vs"]
     for name in names:
@@ -182,10 +188,12 @@ def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
             )
             hint = f"did you mean `{nearest}`?" if nearest else known
             if Path(name).suffix in (".yaml", ".yml"):
-                hint = f"name a file by its option, `--scenario {name}`"
-            raise UsageError(f"there is no approach or friction law `{name}`", hint)
+                hint = f"pass a file by its option, `--scenario {name}`"
+            raise UsageError(f"unknown approach or friction law `{name}`", hint)
         if names.count(name) > 1:
-            raise UsageError(f"`{name}` is named twice", "compare it with another word")
+            raise UsageError(
+                f"`{name}` is named twice", "compare it with another approach or law"
+            )
     if len(names) < 2:
         others = ", ".join(name for name in KNOWN_NAMES if name not in names)
         raise UsageError(
@@ -202,17 +210,17 @@ def compare(
     workers: int | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Comparison:
-    """Give what several approaches, or friction laws, make of one scenario.
+    """Compare several approaches, or friction laws, on one scenario.
 
     Parameters
     ----------
     scenario : Scenario
-        With a sweep block, every case of it is compared.
+        With a sweep block, each of its cases is compared.
     names : str or sequence of str
         Approaches and friction laws, such as `"signum vs stick-slip"` or a list of them; the
-        last is the yardstick. `viscous` is added.
+        last is the reference. `viscous` is added.
     workers : int, optional
-        Threads.
+        Number of threads.
     finished : callable, optional
         As in `sweep`.
 
@@ -223,8 +231,8 @@ def compare(
     Raises
     ------
     UsageError
-        When a name is neither, stands there twice, or there are fewer than two; or when it is
-        no scenario.
+        When a name is unknown or repeated, there are fewer than two, or `scenario` is not a
+        Scenario.
     ScenarioError
         When the scenario lacks a key of a law.
     """
@@ -242,8 +250,8 @@ def solve(
     workers: int | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Comparison:
-    """Compare where the yardstick's case is ready to be solved; otherwise as `compare` does."""
-    from drysim.study.sweep import (  # readers of a comparison need none
+    """Compare, for a prepared case of the reference; otherwise as `compare`."""
+    from drysim.study.sweep import (  # not needed to read a comparison
         choose_engine,
         make_table,
         solve_ranges,
@@ -268,12 +276,12 @@ def solve(
 
 
 def scenarios_by_name(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
-    """Give the scenario by every word; `viscous`, without dry friction, is always compared."""
+    """Return the scenario for each name; `viscous` is always included."""
     return {name: scenario.variant(name) for name in dict.fromkeys((*names, "viscous"))}
 
 
 def most_deviating_row(table: Table, names: Sequence[str], yardstick: str) -> Row:
-    """Give the yardstick's row at the worst case of the first word that is off it."""
+    """Return the row of the reference where the first name that deviates does so most."""
     scale = Comparison(table, yardstick, {}, {}, ())
     for name in names:
         worst = largest_deviation(deviations(scale, name))
@@ -286,12 +294,12 @@ def most_deviating_row(table: Table, names: Sequence[str], yardstick: str) -> Ro
 def responses_at(
     point: Mapping[str, float], scenarios: Mapping[str, Scenario], yardstick: str
 ) -> Iterator[tuple[str, Response]]:
-    """Give the responses at one point; an approach whose numerics fail there has none.
+    """Yield the responses at one point, without approaches whose numerics fail there.
 
     Raises
     ------
     SolverError
-        When it is the yardstick that fails: there is nothing to compare with then.
+        When the numerics of the reference fail.
     """
     for name, scenario in scenarios.items():
         try:
@@ -301,23 +309,23 @@ def responses_at(
                 raise
 
 
-# At a glance: where the seat isolates, how far an approach is off and where the most.
+# Isolation and deviations.
 
 FREQUENCY_KEY = "excitation.frequency"
-"""The key over which a transmissibility is drawn and read."""
+"""Key of the abscissa of a transmissibility."""
 
 
 class Isolation(NamedTuple):
-    """From which frequency [Hz] on T_a stays below 1; None where it does nowhere."""
+    """Frequency [Hz] above which T_a stays below 1; None if there is none."""
 
     point: Mapping[str, float]
     above: float | None
 
 
 def isolation_limits(rows: Iterable[Row]) -> list[Isolation]:
-    """Give where isolation begins on every curve over the frequency.
+    """Return where isolation begins on each curve over the frequency.
 
-    A frequency at which T_a is not known counts as one that is not isolated.
+    A frequency with unknown T_a counts as not isolated.
     """
     curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
     for row in rows:
@@ -329,7 +337,7 @@ def isolation_limits(rows: Iterable[Row]) -> list[Isolation]:
 
 
 def _isolation_frequency(curve: Sequence[Row]) -> float | None:
-    """Give the frequency from which on T_a stays below 1."""
+    """Return the frequency above which T_a stays below 1."""
     begin = None
     for row in sorted(curve, key=lambda row: -row.point[FREQUENCY_KEY]):
         T_a = row.metrics.get("T_a")
@@ -340,10 +348,10 @@ def _isolation_frequency(curve: Sequence[Row]) -> float | None:
 
 
 class Deviation(NamedTuple):
-    """T_a of a row relative to the yardstick's at the same point, minus 1 [-].
+    """T_a of a row relative to the reference at the same point, minus 1 [-].
 
-    The row is the one of the two that tells the point in full. Of many seeds the value is a
-    mean, with half the width of its confidence interval.
+    The row is the one of the pair with the complete point. With several seeds, `value` is a
+    mean and `half_width` belongs to its confidence interval.
     """
 
     value: float
@@ -352,22 +360,22 @@ class Deviation(NamedTuple):
 
 
 def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
-    """Give by how much an approach is off its yardstick, wherever both know T_a."""
+    """Return the deviations of an approach wherever T_a is known."""
     found = paired_deviations(comparison, approach)
     return [Deviation(off[0], row, off[1]) for row, off in found if off is not None]
 
 
 def largest_deviation(found: Sequence[Deviation]) -> Deviation | None:
-    """Give the greatest deviation, the first of its kind."""
+    """Return the deviation with the largest magnitude, the first of equals."""
     return max(found, key=lambda one: abs(one.value), default=None)
 
 
 def paired_deviations(
     comparison: Comparison, approach: str
 ) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
-    """Give what an approach is off by, with half of its interval, at every point.
+    """Yield row and deviation, with half-width, at each point.
 
-    Each row is the one of the approach or of the yardstick that tells the point in full.
+    The row is the one of the pair with the complete point.
     """
     for row, other in comparison.pairs(approach):
         yield (
@@ -376,31 +384,33 @@ def paired_deviations(
         )
 
 
-# Where approaches agree: cases in which T_a is the yardstick's, and words that coincide.
+# Range of agreement, and coinciding curves.
 
 AGREEMENT_TOLERANCE = 0.05
 """Deviation of T_a up to which two approaches agree [-]."""
 
 MAX_LISTED_CASES = 5
-"""Cases up to which each is named where they do not lie together."""
+"""Number of cases up to which each is listed if they are not adjacent."""
 
 
 def describe_agreement(comparison: Comparison, name: str) -> Iterator[str]:
-    """Say in how many cases an approach agrees with the yardstick, and where they lie."""
+    """Describe in how many cases an approach agrees with the reference, and where these are."""
     found, axes = list(paired_deviations(comparison, name)), comparison.table.axes
     rows = [row for row, _ in found]
     good = [row for row, off in found if off is not None and abs(off[0]) <= AGREEMENT_TOLERANCE]
     if len(rows) < 2:
         return
     if not good:
-        yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} nowhere in this sweep"
+        yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in no case"
         return
-    share = f"{len(good)} of {len(rows)} cases"
-    yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in {share}{describe_region(good, rows, axes)}"
+    yield (
+        f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in {len(good)} of "
+        f"{len(rows)} cases{describe_region(good, rows, axes)}"
+    )
 
 
 def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:
-    """Give where some of all cases lie; a range that is that of all tells nothing."""
+    """Describe where some of all cases lie, without ranges that cover all cases."""
     ends, every = _key_ranges(good), _key_ranges(rows)
     inside = [
         row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
@@ -410,27 +420,29 @@ def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axi
         return f": {narrower}"
     if len(good) <= MAX_LISTED_CASES:
         varied = [key for key, (low, high) in every.items() if low < high]
-        return f": {describe_cases([{key: row.point[key] for key in varied} for row in good], axes)}"
+        points = [{key: row.point[key] for key in varied} for row in good]
+        return f": {describe_cases(points, axes)}"
     return f", all within {narrower}" if narrower else ", scattered over the whole sweep"
 
 
 def _key_ranges(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
-    """Give the least and the greatest value of every key."""
+    """Return least and greatest value of each key."""
     columns = {key: [row.point[key] for row in rows] for key in rows[0].point}
     return {key: (min(column), max(column)) for key, column in columns.items()}
 
 
 MOTION_METRICS = ("T_a", "x_r_rms", "x_r_peak")
-"""The metrics by which words are told apart."""
+"""Metrics by which curves are distinguished."""
 
 METRIC_TOLERANCE = 1e-6
-"""Difference of a metric, relative to it, that no picture shows."""
+"""Relative difference of a metric that is invisible in a picture."""
 
 MetricValues = dict[frozenset[tuple[str, float]], tuple[float, ...]]
+"""Values of the `MOTION_METRICS` by point."""
 
 
 def describe_coinciding(comparison: Comparison) -> Iterator[str]:
-    """Say which words but the yardstick move alike in every case: one curve hides another."""
+    """Yield the names, except the reference, whose metrics are equal in all cases."""
     groups: list[tuple[MetricValues, list[str]]] = []
     for name in comparison.table.approaches:
         if name == comparison.yardstick:
@@ -447,7 +459,7 @@ def describe_coinciding(comparison: Comparison) -> Iterator[str]:
 
 
 def _metric_values(rows: Iterable[Row]) -> MetricValues:
-    """Give what is compared, by where it is."""
+    """Return the compared metrics by point."""
     return {
         frozenset(row.point.items()): tuple(
             nan if (value := row.metrics.get(name)) is None else value
@@ -458,7 +470,7 @@ def _metric_values(rows: Iterable[Row]) -> MetricValues:
 
 
 def _are_close(one: MetricValues, other: MetricValues) -> bool:
-    """Tell whether values are the same but for rounding, and not all of them unknown."""
+    """Whether two sets of values are equal except for rounding, and not all unknown."""
     if one.keys() != other.keys():
         return False
     own, others = np.array([*one.values()]), np.array([other[place] for place in one])
@@ -466,20 +478,20 @@ def _are_close(one: MetricValues, other: MetricValues) -> bool:
     return known and np.allclose(own, others, METRIC_TOLERANCE, 0.0, equal_nan=True)
 
 
-# The verdict in sentences, each decided by computing.
+# Verdict in sentences, decided by further computations.
 
 MAX_REMAINING_SHARE = 0.7
-"""Share of an error that a halved step may leave to be a cure: first order leaves half."""
+"""Share of an error that may remain with half the step: a first-order method leaves 0.5."""
 
 MAX_FLIP_CORRELATION = -0.3
-"""Correlation of neighbouring errors of x_dd below which they flip with every step."""
+"""Correlation of neighbouring errors of x_dd below which they alternate with each step."""
 
 TARGET_ERROR = 0.01
-"""Error of T_a for which the needed sharpness is told [-]."""
+"""Error of T_a for which the required sharpness is estimated [-]."""
 
 
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
-    """Give the verdict on every approach that is not the yardstick, the worst first."""
+    """Return the verdict on all approaches except the reference, largest deviation first."""
     names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
     found = [(largest_deviation(deviations(comparison, name)), name) for name in names]
     known = [(deviation, name) for deviation, name in found if deviation is not None]
@@ -496,22 +508,26 @@ def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple
 def describe_approach(
     comparison: Comparison, scenarios: Mapping[str, Scenario], name: str, worst: Deviation
 ) -> Iterator[str]:
-    """Give what is to be said about one approach at the case where it deviates most."""
+    """Yield the findings about one approach, in the case where it deviates most."""
     deviation, row, _ = worst
     yardstick, exact = comparison.yardstick, comparison.counterpart(row)
     place = format_at(row, comparison.table.axes)
     if is_same_solution(scenarios[name], scenarios[yardstick]):
         law = comparison.laws[name]
-        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
+        yield (
+            f"{name} and {yardstick} are the same here: the law of the scene is {law}, solved "
+            "by stick-slip"
+        )
         return
+    reference, T_a_deviation = describe_reference(comparison), format_deviation(deviation)
     if abs(deviation) <= AGREEMENT_TOLERANCE:
-        yield f"{name} agrees with {describe_reference(comparison)}: T_a {format_deviation(deviation)}{place}"
+        yield f"{name} agrees with {reference}: T_a {T_a_deviation}{place}"
     elif (limits := reference_limits(comparison)) or comparison.laws.get(name) == name:
-        # A law is no error, whatever it changes; nor is what the yardstick may err in itself.
-        yield f"{name} differs from {describe_reference(comparison)}: T_a {format_deviation(deviation)}{place}{limits}"
+        # Another law is a difference, not an error; so is a reference with errors of its own.
+        yield f"{name} differs from {reference}: T_a {T_a_deviation}{place}{limits}"
         yield from describe_agreement(comparison, name)
     else:
-        yield f"{name} is off: T_a {format_deviation(deviation)} against {describe_reference(comparison)}{place}"
+        yield f"{name} deviates from {reference}: T_a {T_a_deviation}{place}"
         yield from describe_agreement(comparison, name)
     if exact is None or reference_limits(comparison):
         return
@@ -522,18 +538,18 @@ def describe_approach(
     flipping = error_correlation(response, response_of(scenarios[yardstick].at(exact.point)))
     if flipping < MAX_FLIP_CORRELATION and abs(deviation) > AGREEMENT_TOLERANCE:
         yield (
-            f"the error of {name} is parasitic vibration of period 2Δt = "
-            f"{format_number(2 * response.dt, 's')}: where the mass should stick, friction of "
-            f"{format_number(row.F_fk, 'N')} flips with every step"
+            f"the error of {name} is parasitic vibration with period 2Δt = "
+            f"{format_number(2 * response.dt, 's')}: where the mass should stick, the friction "
+            f"force of {format_number(row.F_fk, 'N')} changes sign with each step"
         )
     if abs(deviation) > TARGET_ERROR:
-        # Of many seeds the first is tried.
+        # With several seeds, the first one is computed.
         T_a = exact.over.T_a[0] if exact.over else exact.metrics["T_a"]
         yield from describe_remedies(case, name, deviation, T_a)
 
 
 def is_same_solution(one: Scenario, other: Scenario) -> bool:
-    """Tell whether two words of a comparison mean one law under one approach."""
+    """Whether two names mean the same law solved by the same approach."""
     return (
         one.solver.member() == other.solver.member()
         and one.active_friction == other.active_friction
@@ -541,24 +557,24 @@ def is_same_solution(one: Scenario, other: Scenario) -> bool:
 
 
 def reference_limits(comparison: Comparison) -> str:
-    """Say why the yardstick proves no other wrong; nothing where it solves all of the scene."""
+    """Return why a deviation from the reference may be no error; "" if it is exact."""
     yardstick, scenario = comparison.yardstick, comparison.table.scenario
     if omissions := scenario.omissions(yardstick):
         return f"; {'; '.join(omissions)}"
     if not isinstance(scenario.variant(yardstick).solver.member(), ExactApproach):
-        return f"; {yardstick} marches by fixed steps, so that it may be off itself"
+        return f"; {yardstick} uses fixed steps and has errors of its own"
     return ""
 
 
 def describe_reference(comparison: Comparison) -> str:
-    """Give the yardstick; where laws are compared also the law of an approach."""
+    """Return the name of the reference, with its law if laws are compared."""
     yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
     names_law = comparison.of_laws and law not in (None, "", yardstick)
     return f"{yardstick} ({law})" if names_law else yardstick
 
 
 def error_correlation(response: Response, exact: Response) -> float:
-    """Give the correlation of neighbouring errors of x_dd: -1 where they flip each step."""
+    """Return the correlation of neighbouring errors of x_dd; -1 if they alternate."""
     last = min(response.t[-1], exact.t[-1])
     t = response.t[response.t <= last]
     error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
@@ -570,7 +586,7 @@ def error_correlation(response: Response, exact: Response) -> float:
 def describe_remedies(
     case: Scenario, name: str, deviation: float, T_a: float | None
 ) -> Iterator[str]:
-    """Say whether a smaller step or a sharper function helps, by trying it."""
+    """Yield whether half the step, or twice the sharpness, reduces the deviation."""
     step, chosen = case.solver.step, case.solver.member()
     if step is not None:
         finer, halved = (
@@ -578,9 +594,10 @@ def describe_remedies(
             format_number(0.5 * step, "s"),
         )
         if is_cured(finer, deviation):
-            yield f"halving the step of {name} leaves {format_deviation(finer)}"
+            yield f"half the step of {name} leaves {format_deviation(finer)}"
         elif finer is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            yield f"a smaller step will not help {name}: at {halved} T_a is {format_deviation(finer)}"
+            left = format_deviation(finer)
+            yield f"a smaller step does not help {name}: {halved} leaves {left}"
     sharpness = getattr(chosen, "sharpness", None)
     if sharpness is not None:
         doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
@@ -596,18 +613,19 @@ def describe_remedies(
             share = format_percent(TARGET_ERROR)
             yield f"{name} needs a sharpness of about {needed} for an error of {share}"
         elif sharper is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            yield f"a sharper {name} will not help: at {twice} T_a is {format_deviation(sharper)}"
+            left = format_deviation(sharper)
+            yield f"a sharper {name} does not help: {twice} leaves {left}"
 
 
 def is_cured(left: float | None, deviation: float) -> TypeGuard[float]:
-    """Tell whether what a change leaves of a deviation is what first order leaves."""
+    """Whether the remaining deviation is as small as for a first-order method."""
     return left is not None and abs(left) <= MAX_REMAINING_SHARE * abs(deviation)
 
 
 def deviation_with(
     case: Scenario, change: Mapping[str, Any], T_a: float | None
 ) -> float | None:
-    """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
+    """Return the deviation of a case with changed solver options; None if it fails."""
     solver = case.solver.model_copy(update=dict(change))
     changed = case.model_copy(update={"solver": solver})
     metrics, _, _ = try_measure(changed, MotionCache().of)
@@ -616,36 +634,37 @@ def deviation_with(
 
 
 def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
-    """Say of which words T_a is held against no other, and why."""
+    """Yield for which names T_a is unknown, and why."""
     yardstick = comparison.yardstick
     if names and (reason := unknown_reason(comparison, yardstick)):
-        yield f"T_a of {yardstick}, the yardstick, is not known: {reason}"
+        yield f"T_a of {yardstick}, the reference, is unknown: {reason}"
         return
     for name in names:
         reason = unknown_reason(comparison, name)
-        where = f": {reason}" if reason else f" where that of {yardstick} is"
-        yield f"T_a of {name} is not known{where}"
+        where = f": {reason}" if reason else f" where that of {yardstick} is known"
+        yield f"T_a of {name} is unknown{where}"
 
 
 def unknown_reason(comparison: Comparison, name: str) -> str:
-    """Say why no case of a word has T_a; nothing where one has."""
+    """Return why T_a is unknown in all cases of a name; "" if it is known in one."""
     rows = list(comparison.table.of(name))
     if any(row.metrics.get("T_a") is not None for row in rows):
         return ""
     lost = (f"{row.status}; {row.note}".removesuffix("; ") for row in rows if row.status != OK)
-    return next(lost, "the base stands still")
+    return next(lost, "the base does not move")
 
 
 def describe_frictionless(comparison: Comparison) -> Iterator[str]:
-    """Say what dry friction does to the transmissibility, where one case is compared."""
+    """Yield the effect of dry friction on T_a, where one case is compared."""
     if comparison.table.axes or comparison.yardstick == "viscous":
         return
     by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
     bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
     if bare and exact and format_number(bare) != format_number(exact):
-        yield f"without dry friction T_a would be {format_number(bare)} in place of {format_number(exact)}"
+        without, dry = format_number(bare), format_number(exact)
+        yield f"without dry friction T_a would be {without} instead of {dry}"
 
 
 def format_deviation(value: float) -> str:
-    """Give a deviation in percent with its sign."""
+    """Return a deviation in percent with its sign."""
     return f"{100 * value:+.3g} %"

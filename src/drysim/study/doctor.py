@@ -1,4 +1,4 @@
-"""Doctor: whether this installation gives right numbers, by versions, engine, known answers."""
+"""Checks of an installation: versions, engine, and scenes with known solutions."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ PACKAGES = (
 )
 
 OUTPUT_STEP = 0.01
-"""Output grid of the known answers [s]; the answers do not depend on it."""
+"""Output step of these scenes [s]; the exact solution does not depend on it."""
 
 DECAY_STOP = 22.42355635
-"""Time [s] at which m = k = F = 1 comes to rest from x = 12, v = 6."""
+"""Time at which m = k_x = F_fk = 1 comes to rest from x_r = 12 m, v_r = 6 m/s [s]."""
 
 DEN_HARTOG = 1.307242
-"""x_max k_x/P at frequency ratio 1, damping ratio 1/3 and F_fk/P = 0.1."""
+"""Amplitude x_max k_x/P at frequency ratio 1, damping ratio 1/3, F_fk/P = 0.1 [-]."""
 
 ANSWER_TOLERANCE = 1e-6
-"""Both answers are known to the digits printed above, the last one rounded."""
+"""Both values above are known to their last digit, which is rounded."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the doctor: what was looked at, whether it is in order, and how it is."""
+    """Result of one check: its name, whether it passed, and an explanation."""
 
     name: str
     passed: bool
@@ -49,13 +49,13 @@ class Finding:
 
 
 def check_installation() -> list[Finding]:
-    """Give everything that the doctor knows about this installation."""
+    """Return the results of all checks."""
     answers = (free_decay, den_hartog, standstill)
     return [*versions(), *check_engine(), *(run_check(answer) for answer in answers)]
 
 
 def versions() -> list[Finding]:
-    """Give the versions of drysim, Python and everything that drysim stands on."""
+    """Return the versions of drysim, Python and all dependencies."""
     python = f"{platform.python_version()} on {platform.platform(terse=True)}"
     own = [Finding("drysim", True, drysim.__version__), Finding("python", True, python)]
     least = minimum_versions()
@@ -64,9 +64,9 @@ def versions() -> list[Finding]:
 
 
 def minimum_versions() -> dict[str, str]:
-    """Return the minimum version of each package that drysim or an extra of it declares.
+    """Return the minimum version that drysim or its extras declare for each package.
 
-    It is empty where drysim runs from its source without being installed.
+    Empty if drysim runs from its source without being installed.
     """
     try:
         declared = requires("drysim") or []
@@ -78,7 +78,7 @@ def minimum_versions() -> dict[str, str]:
 
 
 def installed_version(name: str) -> str:
-    """Return the version of a package; empty where it is missing."""
+    """Return the version of a package; empty if it is missing."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -86,7 +86,7 @@ def installed_version(name: str) -> str:
 
 
 def check_package(name: str, least: str = "") -> Finding:
-    """Give the version of one package, or that it is missing or older than the minimum."""
+    """Return the version of a package, or an error if it is missing or too old."""
     found = installed_version(name)
     wanted = f"'{name}>={least}'" if least else name
     command = f"python -m pip install {wanted}"
@@ -98,7 +98,7 @@ def check_package(name: str, least: str = "") -> Finding:
 
 
 def version_numbers(text: str) -> tuple[int, ...]:
-    """Return the numbers of a version; `1.0` is `1`."""
+    """Return the numbers of a version; `1.0` equals `1`."""
     numbers = [int(number) for number in re.findall(r"\d+", text.partition("+")[0])]
     while numbers and numbers[-1] == 0:
         numbers.pop()
@@ -106,10 +106,10 @@ def version_numbers(text: str) -> tuple[int, ...]:
 
 
 def check_engine() -> list[Finding]:
-    """Give the engine in force and the state of the folder that keeps compiled kernels.
+    """Return the engine in use and the state of the kernel cache.
 
-    The known answers are short, so `auto` settles on the plain engine, as it does for any short
-    job; DRYSIM_ENGINE=compiled lets the doctor look at the compiled one.
+    The scenes with known solutions are short, so `auto` solves them without compiling;
+    DRYSIM_ENGINE=compiled checks the compiled engine.
     """
     from drysim.core import compile
 
@@ -123,15 +123,15 @@ def check_engine() -> list[Finding]:
         compile.choose_engine(0)
     cache = compile.cache_folder()
     if cache is None:
-        state = "no folder can be written: every process compiles anew; set XDG_CACHE_HOME"
+        state = "no writable folder: every process compiles again; set XDG_CACHE_HOME"
     else:
         kernels = sum(1 for _ in cache.rglob("*.nbi"))
-        state = f"{cache}, {kernels} kernels kept"
+        state = f"{cache}, {kernels} kernels cached"
     return [Finding("engine", True, word), Finding("cache", cache is not None, state)]
 
 
 def run_check(answer: Callable[[], Finding]) -> Finding:
-    """Give a known answer, also when the numerics fail on the way."""
+    """Run one of the checks; a numerical failure is its result."""
     try:
         return answer()
     except DrysimError as fault:
@@ -139,7 +139,7 @@ def run_check(answer: Callable[[], Finding]) -> Finding:
 
 
 def free_decay() -> Finding:
-    """Find the instant at which a block on a spring comes to rest."""
+    """Check the time at which a mass on a spring comes to rest."""
     from drysim.approach.stick_slip import StickSlip
 
     response = StickSlip().solve(
@@ -152,25 +152,25 @@ def free_decay() -> Finding:
     )
     stop = float(response.events.t[-1])
     passed = abs(stop - DECAY_STOP) < ANSWER_TOLERANCE and bool(response.stuck[-1])
-    return Finding("free decay", passed, f"stops at {stop:.8f} s, known {DECAY_STOP:.8f} s")
+    return Finding("free decay", passed, f"stops at {stop:.8f} s, expected {DECAY_STOP:.8f} s")
 
 
 def den_hartog() -> Finding:
-    """Find the amplitude of steady sliding at resonance."""
+    """Check the amplitude of continuous sliding at resonance."""
     peak, _ = steady_metrics(CoulombLaw(0.1, 0.1))
     passed = peak is not None and abs(peak - DEN_HARTOG) < ANSWER_TOLERANCE
-    return Finding("Den Hartog", passed, f"amplitude {peak}, known {DEN_HARTOG}")
+    return Finding("Den Hartog", passed, f"amplitude {peak}, expected {DEN_HARTOG}")
 
 
 def standstill() -> Finding:
-    """Find that a base that pulls exactly as hard as the static limit moves nothing."""
+    """Check that a base force equal to the static limit does not move the mass."""
     peak, T_a = steady_metrics(CoulombLaw(1.0, 1.0))
     passed = (peak, T_a) == (0.0, 1.0)
-    return Finding("standstill", passed, f"peak {peak!r}, T_a {T_a!r}, known 0.0 and 1.0")
+    return Finding("standstill", passed, f"peak {peak!r}, T_a {T_a!r}, expected 0.0 and 1.0")
 
 
 def steady_metrics(law: CoulombLaw) -> tuple[float | int | None, float | int | None]:
-    """Give x_r_peak [m] and T_a [-] of the orbit from rest at resonance, damping ratio 1/3."""
+    """Return x_r_peak [m] and T_a [-] from rest at resonance, damping ratio 1/3."""
     from drysim.approach.stick_slip import StickSlip
     from drysim.metrics.table import measure
 

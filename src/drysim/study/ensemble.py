@@ -1,9 +1,9 @@
-"""Ensemble: a scenario under many seeds of its base motion, and what they have in common.
+"""Ensemble: one scenario under many seeds of its base motion.
 
-The seeds are taken in their order, a number of them at a time, until they are all, or enough
-for the interval of a mean to be as narrow as asked. Where the scene allows it, one call of the
-kernel measures a block of them; every other seed is solved by itself. What a seed comes to
-depends neither on those beside it nor on the number of threads.
+The seeds are solved in order until all are done, or until the confidence interval of a mean is
+as narrow as the stopping rule demands. If the scene allows it (`can_measure_together`), one
+call of a kernel measures a block of seeds; otherwise each seed is solved by itself. The result
+of a seed depends neither on the other seeds of its block nor on the number of threads.
 """
 
 from __future__ import annotations
@@ -67,18 +67,18 @@ class Ensemble:
     Attributes
     ----------
     scenario : Scenario
-        What was asked.
+        The scenario that was solved.
     rows : tuple of Row
-        One for each seed, in order.
+        One row per seed, in order.
     statistics : mapping
-        `Statistic` by name of the metric; None where no seed knows it.
+        `Statistic` by metric; None where the metric is unknown for all seeds.
     shown : Outcome
-        The first seed that has numbers, as a run of its own: with its response.
+        Outcome of the first seed that has numbers, with its response.
     checks : tuple of Verdict
-        On the means.
-    warnings : tuple of Caution
+        Verdicts on the means.
+    warnings : tuple of WarningMessage
     complete : bool
-        Whether every seed was computed that is needed.
+        Whether all required seeds were computed.
     """
 
     scenario: Scenario
@@ -91,26 +91,26 @@ class Ensemble:
 
     @property
     def metrics(self) -> Values:
-        """The mean of every metric over the seeds that know it, SI."""
+        """Mean of each metric over the seeds for which it is known, in SI units."""
         return {name: found and found.mean for name, found in self.statistics.items()}
 
     @property
     def response(self) -> Response:
-        """The response of the first seed."""
+        """Response of the first seed."""
         return self.shown.response
 
     @property
     def events(self) -> Events:
-        """The events of the first seed."""
+        """Events of the first seed."""
         return self.shown.events
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seeds, in order."""
+        """Seeds in order."""
         return tuple(row.seed for row in self.rows)
 
     def __repr__(self) -> str:
-        """Give what came out, in a line."""
+        """Return number of seeds, key metrics and verdicts in one line."""
         kept, many = (
             count_verdicts(self.checks, self.warnings),
             format_count(len(self.rows), "seed"),
@@ -120,39 +120,42 @@ class Ensemble:
         )
 
     def exit_code(self, strict: bool = False) -> int:
-        """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""
+        """Return 3 if a seed failed, 1 if a check failed, else 0.
+
+        `strict` counts warnings as failed checks.
+        """
         lost = any(row.status == FAILED for row in self.rows)
         return exit_code(self.checks, self.warnings, strict, lost)
 
 
 def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble:
-    """Give the response, the metrics and the verdicts of a scenario.
+    """Solve a scenario.
 
     Parameters
     ----------
     scenario : Scenario
-        As `drysim.load` gives it.
+        As `drysim.load` returns it.
     workers : int, optional
-        Threads for many seeds; default: one for each processor.
+        Number of threads for many seeds; default: one per processor.
 
     Returns
     -------
     Outcome or Ensemble
-        An ensemble where the scenario asks for many seeds; its metrics are means.
+        An ensemble if the scenario requests several seeds; its metrics are means.
 
     Raises
     ------
     RecordError
-        When the record of the excitation cannot be used.
+        When the record of the excitation is invalid.
     ScenarioError
         When the case needs more memory than the machine has.
     SolverError
-        When the numerics fail; the time is named.
+        When the numerics fail; the message contains the time.
     UsageError
-        When it is no scenario, or `workers` no number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
     case = prepare(scenario)
-    worker_count(workers)  # what is no number of threads is refused for one seed, too
+    worker_count(workers)  # validated for a single seed, too
     if max_seeds(scenario) == 1:
         return one_case.solve(case)
     return solve(case, workers=workers)
@@ -162,7 +165,7 @@ RowCallback = Callable[[int, Row], None]
 
 
 def ignore_row(number: int, row: Row) -> None:
-    """Do nothing with a finished seed."""
+    """Do nothing: the default callback."""
 
 
 def solve(
@@ -172,23 +175,23 @@ def solve(
     done: Mapping[int, Row] | None = None,
     finished: RowCallback = ignore_row,
 ) -> Ensemble:
-    """Give the ensemble of a case that is ready to be solved.
+    """Solve a prepared case under all its seeds.
 
     Parameters
     ----------
     case : Case
-        Of the first seed.
+        Case of the first seed.
     workers : int, optional
-        Threads; default: one for each processor. The ensemble does not depend on it.
+        Number of threads; default: one per processor. The ensemble does not depend on it.
     done : mapping, optional
-        Rows by number of the seed, from 0, that an interrupted run has left.
+        Rows of an interrupted run, by index of the seed from 0.
     finished : callable, optional
-        Called with number and row of every seed as it is computed, in order.
+        Called with index and row of each seed as it is computed, in order.
 
     Raises
     ------
     SolverError
-        When the numerics fail with every seed.
+        When the numerics fail for every seed.
     """
     compile.choose_engine(case.work * max_seeds(case.scenario), case.step_cost.kernels)
     rows: list[Row] = []
@@ -201,10 +204,10 @@ def solve(
 
 
 def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
-    """Give the ensemble of finished seeds, with all verdicts; errors as in `solve`."""
+    """Return the ensemble of finished seeds with its verdicts; errors as in `solve`."""
     scenario, good = case.scenario, [row for row in rows if row.status == OK]
     if not good:
-        raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
+        raise SolverError(f"the numerics fail for every seed; the first: {rows[0].note}")
     one_seed = with_seed(scenario, good[0].seed)
     shown = one_case.solve(assemble(one_seed, base_motion(one_seed)))
     found = statistics(good)
@@ -218,10 +221,10 @@ def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ens
 
 
 def thread_count(case: Case, workers: int | None) -> int:
-    """Give how many seeds may be under way at a time: as many as fit into the memory."""
+    """Return the number of seeds to solve in parallel, as many as fit into memory."""
     wanted = worker_count(workers)
     if compile.engine() == compile.PLAIN:
-        return 1  # plain Python does one thing at a time
+        return 1  # the interpreter lock allows one thread
     limit = int(
         system.total_memory()
         // response_memory(case.steps, bool(case.scenario.measure.weights))
@@ -229,7 +232,7 @@ def thread_count(case: Case, workers: int | None) -> int:
     return max(1, min(wanted, limit))
 
 
-# The rows, seed by seed in their order.
+# Rows of metrics, seed by seed in order.
 
 
 def solve_seeds(
@@ -238,7 +241,17 @@ def solve_seeds(
     done: Mapping[int, Row] | None = None,
     motion_of: MotionSource = base_motion,
 ) -> Iterator[Row]:
-    """Give the row of every seed that a scenario needs, in order."""
+    """Yield the row of each seed that a scenario needs, in order.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    threads : int
+    done : mapping, optional
+        Rows that are already known, by index of the seed from 0.
+    motion_of : callable, optional
+        Returns the base motion of a scenario.
+    """
     seeds, kept = seed_range(scenario), done or {}
     one_seed = with_seed(scenario, seeds[0])
     first = assemble(one_seed, motion_of(one_seed))
@@ -262,7 +275,7 @@ def solve_seeds(
 def solve_seed_block(
     case: Case, seeds: Sequence[int], motion_of: MotionSource
 ) -> Iterator[Row]:
-    """Give the rows of some seeds, which are measured together where there are several."""
+    """Yield the rows of some seeds; several seeds are measured together."""
     scenario, law = case.scenario, case.law
     if len(seeds) < 2:
         yield from (solve_seed(scenario, seed, motion_of) for seed in seeds)
@@ -284,7 +297,7 @@ def solve_seed_block(
 
 
 def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
-    """Give the row of one seed; a failure of the numerics is a status, not an end."""
+    """Return the row of one seed; a numerical failure becomes a status."""
     one_seed, law = with_seed(scenario, seed), scenario.law()
     motion = as_samples(motion_of(one_seed))
     found = try_measure(one_seed, lambda _: motion)
@@ -293,31 +306,30 @@ def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_mot
 
 
 def as_samples(motion: Sines | Samples) -> Samples:
-    """Give a motion that was drawn, which is samples."""
-    assert isinstance(motion, Samples), "what is drawn is samples"
+    """Return a random motion, which is sampled."""
+    assert isinstance(motion, Samples), "random motion is sampled"
     return motion
 
 
-# Blocks of seeds: one call of the kernel measures a block of them.
+# Blocks of seeds, measured by one call of the kernel.
 
 MAX_SEEDS_PER_BLOCK, MIN_SEEDS_PER_BLOCK = 128, 8
-"""Seeds of a block: as many as the kernel marches together, and a group of them."""
+"""Seeds of a block: the most that the kernel marches together, and its group size."""
 
 MIN_BLOCKS = 4
-"""Blocks at least, so that threads can share the work of few seeds."""
+"""Least number of blocks, so that threads share the work of few seeds."""
 
 MAX_SEEDS_PER_DECISION = 32
-"""Seeds of a block at most where an interval decides how many are needed."""
+"""Most seeds of a block where a stopping rule decides how many are needed."""
 
 MAX_SAMPLES_PER_BLOCK = 1 << 22
-"""Samples of a block at most: 100 MB with what is made of them."""
+"""Most samples of a block: 100 MB with all derived arrays."""
 
 
 def block_length(case: Case, seeds: int) -> int:
-    """Give how many of so many seeds a block holds; 1 where each is solved by itself.
+    """Return the number of seeds of a block; 1 if each seed is solved by itself.
 
-    The one place that says which scenes go by blocks. It does not depend on the number of
-    threads, nor do results: what a seed comes to does not depend on those beside it.
+    This is the only place that decides between the two. The number of threads plays no part.
     """
     limit = min(MAX_SEEDS_PER_BLOCK, MAX_SAMPLES_PER_BLOCK // max(case.steps, 1))
     if stopping_rule(case.scenario):
@@ -333,7 +345,7 @@ def block_length(case: Case, seeds: int) -> int:
 
 
 def can_measure_together(case: Case) -> bool:
-    """Tell whether the exact solution of a case can be measured side by side with others."""
+    """Whether a block of seeds of this case can be measured by one call of the kernel."""
     from drysim.approach.many_records import can_batch
 
     return (
@@ -348,7 +360,7 @@ def can_measure_together(case: Case) -> bool:
 
 
 def window_samples(case: Case) -> tuple[int, int] | None:
-    """Give the samples at which the window begins and ends; None where it does between two."""
+    """Return first and last sample of the window; None if it begins or ends between samples."""
     from drysim.approach.scene import GRID_TOLERANCE
 
     shares = [t / case.step for t in case.window]
@@ -360,15 +372,15 @@ def window_samples(case: Case) -> tuple[int, int] | None:
 def measure_block(
     case: Case, motions: Iterable[Samples], count: int
 ) -> Iterator[Values | None]:
-    """Give the metrics of a case under each of so many base motions.
+    """Yield the metrics of a case under each of `count` base motions.
 
-    None stands for one that must be solved by itself: its numerics fail.
+    None means that the numerics fail and the seed must be solved by itself.
     """
     from drysim.approach.many_records import make_batch, measure_batch
 
     window = window_samples(case)
-    assert type(case.law) is CoulombLaw, "asked for of what `can_measure_together` only"
-    assert window is not None, "asked for of what `can_measure_together` only"
+    assert type(case.law) is CoulombLaw, "only called after `can_measure_together`"
+    assert window is not None, "only called after `can_measure_together`"
     motions_in_lanes = make_batch(motions, count, window)
     many = measure_batch(case.plant, case.law, motions_in_lanes, case.start)
     columns = mean_metrics(many.totals, case.window[1] - case.window[0])
@@ -384,14 +396,14 @@ def measure_block(
 
 
 def optional_values(column: object, count: int) -> list[float | None]:
-    """Give the numbers of a column, None for what is not known."""
+    """Convert a column to numbers, NaN to None."""
     if not isinstance(column, np.ndarray):
         return [None] * count
     return [None if value != value else value for value in column.tolist()]
 
 
 def stroke_metrics(case: Case, motion: Samples, many: BatchResult, i: int) -> Values:
-    """Give the metrics of one seed that are read off its way from stop to stop."""
+    """Return the metrics of one seed that depend on its turning points."""
     displacements, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
     length = case.window[1] - case.window[0]
     peak = float(np.abs(displacements).max())

@@ -1,4 +1,4 @@
-"""The gallery: scenarios shipped with drysim, found by name, copied with their records."""
+"""Gallery: scenarios shipped with drysim, found by name and copied with their records."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from drysim.yaml_document import read_document
 SUFFIX = ".yaml"
 
 HARD_FOLDER = "hard"
-"""Part of the gallery that holds the hard cases: scenes that are hard to compute."""
+"""Folder of the hard cases: scenes that are difficult to compute."""
 
 LOOPS_FOLDER = Path("pictures", "loops")
-"""Folder of the gallery that holds the loops of its friction laws."""
+"""Folder with the pictures of the friction loops."""
 
 
 @dataclass(frozen=True)
 class GalleryScenario:
-    """A scenario of the gallery: its name, its own words about itself, and its file."""
+    """Scenario of the gallery: its name, its description, and its file."""
 
     name: str
     about: str
@@ -31,23 +31,23 @@ class GalleryScenario:
 
     @property
     def loop(self) -> Path | None:
-        """The picture of its friction loop, if the gallery shows it."""
+        """Picture of its friction loop, if there is one."""
         file = self.file.parent / LOOPS_FOLDER / f"{self.file.stem}.png"
         return file if file.is_file() else None
 
 
 def list_scenarios(part: str = "") -> list[GalleryScenario]:
-    """Give the scenarios of the gallery, or of a part of it, in the order of their names."""
+    """Return the scenarios of the gallery, or of one of its folders, ordered by name."""
     return [read_scenario(file) for file in sorted((folder() / part).glob(f"*{SUFFIX}"))]
 
 
 def find(name: str) -> GalleryScenario:
-    """Give the scenario of the gallery with this name.
+    """Return the scenario of the gallery with this name.
 
     Raises
     ------
     UsageError
-        When the gallery has no such scenario; names the nearest.
+        When there is no such scenario; the message contains the most similar name.
     """
     found = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD_FOLDER).glob(f"*{SUFFIX}"))
     files = {scenario_name(file): file for file in sorted(found)}
@@ -56,26 +56,26 @@ def find(name: str) -> GalleryScenario:
         sentence = (
             f"the gallery has no scenario `{name}`{did_you_mean(closest_match(name, files))}"
         )
-        raise UsageError(sentence, "`drysim init --list` shows it")
+        raise UsageError(sentence, "`drysim init --list` shows all names")
     return read_scenario(known)
 
 
 def copy(name: str, target: Path) -> list[Path]:
-    """Write a scenario of the gallery, and the records it reads, into a folder.
+    """Copy a scenario of the gallery, and the records that it reads, to a folder.
 
-    A file that is there already is never replaced; the very same record is left alone.
+    Existing files are never replaced; an identical record is kept.
 
     Returns
     -------
     list of Path
-        The files written, the scenario first.
+        Files written, the scenario first.
 
     Raises
     ------
     UsageError
-        When the gallery has no such scenario.
+        When there is no such scenario.
     OutputError
-        When a file is in the way, or the folder cannot be written.
+        When a file exists, or the folder cannot be written.
     """
     chosen = find(name).file
     refuse_existing(target / chosen.name)
@@ -88,26 +88,26 @@ def copy(name: str, target: Path) -> list[Path]:
 
 
 def folder() -> Path:
-    """Give the gallery's folder: inside an installed package, else in the checkout."""
+    """Return the folder of the gallery: in the installed package, or else in the checkout."""
     home = Path(drysim.__file__).resolve().parent
     installed = home / "scenarios"
     return installed if installed.is_dir() else home.parents[1] / "scenarios"
 
 
 def read_scenario(file: Path) -> GalleryScenario:
-    """Give one scenario of the gallery by its file."""
+    """Return one scenario of the gallery by its file."""
     return GalleryScenario(
         scenario_name(file), str(read_document(file).value.get("about", "")), file
     )
 
 
 def scenario_name(file: Path) -> str:
-    """Give the name by which a file of the gallery is asked for, such as `hard/never-moves`."""
+    """Return the name of a file of the gallery, such as `hard/never-moves`."""
     return file.relative_to(folder()).with_suffix("").as_posix()
 
 
 def record_files(value: object) -> Iterator[str]:
-    """Give every file that a scenario of the gallery reads, relative to the gallery."""
+    """Yield every file that a scenario of the gallery reads, relative to the gallery."""
     if isinstance(value, dict):
         for key, inner in value.items():
             if key == "file" and isinstance(inner, str):
@@ -120,7 +120,7 @@ def record_files(value: object) -> Iterator[str]:
 
 
 def is_copied(record: Path, copied: Path) -> bool:
-    """Tell whether a record lies there already; refuse when something else does."""
+    """Whether an identical copy of a record exists; raise an OutputError for any other file."""
     if copied.is_file() and copied.read_bytes() == record.read_bytes():
         return True
     refuse_existing(copied)
@@ -128,23 +128,23 @@ def is_copied(record: Path, copied: Path) -> bool:
 
 
 def refuse_existing(file: Path) -> None:
-    """Raise an OutputError when something, even a dangling link, has this name."""
+    """Raise an OutputError if the name exists, even as a dangling link."""
     if os.path.lexists(file):
         raise OutputError(
-            f"{file} exists already and is left as it is",
-            hint="move it away, or work in another folder",
+            f"{file} already exists and is not replaced",
+            hint="move it, or use another folder",
         )
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Write a file that must not be there yet, completely or not at all."""
+    """Write a new file, completely or not at all."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("xb") as stream:
             try:
                 stream.write(content)
                 stream.flush()
-            except BaseException:  # be it a full disk or Ctrl-C
+            except BaseException:  # also a full disk or Ctrl-C
                 file.unlink(missing_ok=True)
                 raise
     except OSError as fault:

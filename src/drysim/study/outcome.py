@@ -1,4 +1,4 @@
-"""Outcome: what one case gives, as plain values, its exit code, and a line about it."""
+"""Outcome of one case: plain values, an exit code and a one-line representation."""
 
 from __future__ import annotations
 
@@ -20,22 +20,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A case with its response, its metrics, and what is to be said about them.
+    """Response, metrics, check verdicts and warnings of one case.
 
     Attributes
     ----------
     scenario : Scenario
-        What was asked.
+        The scenario that was solved.
     response : Response
-        The motion; one repetition of the periodic orbit when the scenario measures steadily.
+        Motion on the output grid; one repetition of the periodic orbit if the scenario measures
+        the steady state.
     metrics : dict
-        Value by name, SI; None where a metric is not known.
+        Metrics by name, in SI units; None where a metric is unknown.
     checks : tuple of Verdict
-        One for every check of the scenario, in its order.
-    warnings : tuple of Caution
-        Each slug at most once per place, in the order in which they were found.
+        One verdict per check of the scenario, in the same order.
+    warnings : tuple of WarningMessage
+        Warnings in the order in which they were found, each slug at most once per place.
     spectra : Spectra or None
-        Of base and mass, where the scenario asks for them.
+        Spectra of base and mass, if the scenario requests them.
     """
 
     scenario: Scenario
@@ -47,11 +48,11 @@ class Outcome:
 
     @property
     def events(self) -> Events:
-        """Stops, break-aways and reversals in the order of time."""
+        """Stops, break-aways and reversals in order of time."""
         return self.response.events
 
     def __repr__(self) -> str:
-        """Give what came out, in a line."""
+        """Return number of events, key metrics and verdicts in one line."""
         verdicts, many = (
             count_verdicts(self.checks, self.warnings),
             format_count(len(self.events), "event"),
@@ -61,7 +62,7 @@ class Outcome:
         )
 
     def exit_code(self, strict: bool = False) -> int:
-        """Give 0, or 1 when a check failed; `strict` counts a warning as a failed check."""
+        """Return 0, or 1 if a check failed; `strict` counts a warning as a failed check."""
         return exit_code(self.checks, self.warnings, strict)
 
 
@@ -71,9 +72,9 @@ def exit_code(
     strict: bool,
     lost: bool = False,
 ) -> int:
-    """Give 3 when a case was lost, 1 when a check failed, else 0.
+    """Return 3 if a case was lost, 1 if a check failed, else 0.
 
-    `strict` counts a warning as a failed check, and a check that was not judged.
+    With `strict`, a warning and a check that was not judged count as failed checks.
     """
     if lost:
         return EXIT_NUMERICS_FAILED
@@ -82,14 +83,14 @@ def exit_code(
     return EXIT_CHECK_FAILED if failed or (strict and warnings) else EXIT_OK
 
 
-# An answer in a line or two, as a notebook or a debugger shows it.
+# One-line representations for notebooks and debuggers.
 
 KEY_RATIOS = ("T_a", "SEAT", "T_x")
-"""The metrics that are told beside the stroke, where they are known."""
+"""Ratios shown beside the stroke, where they are known."""
 
 
 def format_metrics(metrics: Metrics) -> str:
-    """Give the metrics that people ask for first."""
+    """Return the most important metrics as text."""
     known = [
         f"{name} {format_number(metrics[name])}"
         for name in KEY_RATIOS
@@ -99,7 +100,7 @@ def format_metrics(metrics: Metrics) -> str:
 
 
 def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
-    """Give what the same metrics lie between, SI, by name."""
+    """Return the ranges of the same metrics as text, from (least, greatest) in SI by name."""
     parts = [f"{name} {_format_range(ends[name])}" for name in KEY_RATIOS if name in ends]
     if "x_r_peak" in ends:
         low, high = ends["x_r_peak"]
@@ -114,7 +115,7 @@ def _format_range(ends: tuple[float, float]) -> str:
 
 
 def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]) -> str:
-    """Give how many checks hold, are not judged, and how many warnings there are, if any."""
+    """Return how many checks hold or are not judged, and how many warnings there are."""
     passed = sum(verdict.passed is True for verdict in checks)
     left = sum(verdict.passed is None for verdict in checks)
     parts = [f"{passed} of {format_count(len(checks), 'check')} held"] * bool(checks)
@@ -124,5 +125,5 @@ def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]
 
 
 def format_repr(what: str, name: str, *parts: str) -> str:
-    """Give the line: what it is, the scenario's name, and the parts that say something."""
+    """Return a one-line representation: type, name of the scenario, non-empty parts."""
     return f"<{what} of {name}: {'; '.join(filter(None, parts))}>"

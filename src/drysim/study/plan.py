@@ -1,9 +1,10 @@
-"""Plan: a sweep as pieces, blocks of cases that follow each other, and how a piece is solved.
+"""Plan of a sweep: its cases in ranges, and the solution of one range.
 
-What a piece holds depends on the scenario and its number alone, so threads, processes and
-other machines compute the same. Periodic orbits under Coulomb friction are solved many at
-once, by one call of the kernel; every other case is solved by itself, and over its seeds where
-it has many.
+A range (a "block" in messages) holds cases of one approach with consecutive numbers. It
+depends only on the scenario and on its own number, so threads, processes and other machines
+compute the same results. Periodic orbits under Coulomb friction are solved many at once, by
+one call of the kernel (`solve_orbit_range`). All other cases are solved one by one
+(`solve_case`), each over all its seeds if it has several.
 """
 
 from __future__ import annotations
@@ -47,39 +48,40 @@ from drysim.study.statistics import (
 )
 
 ORBITS_PER_RANGE = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
-"""Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the
-rest of a call is a tenth; of more cases longer calls, lest there be too many blocks."""
+"""Largest number of cases, and orbits per range up to there. 512 orbits are about 10 ms of
+work, ten times the overhead of a call; larger sweeps take longer ranges to keep their number
+small."""
 
 MAX_RANGES, MAX_CASES_PER_RANGE = 4096, 64
-"""Blocks that cases which are solved one by one are cut into, and cases of one at most."""
+"""Number of ranges into which cases solved one by one are divided, and most cases in one."""
 
 
 class Workers(NamedTuple):
-    """Who works at a case: how many seeds at a time, and whether anybody still waits for it."""
+    """Seeds of a case that are solved in parallel, and whether the computation is cancelled."""
 
     seeds: int
     is_cancelled: Callable[[], bool]
 
     @classmethod
     def at(cls, case: Case, workers: int, count: int, is_cancelled: Callable[[], bool]) -> Self:
-        """Give those of so many cases: where threads are left over, seeds go side by side."""
+        """Return the workers for each of `count` cases; spare threads share the seeds."""
         return cls(max(1, thread_count(case, workers) // count), is_cancelled)
 
 
 SINGLE_THREAD = Workers(1, lambda: False)
-"""One thread, which nothing interrupts but the end of the process."""
+"""One thread, never cancelled."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The blocks of a sweep, which threads, processes and other machines compute alike.
+    """Ranges of a sweep, identical on every thread, process and machine.
 
     Attributes
     ----------
-    pieces : Pieces
-        Which cases each block holds.
-    motions : Motions
-        Base motions that blocks have in common: kept, not part of what a block depends on.
+    ranges : CaseRanges
+        Cases of each range.
+    motions : MotionCache
+        Base motions that ranges share. The cache does not affect the results.
     """
 
     ranges: CaseRanges
@@ -87,16 +89,22 @@ class Plan:
 
     @classmethod
     def of(cls, scenarios: Sequence[Scenario], case: Case) -> Self:
-        """Give the plan of the approaches to a case whose base motion is known."""
+        """Return the plan for these scenarios; the base motion of `case` is known."""
         return cls(CaseRanges(scenarios), MotionCache.starting_with(case))
 
     def block(self, number: int, case_workers: Workers = SINGLE_THREAD) -> Batch:
-        """Give a block of cases by its number; errors as in `sweep`."""
+        """Solve the range with this number.
+
+        Raises
+        ------
+        ScenarioError, RecordError
+            When a case of the range is invalid.
+        """
         return solve_range(self.ranges[number], self.motions, case_workers)
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
-    """Give the scenario, and its reference where one is asked for.
+    """Return the scenario and, if it names one, the same scenario with its reference approach.
 
     Raises
     ------
@@ -105,24 +113,24 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
     """
     if not scenario.sweep:
         problem = scenario.problem(
-            "sweep is required: which keys to vary, and over what", "sweep"
+            "sweep is required: the keys to vary and their values", "sweep"
         )
-        raise ScenarioError(f"{scenario.name} has nothing to sweep: 1 problem", (problem,))
+        raise ScenarioError(f"{scenario.origin['file'] or scenario.name}: 1 error", (problem,))
     reference = scenario.reference
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 
 
 class CaseRange(NamedTuple):
-    """Cases of one approach that are solved at a time.
+    """Consecutive cases of one approach that are solved together.
 
     Attributes
     ----------
     scenario : Scenario
-        Of the approach, with its sweep block.
+        Scenario with the approach and the sweep block.
     first : int
-        Number of the first case among those of all approaches.
+        Number of the first case, counted over all approaches.
     begin, end : int
-        Numbers of the first case and of the one after the last in the approach's own grid.
+        First case, and the case after the last, in the grid of this approach.
     """
 
     scenario: Scenario
@@ -132,7 +140,7 @@ class CaseRange(NamedTuple):
 
 
 class CaseRanges(LazySequence[CaseRange]):
-    """The pieces of every scenario, in order; each is made from its number when asked for."""
+    """Ranges of all scenarios in order, each computed from its number on access."""
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         self.scenarios = tuple(scenarios)
@@ -145,11 +153,11 @@ class CaseRanges(LazySequence[CaseRange]):
         self._ends = list(accumulate(self._counts))
 
     def __len__(self) -> int:
-        """Give the number of pieces."""
+        """Return the number of ranges."""
         return self._ends[-1]
 
     def one(self, number: int) -> CaseRange:
-        """Give one piece."""
+        """Return the range with this number."""
         i = bisect_right(self._ends, number)
         begin = (number - self._ends[i] + self._counts[i]) * self._lengths[i]
         end = min(begin + self._lengths[i], self.cases[i])
@@ -157,7 +165,7 @@ class CaseRanges(LazySequence[CaseRange]):
 
 
 def range_length(cases: int, together: bool) -> int:
-    """Give the length of the pieces of so many cases; the same on every machine."""
+    """Return the length of the ranges of so many cases; the same on every machine."""
     if together:
         return next(step for most, step in ORBITS_PER_RANGE if most is None or cases <= most)
     return min(max(1, cases // MAX_RANGES), MAX_CASES_PER_RANGE)
@@ -166,7 +174,7 @@ def range_length(cases: int, together: bool) -> int:
 def solve_range(
     case_range: CaseRange, motions: MotionCache, case_workers: Workers = SINGLE_THREAD
 ) -> Batch:
-    """Give the cases of a piece, solved; errors as in `sweep`."""
+    """Solve the cases of a range; errors as in `Plan.block`."""
     scenario, first, begin, end = case_range
     if can_solve_together(scenario):
         return solve_orbit_range(scenario, first, begin, end)
@@ -179,11 +187,11 @@ def solve_range(
     return Batch.of(first, rows)
 
 
-# A case that is many seeds: its row holds means, and how well they are known.
+# Cases with several seeds: the row holds means and their confidence intervals.
 
 
 def solve_case(job: Job, motions: MotionCache, case_workers: Workers) -> Row:
-    """Give the row of a case, of one seed or of many."""
+    """Solve one case, over all its seeds if it has several."""
     if max_seeds(job.scenario) == 1 and "excitation.seeds" not in job.point:
         return solve_row(job, motions)
     scenario, rows = job.scenario.at(job.point), []
@@ -195,11 +203,11 @@ def solve_case(job: Job, motions: MotionCache, case_workers: Workers) -> Row:
 
 
 def mean_row(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]) -> Row:
-    """Give the rows of all seeds of a case as one; one that fails lets the case fail."""
+    """Combine the rows of all seeds of a case; the case fails if one seed fails."""
     first, lost = rows[0], [row for row in rows if row.status != OK]
     case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
     if lost:
-        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].seed}"
+        which = f"{len(lost)} of {len(rows)} seeds failed, the first is seed {lost[0].seed}"
         return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
     found = statistics(rows)
     until = stopping_rule(scenario)
@@ -214,13 +222,13 @@ def mean_row(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]
     return replace(case, metrics=means, over=over)
 
 
-# Periodic orbits: one call of the kernel solves a block of them.
+# Periodic orbits: one call of the kernel solves a whole range.
 
 Floats = NDArray[np.float64]
 
 
 def can_solve_together(scenario: Scenario) -> bool:
-    """Tell whether the cases of a sweep are orbits that one call of the kernel can solve."""
+    """Whether one call of the kernel can solve the cases of a sweep as periodic orbits."""
     friction, measure = scenario.active_friction, scenario.measure
     return (
         measure.steady
@@ -235,7 +243,7 @@ def can_solve_together(scenario: Scenario) -> bool:
 
 
 def _may_lift_off(scenario: Scenario) -> bool:
-    """Tell whether the normal force of any case may be zero; a recorded one has no orbits."""
+    """Whether the normal force of any case may vanish; cases with a record have no orbits."""
     varied = getattr(scenario.active_friction, "normal_variation", None)
     key = "friction.normal_variation.amplitude"
     swept = (axis for axis in scenario.sweep if axis.key == key)
@@ -244,14 +252,21 @@ def _may_lift_off(scenario: Scenario) -> bool:
 
 
 def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
-    """Give the cases from number `begin` to the one before `end` of a scenario's grid.
+    """Solve the cases `begin` to `end - 1` of a scenario's grid as periodic orbits.
 
-    The first of them is number `first` among the cases of all approaches.
+    Parameters
+    ----------
+    scenario : Scenario
+        With a sweep block.
+    first : int
+        Number of case `begin`, counted over all approaches.
+    begin, end : int
+        Range in the grid of the scenario.
 
     Raises
     ------
     ScenarioError
-        When the values of a case do not go together.
+        When the values of a case contradict each other.
     """
     from drysim.approach.coulomb import solve_orbits
     from drysim.core.orbit import LOG_FULL, STATUS
@@ -267,7 +282,7 @@ def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> B
 
 
 def solve_individually(scenario: Scenario, batch: Batch, which: NDArray[np.bool_]) -> Batch:
-    """Give a batch in which some cases are solved one by one: their events fill the log."""
+    """Replace the selected cases of a batch, whose events fill the log, by single solutions."""
     rows, motions = list(batch), MotionCache()
     for i in np.flatnonzero(which).tolist():
         rows[i] = solve_row(Job(batch.first + i, scenario, dict(rows[i].point)), motions)
@@ -277,7 +292,7 @@ def solve_individually(scenario: Scenario, batch: Batch, which: NDArray[np.bool_
 def scene_array(
     scenario: Scenario, points: Columns, length: int
 ) -> tuple[Floats, tuple[Floats, Floats]]:
-    """Give cases as the kernel wants them, and their F_fk and F_fs [N]."""
+    """Return the cases as the array of the orbit kernel, and their F_fk and F_fs [N]."""
     from drysim.core.orbit import SINES
 
     case = with_columns(scenario, points)
@@ -296,12 +311,12 @@ def scene_array(
 
 
 def full_column(value: Any, length: int) -> Floats:
-    """Give a column, also of a value that all cases share."""
+    """Return a column of shape (length,); a scalar is repeated."""
     return np.broadcast_to(np.asarray(value, dtype=float), (length,)).copy()
 
 
 def common_periods(case: Scenario, frequencies: tuple[Any, ...], length: int) -> Floats:
-    """Give the common period of base motion and normal force [s]; NaN where there is none."""
+    """Return the common period of base motion and normal force [s]; NaN where there is none."""
     friction = case.active_friction
     varied = friction.normal_variation if isinstance(friction, Coulomb) else None
     if varied is None and len(frequencies) == 1:
@@ -318,7 +333,7 @@ def common_periods(case: Scenario, frequencies: tuple[Any, ...], length: int) ->
 def check_first_suspect(
     scenario: Scenario, points: Columns, case: Scenario, scenes: Floats
 ) -> None:
-    """Let the first case that may break a rule be checked by itself."""
+    """Validate the first case that may break a rule, so that its own error is raised."""
     from drysim.core.forcing import F_FK, F_FS, K_X
     from drysim.core.orbit import PERIOD
 
@@ -330,7 +345,7 @@ def check_first_suspect(
 
 
 def orbit_statuses(results: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
-    """Give what became of every case, and what is to be said where that is no orbit."""
+    """Return the status of each case, and a note for each that has no valid orbit."""
     from drysim.approach.scene import no_progress_error, overflow_error
     from drysim.core import orbit as o
 
@@ -354,7 +369,7 @@ def orbit_statuses(results: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
 def orbit_metrics(
     scenes: Floats, results: Floats, status: NDArray[np.int8]
 ) -> dict[str, Floats]:
-    """Give every metric of every case; NaN where it is not known."""
+    """Return all metrics of all cases as columns, NaN where unknown."""
     from drysim.core import orbit as o
     from drysim.core.forcing import F_FK, K_X, B, M
 

@@ -1,9 +1,12 @@
-"""Run: one case from its scenario to its outcome, or, of a sweep, to a row of numbers.
+"""Solution of one case: an outcome for `run`, a row of metrics for sweeps and ensembles.
 
-`solve` gives the outcome with the response on its grid; `measure_case` gives the metrics alone, of
-a solution that needs no grid unless they are weighted. A scenario that measures steadily has
-the periodic orbit solved: the exact approach finds its own, one by fixed steps marches from
-there until its motion repeats.
+`solve` returns the outcome, with the response on its grid. `measure_case` returns only the
+metrics; the exact approach takes them from the segments of its trajectory, without a grid,
+unless they are frequency-weighted.
+
+A scenario that measures the steady state needs a periodic orbit. The exact approach computes
+it directly (`core.orbit`). A fixed-step approach has an orbit of its own nearby: it marches
+from the exact one until its motion repeats (`march_to_orbit`).
 """
 
 from __future__ import annotations
@@ -50,10 +53,11 @@ if TYPE_CHECKING:
 
 
 SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
+"""Response, window of the metrics [s], and warnings."""
 
 
 def solve(case: Case) -> Outcome:
-    """Give the outcome of a case that is ready to be solved."""
+    """Solve a prepared case."""
     choose_engine(case.work, case.step_cost.kernels)
     response, window, motion_warnings = (
         march_from_start(case) if case.period is None else periodic_motion(case)
@@ -64,7 +68,7 @@ def solve(case: Case) -> Outcome:
     )
     metrics |= weighted_metrics(case, response, window)
     spectra, from_spectra = response_spectra(case, response, window)
-    # The stroke limit holds while the motion settles, too.
+    # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
     whole = measure(trajectory, (0.0, window[1]), case.limit) if includes_settling else metrics
     warnings = response_warnings(
@@ -87,7 +91,7 @@ def solve(case: Case) -> Outcome:
 
 
 def march_from_start(case: Case) -> SolvedMotion:
-    """Give the motion from the start state to the end of the window."""
+    """Compute the motion from the start state to the end of the window."""
     approach = case.approach
     solve = approach.solve_in_blocks if isinstance(approach, ExactApproach) else approach.solve
     scene = (case.plant, case.law, case.motion, case.start)
@@ -95,7 +99,7 @@ def march_from_start(case: Case) -> SolvedMotion:
 
 
 def periodic_motion(case: Case) -> SolvedMotion:
-    """Give one repetition of the periodic orbit that the start state leads to."""
+    """Compute one repetition of the periodic orbit reached from the start state."""
     orbit, step = periodic_orbit(case)
     assert case.period is not None
     length = orbit.periods * case.period
@@ -113,10 +117,11 @@ def periodic_motion(case: Case) -> SolvedMotion:
 
 
 def record_end_warnings(case: Case, metrics: Metrics) -> Iterator[WarningMessage]:
-    """Warn when the ends of a high-passed record decide a metric; that takes a second solution.
+    """Warn when the ends of a high-passed record decide a metric.
 
-    The high-pass must continue the record beyond its ends. Another way to do so, which the
-    record supports as well, shows how much depends on that.
+    A high-pass continues the record beyond its ends. The case is solved a second time, with
+    another continuation that the record supports equally well; the difference of the metrics
+    is the uncertainty.
     """
     excitation = case.scenario.excitation
     if not isinstance(excitation, Record) or excitation.remove.below is None:
@@ -126,24 +131,25 @@ def record_end_warnings(case: Case, metrics: Metrics) -> Iterator[WarningMessage
     try:
         other = replace(case, motion=read_motion(excitation, ends="odd"))
         moved = changed_metrics(metrics, measure_case(other)[0])
-    except (RecordError, SolverError):  # such as a file that changed: the answer stands
+    except (RecordError, SolverError):  # e.g. a changed file: no warning
         return
     if moved:
         yield record_end_warning(moved, excitation.remove.below)
 
 
-# The cases of a sweep: enumerated lazily, solved one by one, each giving a row.
+# Rows of metrics, for the cases of a sweep.
 
 MotionSource = Callable[[Scenario], Sines | Samples]
+"""Function that returns the base motion of a scenario."""
 
 CaseResult = tuple[Metrics, str, str]
-"""Metrics of a case, its status and a note; no metrics where the numerics fail."""
+"""Metrics of a case (empty on failure), its status and a note."""
 
-NOT_UNIQUE_NOTE = "one of a continuum of orbits"
+NOT_UNIQUE_NOTE = "the orbit is neutrally stable and not unique"
 
 
 class Job(NamedTuple):
-    """One case of one approach: its number, the scenario to take it from, and its point."""
+    """Case of one approach: its number, its scenario and its point in the sweep."""
 
     number: int
     scenario: Scenario
@@ -151,19 +157,19 @@ class Job(NamedTuple):
 
 
 def count_cases(scenarios: Sequence[Scenario]) -> int:
-    """Give the number of cases without making one."""
+    """Return the number of cases, without enumerating them."""
     return sum(count_points(scenario.sweep) for scenario in scenarios)
 
 
 def solve_row(job: Job, motions: MotionCache) -> Row:
-    """Give the row of one case."""
+    """Solve one case of a sweep."""
     scenario = job.scenario.at(job.point)
     law, found = scenario.law(), try_measure(scenario, motions.of)
     return Row(job.point, scenario.label, law.F_fk, law.F_fs, *found)
 
 
 def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:
-    """Give what `measure_case` does; a failure of the numerics is a status, not an end."""
+    """Return the result of `measure_case`; a numerical failure becomes a status."""
     try:
         return measure_case(assemble(scenario, motion_of(scenario)))
     except SolverError as fault:
@@ -171,7 +177,7 @@ def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:
 
 
 def measure_case(case: Case) -> CaseResult:
-    """Give the metrics of a case, its status and what is to be said about it."""
+    """Return metrics, status and note of a case."""
     if case.period is None:
         trajectory, comfort_metrics = solve_and_weight(case, case.start, case.step, case.window)
         found = measure(trajectory, case.window, case.limit, stationary=case.stationary)
@@ -179,7 +185,7 @@ def measure_case(case: Case) -> CaseResult:
     orbit, step = periodic_orbit(case)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
-    # The orbit of fixed steps is measured even where it does not close.
+    # A fixed-step orbit is measured even if it does not close: `closure` shows it.
     if isinstance(case.approach, ExactApproach):
         if not orbit.settled:
             return unknown, NOT_SETTLED, not_settled_note(orbit.run_up)
@@ -195,14 +201,14 @@ def measure_case(case: Case) -> CaseResult:
 
 
 def not_settled_note(run_up: float) -> str:
-    """Say that a motion had not settled after some time [s]."""
-    return f"it still changes after {run_up:.6g} s"
+    """Return the note for a motion that has not settled after this time [s]."""
+    return f"the motion still changes after {run_up:.6g} s"
 
 
 def solve_and_weight(
     case: Case, start: AnyState, step: float, window: tuple[float, float]
 ) -> tuple[Trajectory, Values]:
-    """Give the solution of a case and its weighted metrics, which alone need its grid."""
+    """Return the trajectory of a case and its weighted metrics, which alone need a grid."""
     if case.scenario.measure.weights is None:
         return trajectory_of(case, start, step, window[1]), {}
     step = weighting_step(case, step, window[1])
@@ -211,7 +217,7 @@ def solve_and_weight(
 
 
 def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> Trajectory:
-    """Give the solution of a case, without its grid where the approach needs none."""
+    """Return the trajectory of a case, without a grid if the approach needs none."""
     if isinstance(case.approach, ExactApproach):
         return case.approach.trajectory(
             case.plant, case.law, case.motion, start, step, duration
@@ -220,26 +226,28 @@ def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> 
 
 
 def trajectory_of_response(response: Response) -> Trajectory:
-    """Give the track of a response; every approach gives one."""
-    assert response.trajectory is not None, "an approach gives its response with its track"
+    """Return the trajectory of a response; every approach sets it."""
+    assert response.trajectory is not None, (
+        "an approach returns its response with its trajectory"
+    )
     return response.trajectory
 
 
 def response_on_grid(case: Case, start: AnyState, step: float, length: float) -> Response:
-    """Give the response of a case from a start state, on a grid of some step [s]."""
+    """Return the response of a case from a start state, on a grid with this step [s]."""
     return case.approach.solve(case.plant, case.law, case.motion, start, step, length)
 
 
 MAX_CACHED_MOTIONS = 4
-"""Base motions kept: neighbouring cases differ in friction more often than in motion."""
+"""Number of cached base motions: neighbouring cases rarely differ in their motion."""
 
 MAX_CACHED_BYTES = 256e6
-"""Memory up to which all seeds of a case are kept, as the other cases have the same."""
+"""Memory up to which the motions of all seeds of a case are cached for the other cases."""
 
 
 @dataclass
 class MotionCache:
-    """The base motions of the latest cases: what cases share is not made anew."""
+    """Base motions of the latest cases, shared by threads."""
 
     cached: dict[object, Sines | Samples] = field(default_factory=dict)
     max_size: int = MAX_CACHED_MOTIONS
@@ -247,7 +255,7 @@ class MotionCache:
 
     @classmethod
     def starting_with(cls, case: Case) -> Self:
-        """Give the motions that know that of a case already."""
+        """Return a cache that holds the motion of this case, with room for all its seeds."""
         motions, motion, seeds = cls(), case.motion, max_seeds(case.scenario)
         motions.cached[motion_key(case.scenario)] = motion
         if isinstance(motion, Samples) and 16 * seeds * len(motion.u_dd) <= MAX_CACHED_BYTES:
@@ -255,7 +263,7 @@ class MotionCache:
         return motions
 
     def of(self, scenario: Scenario) -> Sines | Samples:
-        """Give the base motion of a scenario."""
+        """Return the base motion of a scenario."""
         wanted = motion_key(scenario)
         motion = self.cached.get(wanted)
         if motion is None:
@@ -268,31 +276,31 @@ class MotionCache:
 
 
 def motion_key(scenario: Scenario) -> tuple[object, ...]:
-    """Give everything in a scenario that its base motion depends on."""
+    """Return all parts of a scenario that its base motion depends on."""
     return scenario.excitation, scenario.solver.step, scenario.measure
 
 
 def scenario_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
-    """Give the case of a scenario at a point of another, whose axes it may not have."""
+    """Return the scenario at a point of another one, whose axes it may lack."""
     keys = {axis.key for axis in scenario.sweep}
     return scenario.at({key: value for key, value in point.items() if key in keys})
 
 
 def response_of(scenario: Scenario) -> Response:
-    """Give the response of one case, on its grid."""
+    """Return the response of one case, on its grid."""
     return solve(assemble(scenario, base_motion(scenario))).response
 
 
 # Weighted metrics and spectra.
 
 STEP_TOLERANCE = 1e-9
-"""Two steps this close, relative to them, are one."""
+"""Relative difference below which two steps are equal."""
 
 
 def weighted_metrics(case: Case, response: Response, window: tuple[float, float]) -> Values:
-    """Give the weighted metrics that a case asks for; none where it asks for none.
+    """Return the frequency-weighted metrics of a case; empty if it requests none.
 
-    The response is one repetition where an orbit is wanted.
+    For a periodic orbit, `response` is one repetition.
     """
     weights = case.scenario.measure.weights
     if weights is None:
@@ -308,25 +316,25 @@ def weighted_metrics(case: Case, response: Response, window: tuple[float, float]
 
 
 def weighting_step(case: Case, step: float, length: float) -> float:
-    """Give the step of the grid to weight on [s]: one that divides what repeats."""
+    """Return the step of the grid for weighting [s]; it divides the period of an orbit."""
     return step if case.period is None else dividing_step(step, length)
 
 
 MIN_SEGMENTS = 8
-"""Half-overlapping segments below which PSD and coherence are hardly estimates."""
+"""Number of half-overlapping segments below which PSD and coherence are poor estimates."""
 
 
 def unused_spectra_warnings(case: Case) -> Iterator[WarningMessage]:
-    """Say that only a run gives spectra, where many cases are asked for them."""
+    """Warn of requested spectra where many cases are computed: only a run returns them."""
     if case.scenario.measure.spectra:
-        sentence = "measure.spectra has no use here: only `drysim run` gives spectra"
+        sentence = "measure.spectra is ignored: only `drysim run` computes spectra"
         yield WarningMessage("spectra-left-out", sentence)
 
 
 def response_spectra(
     case: Case, response: Response, window: tuple[float, float]
 ) -> tuple[Spectra | None, tuple[WarningMessage, ...]]:
-    """Give the spectra of a response, where they are asked for, and what to say of them."""
+    """Return the spectra of a response, if requested, and warnings about them."""
     if not case.scenario.measure.spectra:
         return None, ()
     from drysim.metrics.spectra import spectra
@@ -336,54 +344,55 @@ def response_spectra(
 
 
 def spectra_warnings(case: Case, found: Spectra) -> Iterator[WarningMessage]:
-    """Say when the segments are too few, or too short for the resonance."""
+    """Warn when the segments are too few, or too short for the resonance."""
     from drysim.metrics.spectra import HANN_BANDWIDTH
 
     if found.segments < MIN_SEGMENTS:
         sentence = (
-            f"the spectra are means over {found.segments} segments, fewer than {MIN_SEGMENTS}: their "
-            "lines scatter widely and the coherence is too high; take a longer window or a "
-            "shorter measure.segment"
+            f"the spectra are averages over {found.segments} segments, fewer than "
+            f"{MIN_SEGMENTS}: their variance is large and the coherence too high; use a longer "
+            "window or a shorter measure.segment"
         )
         yield WarningMessage("few-segments", sentence, {"segments": found.segments})
     width, lines = resonance_width(case), HANN_BANDWIDTH / found.segment
     if 0 < width < lines:
+        segment = BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width
         sentence = (
-            f"the spectra resolve {format_number(lines, 'Hz')}, the resonance is "
-            f"{format_number(width, 'Hz')} wide: its peak is flattened; "
-            f"measure.segment: {format_number(BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width, 's', 2)} would show it"
+            f"the spectra resolve {format_number(lines, 'Hz')}, but the resonance is "
+            f"{format_number(width, 'Hz')} wide: its peak is too low; "
+            f"use measure.segment: {format_number(segment, 's', 2)}"
         )
         yield WarningMessage("coarse-spectra", sentence, {"resolution": lines, "width": width})
 
 
-# The periodic orbit of fixed steps: march until the motion repeats, and say how well.
+# Periodic orbits of fixed-step approaches: march until the motion repeats.
 
 PERIODS_PER_BURST = 8
-"""Periods marched at a time at least, and the longest repetition that is looked for; those of
-the exact orbit where these are more."""
+"""Periods marched at a time, and the longest repetition searched for. The exact orbit may
+demand more of both."""
 
 MAX_BURSTS = 64
-"""Bursts after which a motion counts as not settled: what decays has decayed by then."""
+"""Bursts after which a motion counts as not settled: any transient has decayed by then."""
 
 MIN_BURSTS = 3
-"""Bursts at least; more only while each closes better than the one before."""
+"""Bursts marched in any case; more follow only while the closure improves."""
 
 MIN_IMPROVEMENT = 0.99
-"""Share of the change before that counts as closing better: what creeps closes slowly."""
+"""Ratio of successive closures below which the motion still converges, however slowly."""
 
 CLOSURE_TOLERANCE = 1e-9
-"""Scaled change of the state over a repetition that counts as none [-]."""
+"""Scaled change of the state over one repetition below which an orbit is closed [-]."""
 
 GRID_TOLERANCE = 1e-9
-"""A period this close to a whole number of steps, in steps, is that number."""
+"""Distance of a period from a whole number of steps, in steps, that counts as rounding."""
 
 
 def periodic_orbit(case: Case) -> tuple[Orbit, float]:
-    """Give the periodic orbit of a case, and the step that it is solved with [s]."""
+    """Return the periodic orbit of a case, and the step of its solution [s]."""
     period = case.period
-    assert period is not None, "only what repeats has an orbit"
+    assert period is not None, "only periodic excitation has an orbit"
     approach, motion = case.approach, case.motion
-    assert isinstance(motion, Sines), "samples end, so they repeat nothing"
+    assert isinstance(motion, Sines), "samples are not periodic"
     scene = (case.plant, case.law, motion, case.start, period)
     if isinstance(approach, ExactApproach):
         return approach.orbit(*scene), case.step
@@ -394,10 +403,24 @@ def periodic_orbit(case: Case) -> tuple[Orbit, float]:
 
 
 def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst: int) -> Orbit:
-    """Follow the exact orbit, step by step, to the orbit of a fixed-step approach.
+    """March from the exact orbit to the periodic orbit of a fixed-step approach.
 
-    Fixed steps have an orbit of their own near that of the motion, so a march begins on the
-    latter. One that chatters may have none, and its closure says so.
+    Parameters
+    ----------
+    case : Case
+    state : State
+        State of the exact orbit.
+    dt : float
+        Step [s], a divisor of the period.
+    period : float
+        Period of the excitation [s].
+    burst : int
+        Periods marched at a time.
+
+    Returns
+    -------
+    Orbit
+        Its closure shows whether it repeats; an approach that chatters may have no orbit.
     """
     steps = round(period / dt)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0
@@ -419,7 +442,7 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
 
 
 def closure_by_period(series: Floats, steps: int, burst: int) -> Floats:
-    """Give the change of a series over the last 1, 2, ... periods of a burst, scaled [-]."""
+    """Return the scaled change of a series over the last 1, 2, ... `burst` periods [-]."""
     ends = series[steps * burst - steps * np.arange(burst + 1)]
     scale = float(np.abs(series).max())
     changes: Floats = np.abs(ends[1:] - ends[0]) / (scale or 1.0)
@@ -427,5 +450,5 @@ def closure_by_period(series: Floats, steps: int, burst: int) -> Floats:
 
 
 def dividing_step(step: float, period: float) -> float:
-    """Give the greatest step that is at most `step` and divides the period [s]."""
+    """Return the largest step that is at most `step` and divides the period [s]."""
     return period / max(1, ceil(period / step - GRID_TOLERANCE))

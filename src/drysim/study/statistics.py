@@ -1,11 +1,11 @@
-"""Results of many cases: one case as a row, many as columns, and statistics over seeds.
+"""Results of many cases as rows and columns, and statistics over seeds.
 
-A row is the point of a case, its metrics and what became of it. A batch holds the columns of a
-block of cases that follow each other; `Rows` makes the rows of many batches when they are
-asked for, so that none need be held.
+A `Row` holds the point of one case, its metrics and its status. A `Batch` holds the columns of
+consecutive cases. `Rows` converts batches to rows on access, so that a table of millions of
+cases is never in memory as objects.
 
-Over the seeds of a scenario each metric has a mean, its confidence interval, quantiles and
-extremes, over the seeds that know it; `has_enough_seeds` says when there are enough seeds.
+For each metric, `statistics` returns mean, confidence interval, quantiles and extremes over
+the seeds for which the metric is known. `has_enough_seeds` implements the stopping rule.
 """
 
 from __future__ import annotations
@@ -36,35 +36,35 @@ if TYPE_CHECKING:
 OK, NOT_SETTLED, NOT_UNIQUE, FAILED = "ok", "not settled", "not unique", "failed"
 
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
-"""What a case may come to; its place here is its code in a batch."""
+"""Possible results of a case; the index is the code in a batch."""
 
 LIMIT_KEY = "stroke.limit"
-"""The key of the stroke limit, which a case has of its own where it is swept."""
+"""Key of the stroke limit; each case has its own limit where this key is swept."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One case of a sweep, solved by one approach.
+    """One case, solved by one approach.
 
     Attributes
     ----------
     point : mapping
-        Swept keys and their values in SI, in the order of the axes; a key that the approach has
-        no use for (friction under `viscous`) is missing.
+        Swept keys and their values in SI, in the order of the axes; without keys that the
+        approach does not use (friction under `viscous`).
     approach : str
-        Name on the shelf.
+        Name of the approach, or of the law in a comparison of laws.
     F_fk, F_fs : float
-        Friction forces [N].
+        Kinetic and static friction force [N].
     metrics : mapping
-        As `drysim.metrics.measure` gives them; all None where the status is not `ok`.
+        As `drysim.metrics.measure` returns them; all None if the status is not `ok`.
     status : str
         `ok`, `not settled`, `not unique` or `failed`.
     note : str
-        What is to be said about a status other than `ok`.
+        Explanation of a status other than `ok`.
     sha256 : str
-        Of the base acceleration (hex), where the case is one seed of many.
+        Hash of the base acceleration (hex), if the case is one seed of an ensemble.
     over : OverSeeds or None
-        How well the metrics are known, where they are means over many seeds.
+        Statistics beside the means, if the metrics are means over seeds.
     """
 
     point: Mapping[str, float]
@@ -79,36 +79,36 @@ class Row:
 
     @property
     def seed(self) -> int:
-        """Its seed, where the case is one of many."""
+        """Seed of the base motion, if the case is one seed of an ensemble."""
         return int(self.point[SEED_KEY])
 
     @property
     def seeds(self) -> int:
-        """How many seeds the metrics are means over."""
+        """Number of seeds over which the metrics are means."""
         return self.over.count if self.over else 1
 
     @property
     def half_widths(self) -> Mapping[str, float | None]:
-        """Half of the 95 % confidence interval of every metric that is a mean."""
+        """Half-width of the 95 % confidence interval of each metric that is a mean."""
         return self.over.half_widths if self.over else {}
 
 
 @dataclass(frozen=True)
 class OverSeeds:
-    """What is known of a case that is many seeds, beside the means of its metrics.
+    """Statistics of a case over its seeds, beside the means of its metrics.
 
     Attributes
     ----------
     count : int
-        How many seeds.
+        Number of seeds.
     half_widths : mapping
-        Half of the 95 % confidence interval, by metric.
+        Half-width of the 95 % confidence interval, by metric.
     T_a : sequence of float
-        By seed: two approaches are compared seed by seed.
+        T_a of each seed: approaches are compared seed by seed.
     sha256 : str
-        Of the hashes of all base accelerations (hex).
+        Hash over the hashes of all base accelerations (hex).
     narrow : bool
-        Whether the interval is as narrow as `until` asks for, if it does.
+        Whether the interval satisfies the stopping rule `until`, if there is one.
     """
 
     count: int
@@ -119,7 +119,7 @@ class OverSeeds:
 
 
 COUNT_METRICS = frozenset({"violations", "contacts"})
-"""Metrics that are whole numbers, unless they are means over many seeds."""
+"""Metrics that are whole numbers, unless they are means over seeds."""
 
 METRIC_NAMES = tuple(UNITS)
 Floats = NDArray[np.float64]
@@ -127,26 +127,26 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Cases of one approach that follow each other in the order of the sweep.
+    """Consecutive cases of one approach, as columns.
 
     Attributes
     ----------
     first : int
-        Number of the first case among those of all approaches.
+        Number of the first case, counted over all approaches.
     approach : str
-        Name on the shelf.
+        Name of the approach, or of the law in a comparison of laws.
     points : mapping
-        Column of every swept key, shape (n,); whole numbers where the key takes no others.
+        Column of each swept key, shape (n,); integers if the key takes only whole numbers.
     F_fk, F_fs : ndarray, shape (n,)
-        Friction forces [N].
+        Kinetic and static friction forces [N].
     metrics : mapping
-        Column of every metric of `METRICS`, shape (n,); NaN where it is not known.
+        Column of each metric in `METRICS`, shape (n,); NaN where unknown.
     status : ndarray of int8, shape (n,)
         Index into `STATUSES`.
     notes : mapping
-        What is to be said about cases without numbers, by their place in the batch.
+        Notes of cases without numbers, by index in the batch.
     over : mapping
-        What is known of cases that are many seeds, by their place in the batch.
+        `OverSeeds` of cases with several seeds, by index in the batch.
     """
 
     first: int
@@ -160,11 +160,11 @@ class Batch:
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        """Give the number of cases."""
+        """Return the number of cases."""
         return len(self.status)
 
     def __iter__(self) -> Iterator[Row]:
-        """Give the cases as rows."""
+        """Yield the cases as rows."""
         keys = tuple(self.points)
         columns = (column.tolist() for column in self.points.values())
         points = list(zip(*columns, strict=True)) or [()] * len(self)
@@ -186,7 +186,7 @@ class Batch:
             )
 
     def row(self, i: int) -> Row:
-        """Give one case as a row."""
+        """Return one case as a row."""
         return Row(
             {key: column[i].item() for key, column in self.points.items()},
             self.approach,
@@ -200,7 +200,7 @@ class Batch:
 
     @classmethod
     def of(cls, first: int, rows: Sequence[Row]) -> Self:
-        """Give rows of one approach as a batch."""
+        """Convert rows of one approach to a batch."""
         keys = tuple(rows[0].point)
         return cls(
             first,
@@ -222,23 +222,23 @@ BatchCallback = Callable[[Batch], None]
 
 
 def ignore_batch(batch: Batch) -> None:
-    """Do nothing with finished cases."""
+    """Do nothing: the default callback."""
 
 
 def _to_column(values: Sequence[float | None]) -> Floats:
-    """Give values as a column, NaN for not known."""
+    """Convert values to a column, None to NaN."""
     return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _to_value(name: str, value: float) -> float | int | None:
-    """Give the value of a metric, None for not known; a mean of counts stays what it is."""
+    """Convert one value of a metric, NaN to None; a mean of counts stays a float."""
     if value != value:
         return None
     return int(value) if name in COUNT_METRICS and value.is_integer() else value
 
 
 def _to_values(name: str, column: Floats) -> list[float | int | None]:
-    """Give a column as values, None for not known."""
+    """Convert a column to values, NaN to None."""
     if name in COUNT_METRICS:
         return [_to_value(name, value) for value in column.tolist()]
     if np.isnan(column).any():
@@ -248,14 +248,14 @@ def _to_values(name: str, column: Floats) -> list[float | int | None]:
 
 
 MAX_CACHED_ROWS = 20_000
-"""Rows up to which they are made once and held: some 30 MB."""
+"""Number of rows up to which they are converted once and cached: about 30 MB."""
 
 ROWS_PER_BATCH = 4096
-"""Rows that are gathered into a block."""
+"""Rows per batch where rows are converted to batches."""
 
 
 class Rows(LazySequence[Row]):
-    """The rows of blocks that follow each other."""
+    """Rows of consecutive batches."""
 
     def __init__(self, batches: Sequence[Batch], firsts: Sequence[int], length: int) -> None:
         self.batches = batches
@@ -265,16 +265,16 @@ class Rows(LazySequence[Row]):
 
     @classmethod
     def of(cls, batches: Sequence[Batch], lengths: Sequence[int] = ()) -> Rows:
-        """Give the rows of blocks; their lengths, where the blocks are not at hand."""
+        """Return the rows of batches; `lengths` avoids reading batches that are on disk."""
         ends = [0, *accumulate(lengths or map(len, batches))]
         return cls(batches, ends[:-1], ends[-1])
 
     def __len__(self) -> int:
-        """Give the number of rows."""
+        """Return the number of rows."""
         return self._length
 
     def __iter__(self) -> Iterator[Row]:
-        """Give the rows in order."""
+        """Yield the rows in order."""
         if self._length > MAX_CACHED_ROWS:
             return chain.from_iterable(self.batches)
         if self._cached is None:
@@ -282,13 +282,13 @@ class Rows(LazySequence[Row]):
         return iter(self._cached)
 
     def one(self, number: int) -> Row:
-        """Give one row."""
+        """Return one row."""
         at = bisect_right(self._firsts, number) - 1
         return self.batches[at].row(number - self._firsts[at])
 
 
 def as_batches(rows: Iterable[Row]) -> Iterable[Batch]:
-    """Give rows as blocks, each of one approach."""
+    """Return rows as batches, each of one approach."""
     return rows.batches if isinstance(rows, Rows) else _group_batches(rows)
 
 
@@ -306,28 +306,28 @@ def _group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
 
 
 CONFIDENCE = 0.95
-"""Share of ensembles whose interval holds the true mean [-]."""
+"""Confidence level: share of ensembles whose interval contains the true mean [-]."""
 
 QUANTILES = (0.05, 0.50, 0.95)
-"""Shares of the seeds [-] below the quantiles that are given."""
+"""Levels of the quantiles over seeds [-]."""
 
 
 class Statistic(NamedTuple):
-    """What a metric is over the seeds that know it, in its unit.
+    """Statistics of a metric over the seeds for which it is known, in its unit.
 
     Attributes
     ----------
     seeds : int
-        How many know it.
+        Number of these seeds.
     mean : float
     half_width : float or None
-        Half of the confidence interval of the mean, by Student's t; None for one seed.
+        Half-width of the confidence interval of the mean, by Student's t; None for one seed.
     std : float or None
-        Standard deviation of a single seed, by n - 1; None for one seed.
+        Sample standard deviation (n - 1); None for one seed.
     quantiles : tuple of float
-        As `QUANTILES` says.
+        At the levels `QUANTILES`.
     least, greatest : tuple of (float, int)
-        Value and the first seed that has it.
+        Extreme value, and the first seed that has it.
     """
 
     seeds: int
@@ -340,16 +340,24 @@ class Statistic(NamedTuple):
 
 
 def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:
-    """Give the statistics of every metric that rows have, one row for each seed, in order.
+    """Return the statistics of every metric.
 
-    None where no row knows it.
+    Parameters
+    ----------
+    rows : sequence of Row
+        One row per seed, in order.
+
+    Returns
+    -------
+    dict
+        `Statistic` by metric; None for a metric that no row knows.
     """
     names = dict.fromkeys(name for row in rows for name in row.metrics)
     return {name: _statistic(rows, name) for name in names}
 
 
 def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
-    """Give the statistics of a metric over the seeds that know it."""
+    """Return the statistics of one metric."""
     found = ((row.seed, row.metrics.get(name)) for row in rows)
     values = {seed: value for seed, value in found if value is not None and isfinite(value)}
     if not values:
@@ -357,7 +365,7 @@ def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
     import numpy as np
 
     series = np.array(list(values.values()))
-    # Of the common definitions the one that leans least on how the values are distributed.
+    # Median-unbiased quantiles do not depend on the distribution (Hyndman & Fan 1996, type 8).
     quantiles = np.quantile(series, QUANTILES, method="median_unbiased").tolist()
     least, greatest = (choose(values, key=values.__getitem__) for choose in (min, max))
     return Statistic(
@@ -367,20 +375,22 @@ def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
 
 
 def interval(values: Iterable[float]) -> tuple[float, float | None]:
-    """Give the mean of values and half of its confidence interval, None for a single one.
+    """Return the mean of values and the half-width of its confidence interval.
+
+    The half-width is None for a single value.
 
     Notes
     -----
-    Sums are exact, so neither depends on the order of the values.
+    The sums are exact (`math.fsum`), so the result does not depend on the order of the values.
     """
     mean, half_width, _ = _moments(list(values))
     return mean, half_width
 
 
 def _moments(values: Sequence[float]) -> tuple[float, float | None, float | None]:
-    """Give mean, half-width of its interval and standard deviation."""
+    """Return mean, half-width of its interval, and standard deviation."""
     n, least = len(values), min(values)
-    # Over what they span: equal values have themselves for a mean, and no square overflows.
+    # Scaled by the range: equal values have exactly that mean, and no square overflows.
     span = max(values) - least or 1.0
     shares = [(value - least) / span for value in values]
     share = fsum(shares) / n
@@ -393,71 +403,71 @@ def _moments(values: Sequence[float]) -> tuple[float, float | None, float | None
 
 @cache
 def student_t(degrees_of_freedom: int) -> float:
-    """Give Student's t that both tails beyond the confidence share, by degrees of freedom."""
+    """Return the two-sided quantile of Student's t distribution at `CONFIDENCE`."""
     from scipy.special import stdtrit
 
     return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * CONFIDENCE))
 
 
 def with_interval(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
-    """Give a verdict with what is known of the mean that it is about, if it applies."""
+    """Return a verdict with the interval of its mean, if the check applies."""
     if verdict.passed is None:
         return verdict
     return replace(verdict, half_width=half_width, seeds=seeds)
 
 
-# The seeds, one after the other, and when they are enough.
+# Seeds of a scenario and their stopping rule.
 
 SEEDS_PER_CHECK = 10
-"""Seeds between two looks at the interval. Looks are taken at fixed numbers of seeds, in their
-order, so that what is decided does not depend on which of them was ready first."""
+"""Seeds between two evaluations of the stopping rule. The rule is evaluated at fixed numbers of
+seeds, in order, so the decision does not depend on which seed finishes first."""
 
 
 def max_seeds(scenario: Scenario) -> int:
-    """Give how many seeds a scenario asks for at most; 1 where it asks for no more."""
+    """Return the largest number of seeds of a scenario; 1 without `seeds`."""
     excitation = scenario.excitation
     return excitation.max_seeds if isinstance(excitation, RandomMotion) else 1
 
 
 def stopping_rule(scenario: Scenario) -> Until | None:
-    """Give when the seeds of a scenario are to be enough; None where their number is given."""
+    """Return the stopping rule `until` of a scenario; None for a fixed number of seeds."""
     excitation = scenario.excitation
     return excitation.until if isinstance(excitation, RandomMotion) else None
 
 
 def seed_range(scenario: Scenario) -> range:
-    """Give the seeds that a scenario asks for, as far as they may have to go."""
+    """Return all seeds of a scenario, as many as the stopping rule may need."""
     excitation = scenario.excitation
     assert isinstance(excitation, RandomMotion), "only random base motion has seeds"
     return range(excitation.seed, excitation.seed + excitation.max_seeds)
 
 
 def with_seed(scenario: Scenario, seed: int) -> Scenario:
-    """Give the scenario with the base motion of one seed alone."""
+    """Return the scenario with a single seed."""
     excitation = scenario.excitation
     assert isinstance(excitation, RandomMotion), "only random base motion has seeds"
     return scenario.copy_with({"excitation": excitation.with_seed(seed)})
 
 
 def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say that one seed is taken where a scenario asks for many, which is of no use."""
+    """Warn that only the first seed is used where many are requested."""
     if max_seeds(scenario) > 1:
         first = seed_range(scenario)[0]
-        sentence = f"excitation.seeds has no use here: only the first seed, {first}, is taken"
+        sentence = f"excitation.seeds is ignored: only the first seed, {first}, is used"
         yield WarningMessage("one-seed", sentence, {"seed": first})
 
 
 def has_enough_seeds(scenario: Scenario, rows: Sequence[Row]) -> bool:
-    """Tell whether these seeds, the first ones in order, are all that are needed."""
+    """Whether the first seeds, in order, are all that are needed."""
     return len(rows) == max_seeds(scenario) or (
         len(rows) % SEEDS_PER_CHECK == 0 and is_narrow(scenario, rows)
     )
 
 
 def is_narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
-    """Tell whether the interval of a metric is as narrow as `until` asks for.
+    """Whether the confidence interval satisfies the stopping rule `until`.
 
-    A seed that does not know the metric, or has failed, leaves it open.
+    It does not while the metric is unknown for any seed, or a seed has failed.
     """
     until = stopping_rule(scenario)
     if until is None:
@@ -469,7 +479,7 @@ def is_narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
 
 
 def metric_interval(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
-    """Give mean and half-width of a metric over the seeds that know it, and their number."""
+    """Return mean, half-width and number of seeds for which a metric is known."""
     values = [row.metrics.get(metric) for row in rows]
     known = [value for value in values if value is not None]
     return (*interval(known), len(known)) if known else (0.0, None, 0)

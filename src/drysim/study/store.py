@@ -1,9 +1,8 @@
-"""What is finished of a sweep or a run under way, on disk, so that a kill loses none of it.
+"""Finished parts of a sweep or run on disk, from which `--resume` continues.
 
-`Store` keeps blocks of the cases of a sweep, `Journal` the seeds of a run. Both begin with
-what they belong to, so that work goes on with its own parts alone: those of another scenario,
-record or drysim are refused. Whatever a kill has cut short is passed over, and every number
-reads back to its last bit.
+`Store` holds the ranges of a sweep, `Journal` the seeds of a run. Both begin with the identity
+of the computation (scenario, files, version), so that only the same computation continues from
+them. An incomplete last entry is ignored. All numbers read back bit for bit.
 """
 
 from __future__ import annotations
@@ -34,23 +33,23 @@ from drysim.study.case import file_hashes
 from drysim.study.plan import CaseRange
 from drysim.study.statistics import METRIC_NAMES, Batch, OverSeeds, Row
 
-# The finished blocks of a sweep under way.
+# Finished ranges of a sweep in progress.
 
 IDENTITY_FILE = "sweep.json"
-"""What is swept, so that blocks of another sweep are not taken for its own."""
+"""File with the identity of the sweep, checked before a resume."""
 
 CASES_SUFFIX = ".cases"
-"""What the name of a file with blocks ends with."""
+"""Suffix of the files with batches."""
 
 MAX_FILE_BYTES = 1 << 26
-"""Size of a file from which on the next block begins another one [B]."""
+"""Size of a file from which the next batch starts a new one [bytes]."""
 
 MAX_HEADER_BYTES = 1 << 26
-"""Bytes of the first line of a block at most: the notes and seeds of 4096 cases take 1e7."""
+"""Largest header line of a batch [bytes]; notes and seeds of 4096 cases take 1e7."""
 
 
 class Location(NamedTuple):
-    """Where a block lies."""
+    """Position of a batch on disk."""
 
     file: Path
     begin: int
@@ -58,12 +57,25 @@ class Location(NamedTuple):
 
 
 class Store:
-    """A folder with files of finished blocks of cases.
+    """Folder with the finished batches of a sweep.
 
-    A block is appended to a file as soon as it is finished. A process writes to files of its
-    own alone, so that whatever a kill has cut short stays at the end of a file, where it is
-    passed over. Every number is held to its last bit: a sweep that goes on gives the very table
-    of one that was never interrupted. Blocks may come in any order and from any machine.
+    A batch is appended to a file as soon as it is finished. Each process writes only to its own
+    files, so an interrupted write leaves an incomplete batch only at the end of a file, where
+    it is ignored. Batches may come in any order and from any machine. A resumed sweep returns
+    the same table as an uninterrupted one, bit for bit.
+
+    Parameters
+    ----------
+    folder : Path
+    identity : mapping
+        As `work_identity` returns it.
+    resume : bool
+        Whether to keep the batches in the folder; otherwise they are deleted.
+
+    Raises
+    ------
+    UsageError
+        When the batches belong to another computation.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
@@ -72,12 +84,12 @@ class Store:
         self._locations: dict[int, Location] = {}
         self._file, self._end, self._files = folder, MAX_FILE_BYTES, 0
         self._lock = Lock()
-        # Links and devices that somebody put there are nothing to go on with.
+        # Links and special files are never resumed from.
         if resume and not folder.is_symlink() and (folder / IDENTITY_FILE).is_file():
             if self._read_identity() != dict(identity):
                 raise other_work_error(folder.parent)
             files = sorted(folder.glob(f"*{CASES_SUFFIX}"))
-            for file in files:  # the latest last, whose blocks count
+            for file in files:  # in order of creation: the latest block counts
                 self._index_file(file)
             self._files = len(files)
             return
@@ -88,21 +100,21 @@ class Store:
         draft.replace(folder / IDENTITY_FILE)
 
     def write(self, case_range: CaseRange, batch: Batch) -> None:
-        """Keep the cases of a piece."""
+        """Write the batch of a range."""
         self.write_packed(case_range, pack(batch, self.sweep))
 
     def write_packed(self, case_range: CaseRange, content: bytes) -> None:
-        """Keep the cases of a piece, packed already.
+        """Write the batch of a range, already in binary format.
 
         Raises
         ------
         OutputError
-            When the folder, or the file in it, is there no more.
+            When the folder, or the file in it, was removed.
         """
         with self._lock:
             location = Location(self._file, self._end, len(content))
             if fresh := self._end >= MAX_FILE_BYTES:
-                name = f"{self._files:06d}-{uuid4().hex[:12]}{CASES_SUFFIX}"  # nobody else's
+                name = f"{self._files:06d}-{uuid4().hex[:12]}{CASES_SUFFIX}"  # unique
                 location = Location(self.folder / name, 0, len(content))
             try:
                 with location.file.open("xb" if fresh else "r+b") as stream:
@@ -111,7 +123,7 @@ class Store:
             except FileNotFoundError:
                 raise system.removed_error(self.folder.parent) from None
             except BaseException:
-                with suppress(OSError):  # what is cut short takes room on a full disk
+                with suppress(OSError):  # free the disk space of the incomplete block
                     os.truncate(location.file, location.begin)
                 raise
             self._file, self._end = location.file, location.begin + location.size
@@ -119,7 +131,7 @@ class Store:
             self._locations[case_range.first] = location
 
     def read(self, case_range: CaseRange) -> Batch | None:
-        """Give the cases of a piece; None where they are still to be computed."""
+        """Return the batch of a range; None if it is missing or damaged."""
         try:
             file, begin, size = self._locations[case_range.first]
             with file.open("rb") as stream:
@@ -129,11 +141,11 @@ class Store:
             return None
 
     def has(self, case_range: CaseRange) -> bool:
-        """Tell whether the cases of a piece are kept, with all their bytes."""
+        """Whether the store holds the complete batch of a range."""
         return case_range.first in self._locations
 
     def _index_file(self, file: Path) -> None:
-        """Note the blocks of a file, up to the first that is cut short."""
+        """Record the locations of the batches in a file, up to the first incomplete one."""
         with (
             suppress(OSError, ValueError, system.NotARegularFile),
             system.open_regular_file(file) as stream,
@@ -155,41 +167,41 @@ class Store:
 
 
 class StoredBatches(LazySequence[Batch]):
-    """The blocks of a store, read when they are asked for."""
+    """Batches of a store, read on access."""
 
     def __init__(self, store: Store, ranges: Sequence[CaseRange]) -> None:
         self._store = store
         self._ranges = ranges
 
     def __len__(self) -> int:
-        """Give the number of blocks."""
+        """Return the number of batches."""
         return len(self._ranges)
 
     def one(self, number: int) -> Batch:
-        """Read one block."""
+        """Read one batch."""
         batch = self._store.read(self._ranges[number])
         if batch is None:
             raise OutputError(
-                f"{self._store.folder} lost cases that were kept there",
-                "let nothing else write there, and run the command again with --resume",
+                f"cases are missing from {self._store.folder}",
+                "make sure that nothing else writes there; repeat the command with --resume",
             )
         return batch
 
 
-# A block of cases as bytes, the same on the disk and on the way between machines.
+# Binary format of a batch, on disk and between machines.
 
 FORCE_COLUMNS = ("F_fk", "F_fs")
 
 CHECKSUM = 4
-"""Bytes at the end of a block: the CRC-32 of all before them."""
+"""Size of the checksum at the end of a batch, the CRC-32 of all bytes before [bytes]."""
 
 
 def pack(batch: Batch, sweep: str) -> bytes:
-    """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
+    """Return a batch in binary format: a JSON line, statuses, columns of doubles, checksum.
 
-    Every number is kept to its last bit; a column of one value alone is a number in the line.
-    The points are left out: they follow from the number of the first case. That number and the
-    digest of the sweep are in the line, so a block is never taken for another one.
+    A column with a single value is stored as a number in the JSON line. The points are left
+    out: they follow from the number of the first case. This number and the digest of the sweep
+    are in the line, so a batch is never mistaken for another one.
     """
     columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
     own = {
@@ -214,16 +226,16 @@ def pack(batch: Batch, sweep: str) -> bytes:
 
 
 def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
-    """Give the cases of a piece from their bytes.
+    """Return the batch of a range from its binary format.
 
     Raises
     ------
     ValueError, KeyError, TypeError
-        When the bytes are not those of a whole block, or are those of another one.
+        When the bytes are incomplete or damaged, or belong to another range.
     """
     whole = memoryview(content)[:-CHECKSUM]
     if content[-CHECKSUM:] != _checksum([whole]):
-        raise ValueError("the block was cut short or spoiled")
+        raise ValueError("the batch is incomplete or damaged")
     end = content.index(b"\n")
     header, rest = json.loads(content[:end]), whole[end + 1 :]
     n, names = header["cases"], header["columns"]
@@ -232,7 +244,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
         case_range.first,
         case_range.end - case_range.begin,
     ):
-        raise ValueError("the block is that of another place")
+        raise ValueError("the batch belongs to another range")
     status = np.frombuffer(rest, np.int8, n)
     numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
     known: dict[str, Any] = dict(zip(names, numbers, strict=True))
@@ -247,7 +259,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
 
 
 class BlockHeader(NamedTuple):
-    """What the first line of a block says: of which sweep and case, and its size [B]."""
+    """Digest of the sweep, number of the first case, size of the batch [bytes]."""
 
     sweep: str
     first: int
@@ -255,7 +267,7 @@ class BlockHeader(NamedTuple):
 
 
 def parse_header(line: bytes) -> BlockHeader | None:
-    """Read the first line of a block; None where it is not one."""
+    """Return the header in the first line of a batch; None if the line is no header."""
     try:
         header = json.loads(line)
         first, size = int(header["first"]), int(header["bytes"])
@@ -269,7 +281,7 @@ def parse_header(line: bytes) -> BlockHeader | None:
 
 
 def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
-    """Give what tells whether a byte was lost or changed."""
+    """Return the CRC-32 of the parts."""
     total = 0
     for part in parts:
         total = zlib.crc32(part, total)
@@ -277,21 +289,33 @@ def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
 
 
 def _is_constant(column: NDArray[np.float64]) -> bool:
-    """Tell whether all numbers of a column are alike in every bit."""
+    """Whether all numbers of a column are identical in every bit."""
     bits = column.view(np.int64)
     return bool((bits == bits[:1]).all()) and bits.size > 0
 
 
-# The finished seeds of a run under way.
+# Finished seeds of a run in progress.
 
 
 class Journal:
-    """A file whose first line says what is run, and every other line is a finished seed.
+    """File with the finished seeds of a run, one per line after a line with its identity.
 
-    The line of a seed begins with a checksum of itself and of what is run: one that a kill has
-    cut short, that was changed or is of another run, is passed over. Numbers are written so
-    that they read back as they were: a run that goes on gives the very ensemble of one that
-    was never interrupted.
+    The line of a seed begins with a checksum over itself and the identity: an incomplete,
+    changed or foreign line is ignored. A resumed run returns the same ensemble as an
+    uninterrupted one, bit for bit.
+
+    Parameters
+    ----------
+    file : Path
+    identity : mapping
+        As `work_identity` returns it.
+    resume : bool
+        Whether to keep the seeds in the file; otherwise it is replaced.
+
+    Raises
+    ------
+    UsageError
+        When the seeds belong to another computation.
     """
 
     def __init__(self, file: Path, identity: Mapping[str, Any], resume: bool) -> None:
@@ -305,29 +329,29 @@ class Journal:
         fresh = self.file.with_suffix(".new")
         fresh.write_text(json.dumps(self.identity) + "\n" + "".join(lines), encoding="utf-8")
         with suppress(OSError):
-            self.file.rmdir()  # an empty folder in its place is nothing to keep
+            self.file.rmdir()  # an empty folder may be replaced
         fresh.replace(self.file)
         self._stream: TextIO | None = None
 
     def __enter__(self) -> Self:
-        """Open the file for more lines."""
+        """Open the file for appending."""
         self._stream = self.file.open("a", encoding="utf-8")
         return self
 
     def __exit__(self, *fault: object) -> None:
-        """Close the file; what is in it stays."""
+        """Close the file."""
         if self._stream is not None:
             self._stream.close()
 
     def add(self, number: int, row: Row) -> None:
-        """Write a finished seed.
+        """Append a finished seed.
 
         Raises
         ------
         OutputError
-            When the file is there no more.
+            When the file was removed.
         """
-        assert self._stream is not None, "a journal is written within its context"
+        assert self._stream is not None, "a journal is written inside its context"
         self._stream.write(format_entry(number, row, self.run))
         self._stream.flush()
         if not os.fstat(self._stream.fileno()).st_nlink:
@@ -335,7 +359,7 @@ class Journal:
         self.done[number] = row
 
     def _read(self) -> dict[int, Row]:
-        """Give the finished seeds of the same run."""
+        """Return the finished seeds of the same run."""
         lines = self.file.read_text(encoding="utf-8", errors="replace").splitlines()
         if parse_json(lines[0] if lines else "") != self.identity:
             raise other_work_error(self.file.parent)
@@ -344,19 +368,19 @@ class Journal:
 
 
 def format_entry(number: int, row: Row, run: str) -> str:
-    """Give the line of a seed, by its number from 0, in the journal of a run."""
-    # Not asdict(), which copies every value of every metric one by one.
+    """Return the line of a seed, with its number from 0, in the journal of a run."""
+    # vars() is faster than asdict(), which copies each value.
     content = json.dumps({"number": number, "row": vars(row)})
     return f"{checksum(content, run)} {content}\n"
 
 
 def checksum(content: str, run: str) -> str:
-    """Return what tells whether words were changed, or are those of another run (hex)."""
+    """Return the checksum of a line and the run that it belongs to (hex)."""
     return hashlib.sha256(f"{run} {content}".encode()).hexdigest()[:16]
 
 
 def parse_json(line: str) -> Any:
-    """Give what a line says, or None where it was cut short or is none of ours."""
+    """Return the content of a line; None if it is incomplete or no JSON."""
     try:
         return json.loads(line)
     except (ValueError, RecursionError):
@@ -364,7 +388,7 @@ def parse_json(line: str) -> Any:
 
 
 def parse_entry(line: str, run: str) -> tuple[int, Row] | None:
-    """Give number and row of the seed of a line, or None where there is none of this run."""
+    """Return number and row of a seed; None if the line is not one of this run."""
     expected, _, content = line.partition(" ")
     if expected != checksum(content, run):
         return None
@@ -376,18 +400,18 @@ def parse_entry(line: str, run: str) -> tuple[int, Row] | None:
 
 
 def _has_journal(file: Path) -> bool:
-    """Whether there is a journal; a device or a pipe in its place is none."""
+    """Whether the file exists and is a regular file with content."""
     try:
         return system.file_size(file) > 0
     except (OSError, system.NotARegularFile):
         return False
 
 
-# What makes two pieces of work one, so that one may go on with what another has left.
+# Identity of a computation: only the same one may be resumed.
 
 
 def work_identity(scenario: Scenario) -> dict[str, Any]:
-    """Give what makes it one: all words of the scenario, its files, and drysim."""
+    """Return the identity of a computation: hashes of scenario and files, version of drysim."""
     content = json.dumps(scenario.resolved(), sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()
     own = {"drysim": drysim.__version__, "core": source_digest()}
@@ -395,13 +419,13 @@ def work_identity(scenario: Scenario) -> dict[str, Any]:
 
 
 def identity_digest(identity: Mapping[str, Any]) -> str:
-    """Return what makes it one in short (hex): each finished part of the work bears it."""
+    """Return a digest of an identity (hex), which each finished part carries."""
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
 def other_work_error(folder: Path) -> UsageError:
-    """Give the error for finished cases that are none of this sweep."""
+    """Return the error for finished cases of another computation."""
     return UsageError(
-        f"{folder} holds cases of another sweep, another record or another drysim",
-        "run the command without --resume to begin anew",
+        f"{folder} holds cases of another sweep, record or version of drysim",
+        "run the command without --resume to start over",
     )

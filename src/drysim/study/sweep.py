@@ -1,8 +1,8 @@
-"""Sweep: every case of the sweep block, block by block, gathered into a table.
+"""Solve all cases of a sweep and collect them in a table.
 
-Threads here, or the workers of a cluster, solve the blocks; the table takes them in the order
-of the grid, so it does not depend on who solved them. Blocks that a store holds are not solved
-anew.
+Threads, or the workers of a cluster, solve the ranges of the plan. The table takes them in the
+order of the grid, so it does not depend on who solved them. Ranges that a store already holds
+are not solved again.
 """
 
 from __future__ import annotations
@@ -44,29 +44,30 @@ if TYPE_CHECKING:
 def sweep(
     scenario: Scenario, *, workers: int | None = None, finished: BatchCallback = ignore_batch
 ) -> Table:
-    """Give the table of every case of a scenario's sweep, the reference last.
+    """Solve every case of a scenario's sweep.
 
     Parameters
     ----------
     scenario : Scenario
         With a sweep block.
     workers : int, optional
-        Threads; default: one for each processor. The table does not depend on it.
+        Number of threads; default: one per processor. The table does not depend on it.
     finished : callable, optional
-        Called with every block of cases as it is computed, in order.
+        Called with each batch of cases as it is computed, in order.
 
     Returns
     -------
     Table
+        The cases of the scenario, followed by those of its reference approach.
 
     Raises
     ------
     ScenarioError
-        When the scenario has no sweep block, or a case is at fault.
+        When the scenario has no sweep block, or a case is invalid.
     RecordError
-        When the record of the excitation cannot be used.
+        When the record of the excitation is invalid.
     UsageError
-        When it is no scenario, or `workers` no number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
     return solve(prepare(scenario), workers=workers, finished=finished)
 
@@ -78,10 +79,13 @@ def solve(
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Table:
-    """Give the table of the sweep of a case that is ready to be solved; as `sweep` does.
+    """Solve the sweep of a prepared case; otherwise as `sweep`.
 
-    Where there is a store, blocks that it holds are not computed anew, and every other one is
-    kept there; of a large sweep they are nowhere else.
+    Parameters
+    ----------
+    store : Store, optional
+        Ranges that it holds are not computed again, all others are written to it. For a large
+        sweep it is the only copy.
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
@@ -91,16 +95,16 @@ def solve(
 def solve_on_cluster(
     case: Case, link: ClusterClient, store: Store, *, finished: BatchCallback = ignore_batch
 ) -> Table:
-    """Give the same table as `solve`, its blocks computed by the workers of a cluster."""
+    """Return the same table as `solve`, computed by the workers of a cluster."""
     from drysim.study.cluster import solve_ranges as solve_remotely
 
-    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as the workers do
+    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
     plan = Plan.of(approaches_of(case.scenario), case)
     return gather(case, solve_remotely(plan, case.scenario, link, store, finished), store)
 
 
 def partial_table(case: Case, store: Store) -> Table:
-    """Give the table of what an interrupted sweep has finished."""
+    """Return the table of the finished cases of an interrupted sweep."""
     found = (
         (case_range, batch)
         for case_range in CaseRanges(approaches_of(case.scenario))
@@ -110,11 +114,11 @@ def partial_table(case: Case, store: Store) -> Table:
 
 
 STEPS_PER_ORBIT = 2_000
-"""What an orbit weighs against loading the compiler, in steps of a plain march."""
+"""Cost of a periodic orbit in the choice of the engine, in steps of sampled motion."""
 
 
 def choose_engine(case: Case, scenarios: Sequence[Scenario]) -> None:
-    """Settle the engine for so many cases like this one, by the law that costs the most."""
+    """Choose the engine for all cases, by the law with the most expensive step."""
     costs = [step_cost(scenario.solver.member(), scenario.law()) for scenario in scenarios]
     highest = max(costs, key=lambda one: one.of(case.motion))
     steps = max(case.steps, STEPS_PER_ORBIT) * highest.of(case.motion)
@@ -130,7 +134,7 @@ def solve_ranges(
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Iterator[tuple[CaseRange, Batch]]:
-    """Give the cases of every piece in order; those that are done are not done again."""
+    """Yield each range with its batch, in order; a range in the store is only read."""
     plan, cancelled = Plan.of(scenarios, case), Event()
     threads = worker_count(workers)
     case_workers = Workers.at(case, threads, count_cases(scenarios), cancelled.is_set)
@@ -153,7 +157,7 @@ def solve_ranges(
         cancelled.set()
 
 
-# How the finished blocks of a sweep become its table.
+# From the batches of a sweep to its table.
 
 
 def gather(
@@ -162,7 +166,7 @@ def gather(
     store: Store | None,
     complete: bool = True,
 ) -> Table:
-    """Give the table of blocks as they come; few are held where a store has them."""
+    """Return the table of batches as they arrive; a store keeps most of them on disk."""
     scenario = case.scenario
     in_memory: list[Batch] = []
     ranges: list[CaseRange] = []
@@ -191,10 +195,20 @@ def make_table(
     losses: Iterable[WarningMessage] = (),
     complete: bool = True,
 ) -> Table:
-    """Give the table of a scenario's finished cases, with its verdicts and warnings.
+    """Return the table of a scenario's cases, with verdicts and warnings.
 
-    The case is the scenario by the approach, or the law, that is judged and warned of; tallies
-    are what the cases of each approach come to, losses what is to be said before anything else.
+    Parameters
+    ----------
+    scenario : Scenario
+    case : Case
+        The scenario with the approach, or the law, to which checks and warnings apply.
+    rows : Rows
+    tallies : mapping
+        `Tally` by approach.
+    losses : iterable of WarningMessage, optional
+        Warnings to place before all others.
+    complete : bool, optional
+        Whether all cases were computed.
     """
     own = tallies.get(case.scenario.label, Tally("", scenario.checks))
     lost, strokes = (
@@ -225,16 +239,16 @@ def make_table(
 
 
 MOTION_KEYS = ("excitation.", "solver.step", "measure.")
-"""Beginnings of the keys that change the base motion."""
+"""Prefixes of the keys that change the base motion."""
 
 
 def has_shared_motion(axes: Sequence[Axis]) -> bool:
-    """Tell whether all cases have one base motion."""
+    """Whether all cases have the same base motion."""
     return not any(axis.key.startswith(MOTION_KEYS) for axis in axes)
 
 
 def describe_numerics(case: Case) -> dict[str, object]:
-    """Give how the cases are solved, as far as they share it."""
+    """Return core, reason, engine and step of the solution, as far as all cases share them."""
     from drysim.approach.scene import core_and_reason
 
     exact = isinstance(case.approach, ExactApproach)

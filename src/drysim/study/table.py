@@ -1,8 +1,7 @@
-"""Table: the outcomes of many cases, without their responses.
+"""Table of many cases without their responses, and statistics over its cases.
 
-What the cases of an approach come to (extremes with where they are, quantiles, verdicts, how
-well means over seeds are known) is gathered block by block, in little memory whatever their
-number.
+`Tally` gathers the statistics of one approach (extremes with their cases, quantiles, verdicts,
+confidence intervals) batch by batch, in memory that does not depend on the number of cases.
 """
 
 from __future__ import annotations
@@ -49,15 +48,15 @@ class Table:
     rows : sequence of Row
         Approach by approach, each in the order of the grid.
     checks : tuple of Verdict
-    warnings : tuple of Caution
+    warnings : tuple of WarningMessage
     complete : bool
         Whether every case was computed.
     motion : Sines or Samples or None
-        The base motion, where all cases share one.
+        Base motion, if all cases share one.
     numerics : mapping
-        How the numbers were made, as far as all cases share it: core, why, engine, ...
-    told : mapping
-        What the cases of each approach come to, where it was gathered as they were computed.
+        Core, reason, engine, step, as far as all cases share them.
+    summary : mapping
+        `Tally` by approach, if it was gathered during the computation.
     """
 
     scenario: Scenario
@@ -71,25 +70,25 @@ class Table:
     summary: Mapping[str, Tally] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        """Give the number of rows."""
+        """Return the number of rows."""
         return len(self.rows)
 
     def __iter__(self) -> Iterator[Row]:
-        """Give the rows in order."""
+        """Yield the rows in order."""
         return iter(self.rows)
 
     def __getitem__(self, number: int) -> Row:
-        """Give one row."""
+        """Return one row."""
         return self.rows[number]
 
     def __repr__(self) -> str:
-        """Give what the cases come to, in a line."""
+        """Return cases, ranges of the key metrics, and verdicts in one line."""
         name, verdicts = self.scenario.name, count_verdicts(self.checks, self.warnings)
         tallies = list(self.tallies.values())
         summary = [
             f"{format_count(tally.cases, 'case')} by {tally.approach}" for tally in tallies
         ]
-        # What a comparison is judged by comes last of those that were asked for.
+        # In a comparison the reference, which the checks apply to, is not the first.
         own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
         found = (
             f"{format_metric_ranges(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}"
@@ -100,73 +99,77 @@ class Table:
 
     @property
     def approaches(self) -> tuple[str, ...]:
-        """The approaches in the order in which they were asked for."""
+        """Approaches, in the order in which they were requested."""
         return tuple(self.tallies)
 
     @cached_property
     def tallies(self) -> Mapping[str, Tally]:
-        """What the cases come to, by approach; the one that was asked for comes first."""
+        """Statistics of the cases by approach, in the order of the request."""
         return self.summary or Tally.of(as_batches(self.rows))
 
     def exit_code(self, strict: bool = False) -> int:
-        """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
+        """Return 3 if a case failed, 1 if a check failed, else 0.
+
+        `strict` counts warnings as failed checks.
+        """
         lost = any(FAILED in tally.lost for tally in self.tallies.values())
         return exit_code(self.checks, self.warnings, strict, lost)
 
     @property
     def own(self) -> tuple[Row, ...]:
-        """The rows of the approach that was asked for, those of its reference left aside."""
+        """Rows of the scenario's own approach, without those of its reference."""
         return tuple(self.of(self.approaches[0])) if self.rows else ()
 
     def of(self, approach: str) -> Iterator[Row]:
-        """Give the rows of one approach."""
+        """Yield the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
 
 
 def stroke_limit(scenario: Scenario, row: Row) -> float | None:
-    """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
+    """Return the stroke limit of a case [m]: its own if it is swept; None without one."""
     stroke = scenario.stroke
     return None if stroke is None else row.point.get(LIMIT_KEY, stroke.limit)
 
 
-# Tally: what the cases of an approach come to, gathered block by block.
+# Statistics of the cases of one approach, updated batch by batch.
 
 QUANTILE_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
 """Metrics whose quantiles are gathered."""
 
 
 class Extreme(NamedTuple):
-    """A metric at its least or greatest, and the row that has it."""
+    """Least or greatest value of a metric, and its row."""
 
     value: float
     row: Row
 
 
 RowAt = Callable[[int], Row]
+"""Function that returns a row by its index in a batch."""
 
 
 @dataclass
 class Tally:
-    """What the cases of one approach come to.
+    """Statistics of the cases of one approach.
 
     Attributes
     ----------
     approach : str
     checks : sequence of Check
-        What was promised about them.
+        Checks that apply to these cases.
     cases, beyond : int
-        Number of cases, and of those in which the stroke limit is met.
+        Number of cases, and of those that exceed the stroke limit.
     lost : dict
-        By status: cases that have no numbers for that reason.
+        Number and first of the cases without numbers, by status.
     extremes : dict
-        Least and greatest value of every metric that is known somewhere, each the first of its
-        kind, over the cases that have numbers.
+        Least and greatest value of each metric over the cases with numbers; the first case wins
+        a tie.
     quantiles : dict
-        `Quantiles` of the metrics of `QUANTILE_METRICS`, over the cases that have numbers.
+        `Quantiles` of the `QUANTILE_METRICS` over the cases with numbers.
     worst : Row or None
-        Of the cases that meet their stroke limit the one that goes the furthest beyond it.
-    seeds : Seeds or None
-        What is known of means, where the cases are many seeds.
+        The case that exceeds its stroke limit by most.
+    seeds : SeedSummary or None
+        Statistics of the means, if the cases have several seeds.
     forces : list of float
         Least and greatest F_fk, least and greatest F_fs [N].
     """
@@ -190,7 +193,7 @@ class Tally:
     def of(
         cls, batches: Iterable[Batch], checks: Sequence[Check] = (), checked: str = ""
     ) -> dict[str, Self]:
-        """Give the tally of every approach in the order in which they come; one is judged."""
+        """Return the tally of each approach, in order; `checks` apply to one of them."""
         found: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach
@@ -201,11 +204,11 @@ class Tally:
 
     @property
     def ends(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest value of every metric that is known somewhere."""
+        """Least and greatest value of each metric that is known in some case."""
         return {name: (low.value, high.value) for name, (low, high) in self.extremes.items()}
 
     def add(self, batch: Batch) -> None:
-        """Take a block of cases into account; blocks come in order."""
+        """Add a batch; batches come in order."""
         self.cases += len(batch)
         ends = batch.F_fk.min(), batch.F_fk.max(), batch.F_fs.min(), batch.F_fs.max()
         pick = (min, max, min, max)
@@ -224,7 +227,7 @@ class Tally:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """One for every check, in order."""
+        """One verdict per check, in order."""
         checks = enumerate(self.checks)
         return tuple(self._verdicts.get(i) or check.no_case_verdict() for i, check in checks)
 
@@ -235,7 +238,7 @@ class Tally:
         return {"kinetic": low_k >= high_k, "static": low_s >= high_s}
 
     def greatest(self, metric: str) -> float | None:
-        """Give the greatest value of a metric; None where it is known nowhere."""
+        """Return the greatest value of a metric; None if it is unknown in all cases."""
         ends = self.extremes.get(metric)
         return None if ends is None else ends[1].value
 
@@ -249,7 +252,7 @@ class Tally:
             )
 
     def _update_extremes(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
-        """Widen the ranges of the metrics; a row is made for none but a new end."""
+        """Update the extremes; only a new extreme is converted to a row."""
         every = good.all()
         for name in METRIC_NAMES:
             column = batch.metrics[name]
@@ -269,7 +272,7 @@ class Tally:
         self.beyond += len(met)
         if len(met):
             peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
-            # A limit that all cases share plays no part in which is the worst.
+            # A limit shared by all cases does not change the order.
             beyond = peaks - (
                 batch.points[LIMIT_KEY][met] if LIMIT_KEY in batch.points else 0.0
             )
@@ -281,7 +284,7 @@ class Tally:
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
     ) -> None:
         applicable = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
-        # A case without metrics fails what it is asked for, unless the check leaves it out.
+        # A case without metrics fails a check that applies to it.
         at = check.worst(applicable, np.where(good, batch.metrics[check.metric], np.nan))
         if at is not None:
             case = row(at)
@@ -295,35 +298,35 @@ class Tally:
 
 
 class Count(NamedTuple):
-    """How many cases have something in common, and the first of them."""
+    """Number of cases that have something in common, and the first of them."""
 
     cases: int
     first: Row
 
 
 def add_cases(before: Count | None, row: Row, cases: int = 1) -> Count:
-    """Give a count with so many more cases in it, the first of which is a row."""
+    """Return the count with more cases, of which `row` is the first."""
     return Count(before.cases + cases, before.first) if before else Count(cases, row)
 
 
 @dataclass
 class SeedSummary:
-    """What the cases of one approach have in common that are means over many seeds.
+    """Statistics of the cases of one approach that are means over several seeds.
 
     Attributes
     ----------
     cases : int
-        Those of them that have numbers.
+        Number of those that have numbers.
     least, most : int
-        Seeds of a case.
+        Smallest and largest number of seeds of a case.
     hashes : set of str
-        Of the base motions of all seeds; no more than two are held.
+        Hashes over the base motions of all seeds; at most two are kept.
     widest : dict
-        By metric the row with the widest interval.
-    wide : Count or None
-        Cases whose interval is wider than asked.
-    open : dict
-        By check: cases in which its limit lies within the interval.
+        Row with the widest interval, by metric.
+    too_wide : Count or None
+        Cases whose interval is wider than the stopping rule demands.
+    undecided : dict
+        Cases in which the limit lies within the interval, by check.
     """
 
     cases: int = 0
@@ -335,7 +338,7 @@ class SeedSummary:
     undecided: dict[Check, Count] = field(default_factory=dict)
 
     def add(self, batch: Batch, checks: Sequence[Check]) -> None:
-        """Take a block of cases into account; blocks come in order."""
+        """Add a batch; batches come in order."""
         for row in map(batch.row, batch.over):
             self.least = min(self.least or row.seeds, row.seeds)
             self.most = max(self.most, row.seeds)
@@ -360,7 +363,7 @@ class SeedSummary:
 
 
 def is_undecided(check: Check, row: Row) -> bool:
-    """Tell whether the limit of a check lies within the interval of a mean."""
+    """Whether the limit of a check lies within the confidence interval of the mean."""
     mean = row.metrics.get(check.metric)
     return mean is not None and abs(mean - check.limit) < (
         row.half_widths.get(check.metric) or 0
@@ -368,14 +371,14 @@ def is_undecided(check: Check, row: Row) -> bool:
 
 
 BINS_PER_E_FOLD = 256
-"""Bins to a factor of e: a quantile is known within 0.2 % of its value."""
+"""Bins per factor e: the error of a quantile is at most 0.2 % of its value."""
 
 QUANTILE_LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""The quantiles that are told."""
+"""Levels of the quantiles over cases [-]."""
 
 
 class Quantiles:
-    """A histogram in bins of equal ratio; values at or below zero share one bin."""
+    """Histogram with bins of constant ratio; values at or below zero share one bin."""
 
     def __init__(self) -> None:
         self._counts: Counter[int] = Counter()
@@ -383,7 +386,7 @@ class Quantiles:
         self._low, self._high = np.inf, -np.inf
 
     def add(self, values: NDArray[np.float64]) -> None:
-        """Count values; NaN is passed over."""
+        """Count values; NaN is ignored."""
         values = values[values == values]
         if not len(values):
             return
@@ -399,7 +402,7 @@ class Quantiles:
             self._counts.update(dict(found))
 
     def at(self, level: float) -> float | None:
-        """Give a quantile; None where there are no values."""
+        """Return the quantile at a level; None without values."""
         total = self._not_positive + self._counts.total()
         if not total:
             return None
@@ -409,12 +412,12 @@ class Quantiles:
         return self._high
 
     def summary(self) -> dict[str, float]:
-        """Give the quantiles of `QUANTILE_LEVELS` by name, such as `0.5`; empty without values."""
+        """Return the quantiles by level, with keys such as `0.5`; empty without values."""
         found = ((f"{level:g}", self.at(level)) for level in QUANTILE_LEVELS)
         return {name: value for name, value in found if value is not None}
 
     def _steps(self) -> Iterator[tuple[float, int]]:
-        """Give the middle of every bin and how many values lie up to its end."""
+        """Yield the centre of each bin, and the number of values up to its end."""
         below = self._not_positive
         yield min(self._low, 0.0), below
         for at in sorted(self._counts):

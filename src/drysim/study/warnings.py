@@ -1,7 +1,6 @@
-"""What a reader of the numbers should know: warnings as values, found after the work.
+"""Warnings that follow from results: of a case, of many cases, and of an ensemble.
 
-They are about a case (its response, its orbit, the ends of its record), about the many cases
-of a table, or about the many seeds of an ensemble. What is known before any work is said by
+Each function returns values, not output. Warnings known before the computation come from
 `scenario.warnings` and `study.case`.
 """
 
@@ -40,13 +39,13 @@ from drysim.wording import (
 )
 
 MAX_ENERGY_RESIDUAL = 1e-9
-"""A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
+"""Energy residual up to which the solution is certified [-]; rounding alone leaves 1e-12."""
 
 MAX_STATED_ERROR = 1e-3
-"""A stated error beyond this share of the peak [-] shows in a picture: no longer exact."""
+"""Error estimate, relative to the peak, from which it is visible in a picture [-]."""
 
 MAX_END_EFFECT = 0.01
-"""Share of a metric by which the ends of a record may move it before that is said [-]."""
+"""Change of a metric by the ends of a record from which a warning is given [-]."""
 
 RELATIVE_METRICS = (
     "a_u",
@@ -60,13 +59,13 @@ RELATIVE_METRICS = (
     "SEAT",
     "VDV",
 )
-"""The metrics that are held against the ends of a record by their relative change."""
+"""Metrics whose relative change by the ends of a record is checked."""
 
 CLOSE_MARGIN = 1e-6
-"""A decision nearer than this [-] to its opposite is within what inputs are known to."""
+"""Relative margin of a decision below which it is within the uncertainty of the inputs [-]."""
 
 
-# Of one case.
+# One case.
 
 
 def response_warnings(
@@ -76,35 +75,44 @@ def response_warnings(
     includes_settling: bool = False,
     window_peak: float | None = None,
 ) -> Iterator[WarningMessage]:
-    """Give every warning that follows from a response, its metrics and the stroke limit [m].
+    """Yield the warnings that follow from a response.
 
-    Where the stroke is concerned the metrics are those of the whole response, `includes_settling` when this
-    is more than the window: the settling, too. The peak of |x_r| in the window [m], `window_peak`,
-    gives lengths their unit; default: that of the metrics.
+    Parameters
+    ----------
+    response : Response
+    metrics : mapping
+        Metrics of the complete response, if it exceeds the stroke limit; else of the window.
+    limit : float or None
+        Stroke limit [m].
+    includes_settling : bool, optional
+        Whether the metrics include the time before the window.
+    window_peak : float, optional
+        Peak of |x_r| in the window [m], which sets the unit of lengths; default: of the
+        metrics.
     """
     if limit is not None and metrics["violations"]:
         yield stroke_warning(metrics, limit, response.law, includes_settling, window_peak)
     if isinstance(response.law, EndStopLaw) and response.law.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
     residual = metrics["energy_residual"]
-    # Fixed steps leave an open balance by nature: a measure then, not an alarm.
+    # Fixed steps never close the energy balance: the residual is then a metric, no warning.
     exact = response.numerics.core != FIXED_STEP
     if exact and residual is not None and not abs(residual) <= MAX_ENERGY_RESIDUAL:
         yield energy_warning(residual)
     error = response.numerics.error
     if error is not None and not error <= MAX_STATED_ERROR:
         sentence = (
-            f"x_r may be off by {format_number(100.0 * error, '%', digits=2)} of its peak: a coarser "
-            "solution is that far away, or the orbit is not closed any better; a smaller "
-            "`friction.tolerance` tells whether the motion itself makes small errors large"
+            f"the estimated error of x_r is {format_number(100.0 * error, '%', digits=2)} "
+            "of its peak, from a coarser solution or the closure of the orbit; try a smaller "
+            "`friction.tolerance` to see whether the motion amplifies small errors"
         )
         yield WarningMessage("inexact", sentence, {"error": error})
     closest = response.numerics.closest_decision
     if closest is not None and closest < CLOSE_MARGIN:
         sentence = (
-            f"a stop or the start was decided by a relative margin of {closest:.1e} between "
-            "|F_L| and F_fs: an input changed by 1e-6 may change the answer; vary "
-            "friction.static a little to see"
+            f"a stick-slip decision has a relative margin of {closest:.1e} between |F_L| and "
+            "F_fs: a relative change of 1e-6 in an input may change the result; vary "
+            "friction.static slightly to check"
         )
         yield WarningMessage("close-decision", sentence, {"closest_decision": closest})
 
@@ -116,78 +124,78 @@ def stroke_warning(
     includes_settling: bool,
     window_peak: float | None = None,
 ) -> WarningMessage:
-    """Say where the stroke limit was met, and by how much or how hard."""
+    """Return the warning about the stroke limit or end stops."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     window_peak = window_peak or peak
     if isinstance(law, EndStopLaw):
         sentence = (
-            f"the mass comes to its end stops, first at t = {format_number(t_first, 's')} and with up "
+            f"the mass hits its end stops, first at t = {format_number(t_first, 's')}, at up "
             f"to {format_number(metrics['impact_speed'], 'm/s')}"
         )
     else:
         sentence = (
-            f"the stroke limit of {format_length(limit, window_peak)} is met "
-            f"{format_times(metrics['violations'])}, first at t = {format_number(t_first, 's')}; |x_r| "
-            f"reaches {format_length(peak, window_peak)}, {format_length(peak - limit, window_peak)} too far"
+            f"the stroke limit of {format_length(limit, window_peak)} is exceeded "
+            f"{format_times(metrics['violations'])}, first at "
+            f"t = {format_number(t_first, 's')}; |x_r| reaches "
+            f"{format_length(peak, window_peak)}, "
+            f"{format_length(peak - limit, window_peak)} beyond the limit"
         )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
     return WarningMessage(
-        "stroke-violated", sentence + ", settling included" * includes_settling, numbers
+        "stroke-violated", sentence + " (settling included)" * includes_settling, numbers
     )
 
 
 def rigid_impact_warning() -> WarningMessage:
-    """Say that an impact has no finite acceleration."""
+    """Return the warning that a rigid impact has no finite acceleration."""
     sentence = (
-        "an impact on a rigid stop is an instant of infinite force: a_x and T_a are of the "
-        "motion between impacts; bumpers give them a force and a length"
+        "the force of an impact on a rigid stop is infinite: a_x and T_a cover only the motion "
+        "between impacts; use bumpers (stroke.stops.stiffness) for finite forces"
     )
     return WarningMessage("impacts-left-out", sentence)
 
 
 def energy_warning(residual: float) -> WarningMessage:
-    """Say that the energy balance does not close."""
+    """Return the warning that the energy balance does not close."""
     sentence = (
-        f"the energy balance closes to {residual:.1e} only, not to {MAX_ENERGY_RESIDUAL:.0e}: "
-        "trust no digit beyond it, and please report the scenario"
+        f"the energy residual is {residual:.1e}, above {MAX_ENERGY_RESIDUAL:.0e}: "
+        "digits beyond it are unreliable; please report the scenario"
     )
     return WarningMessage("energy-open", sentence, {"energy_residual": residual})
 
 
 def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
-    """Say when a periodic orbit was not reached, or not without meeting the stroke limit."""
+    """Warn of an orbit that is not settled or not unique, and of the stroke before that."""
     if not orbit.settled:
-        drift = "" if case.plant.k_x else "without a spring it may walk on for ever; "
+        drift = "" if case.plant.k_x else "without a spring it may drift for ever; "
         sentence = (
-            f"the motion has not settled after {format_number(orbit.run_up, 's')}: it still changes "
-            f"by {format_number(orbit.closure)} a repetition; {drift}measure it with `steady: false`, "
-            "a `settle` and a `duration` instead"
+            f"the motion has not settled after {format_number(orbit.run_up, 's')}: it still "
+            f"changes by {format_number(orbit.closure)} per repetition; {drift}use "
+            "`steady: false` with `settle` and `duration` instead"
         )
         numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
         yield WarningMessage("not-settled", sentence, numbers)
     if not orbit.unique:
         sentence = (
-            "the periodic orbit is one of a continuum: next to nothing draws its neighbours to "
-            "it, and they close, too; it is the one that this start leads to"
+            "the periodic orbit is neutrally stable and not unique; this is the one reached "
+            "from the given start"
         )
         yield WarningMessage("not-unique", sentence)
     limit = case.limit
     if limit is not None and orbit.run_up_peak >= limit:
-        when, end = "on the way to the periodic orbit", " before the motion settles"
-        if not orbit.settled:
-            when, end = "in that time", ""
+        when = "before the motion settles" if orbit.settled else "in this time"
         sentence = (
-            f"{when} |x_r| reaches {format_length(orbit.run_up_peak)}: "
-            f"the stroke limit of {format_length(limit, orbit.run_up_peak)} is met{end}"
+            f"{when} |x_r| reaches {format_length(orbit.run_up_peak)} and exceeds "
+            f"the stroke limit of {format_length(limit, orbit.run_up_peak)}"
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield WarningMessage("stroke-violated-settling", sentence, numbers)
 
 
 def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
-    """Return by how much metrics differ from others, those beyond a hundredth, by name [-].
+    """Return the relative changes of metrics beyond `MAX_END_EFFECT`, by name [-].
 
-    Of the share of time that the mass is stuck, the difference counts as it is.
+    The change of `stuck_share` is absolute.
     """
     found = {}
     for name in (*RELATIVE_METRICS, "stuck_share"):
@@ -200,7 +208,7 @@ def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
 
 
 def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessage:
-    """Say that metrics depend on what a high-pass does at the ends of a record."""
+    """Return the warning that metrics depend on the ends of a high-passed record."""
     changes = join_words(
         [
             f"{name} by {format_number(100.0 * share, '%', digits=2)}"
@@ -208,19 +216,19 @@ def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessa
         ]
     )
     sentence = (
-        f"the ends of the high-pass at {format_number(below, 'Hz')} decide: mirrored about their last "
-        f"sample they move {changes}; leave out the first and the last "
-        f"{format_number(1.0 / below, 's', digits=3)} of the record by `excitation.window`, or take a "
-        "longer record"
+        f"the high-pass at {format_number(below, 'Hz')} depends on how the record is continued "
+        f"beyond its ends: reflection about the last sample changes {changes}; leave out the "
+        f"first and the last {format_number(1.0 / below, 's', digits=3)} of the record by "
+        "`excitation.window`, or use a longer record"
     )
     return WarningMessage("record-ends", sentence, moved)
 
 
-# Of many cases.
+# Sweeps and comparisons.
 
 
 def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[WarningMessage]:
-    """Say how many cases of each approach have no numbers, and why the first has none."""
+    """Warn of cases without numbers, by approach and status."""
     for tally in tallies:
         for status, (lost, row) in tally.lost.items():
             first = f"the first at {describe_case(row.point, axes)}: " if row.point else ""
@@ -233,15 +241,15 @@ def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[
 
 
 def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningMessage]:
-    """Say in how many cases the stroke limit is met, and where the most."""
+    """Warn of cases that exceed the stroke limit, with the worst one."""
     worst, impacts = tally.worst, tally.extremes.get("impact_speed")
     axes = scenario.sweep
     if impacts is not None and impacts[1].value and worst is not None:
-        # Where there are end stops, |x_r| hardly tells one case from another.
+        # With end stops, |x_r| is nearly the same in all cases.
         fastest, row = impacts[1]
         sentence = (
-            f"the mass comes to its end stops in {tally.beyond} of {tally.cases} cases, "
-            f"with up to {format_number(fastest, 'm/s')}{format_at(row, axes)}"
+            f"the mass hits its end stops in {tally.beyond} of {tally.cases} cases, "
+            f"at up to {format_number(fastest, 'm/s')}{format_at(row, axes)}"
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
@@ -249,57 +257,59 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
             yield rigid_impact_warning()
     elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
-        some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
+        some, mean = (", for some seeds", " on average") if worst.over else ("", "")
         window_peak = tally.greatest("x_r_peak") or peak
         which = "" if LIMIT_KEY in worst.point else f" of {format_length(limit, window_peak)}"
         sentence = (
-            f"the stroke limit{which} is met in {tally.beyond} of {tally.cases} cases{some}; "
-            f"|x_r| reaches {format_length(peak, window_peak)}{mean}{format_at(worst, axes)}"
+            f"the stroke limit{which} is exceeded in {tally.beyond} of {tally.cases} "
+            f"cases{some}; |x_r| reaches {format_length(peak, window_peak)}{mean}"
+            f"{format_at(worst, axes)}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
 
 
 def format_at(row: Row, axes: Sequence[Axis]) -> str:
-    """Give the point of a row as the end of a sentence, if there is more than one."""
+    """Return the point of a row as the end of a sentence; "" without swept keys."""
     return f" at {describe_case(row.point, axes)}" if row.point else ""
 
 
 def table_interval_warnings(
     scenario: Scenario, found: SeedSummary | None
 ) -> Iterator[WarningMessage]:
-    """Say which intervals are wider than asked, and which checks are not decided."""
+    """Warn of confidence intervals wider than required, and of undecided checks."""
     if found is None:
         return
     until = stopping_rule(scenario)
     if found.too_wide and until:
         sentence = (
-            f"in {found.too_wide.cases} of {found.cases} cases the interval of {until.metric} is "
-            f"wider than ±{format_number(100 * until.half_width, '%')} of its mean after "
-            f"{max_seeds(scenario)} seeds, the most there may be{describe_first(found.too_wide, scenario)}"
+            f"in {found.too_wide.cases} of {found.cases} cases the confidence interval of "
+            f"{until.metric} is wider than ±{format_number(100 * until.half_width, '%')} of "
+            f"its mean after all {max_seeds(scenario)} seeds"
+            f"{describe_first(found.too_wide, scenario)}"
         )
         yield WarningMessage("interval-wide", sentence, {"cases": found.too_wide.cases})
     for check, undecided in found.undecided.items():
         sentence = (
-            f"`{check}` is not decided in {undecided.cases} of {found.cases} cases"
+            f"`{check}` is undecided in {undecided.cases} of {found.cases} cases"
             f"{describe_first(undecided, scenario)}: the limit lies within the 95 % confidence "
-            "interval of the mean; only more seeds can decide"
+            "interval of the mean; use more seeds"
         )
         yield WarningMessage("check-undecided", sentence, {"cases": undecided.cases})
 
 
 def describe_first(found: Count, scenario: Scenario) -> str:
-    """Say where the first of some cases is, unless there is only one place."""
+    """Describe where the first of some cases is, if there are several places."""
     where = describe_case(found.first.point, scenario.sweep)
     return f", the first at {where}" if where else ""
 
 
-# Of many seeds of one case.
+# Ensembles.
 
 SeedStatistics = Mapping[str, Statistic | None]
 
 REPLACED_SLUGS = {"energy-open", "stroke-violated", "impacts-left-out"}
-"""Warnings about a single seed in whose place stand those about all of them."""
+"""Warnings about a single seed, replaced by those about all seeds."""
 
 
 def ensemble_warnings(
@@ -309,10 +319,10 @@ def ensemble_warnings(
     verdicts: Sequence[Verdict],
     shown: Outcome,
 ) -> Iterator[WarningMessage]:
-    """Give every warning about an ensemble, those of its case first."""
+    """Yield all warnings about an ensemble, those of its case first."""
     has_motion = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
     for warning in case.warnings:
-        # It was said of the first seed; another one may do what that does not.
+        # The warning is about the first seed; another seed may move.
         if not (has_motion and warning.slug == "will-not-move"):
             yield warning
     yield from failure_warnings(rows)
@@ -328,17 +338,17 @@ def ensemble_warnings(
     yield from wide_interval_warnings(case, rows)
     yield from undecided_warnings(verdicts)
     if case.scenario.measure.spectra:
-        sentence = f"spectra.csv and spectra.png are of seed {rows[0].seed} alone"
+        sentence = f"spectra.csv and spectra.png show seed {rows[0].seed} only"
         yield WarningMessage("spectra-of-one-seed", sentence)
 
 
 def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
-    """Say with how many seeds the numerics failed, and why with the first of them."""
+    """Warn of seeds whose numerics failed."""
     lost = [row for row in rows if row.status == FAILED]
     if lost:
         sentence = (
-            f"the numerics failed with {len(lost)} of {len(rows)} seeds, which the means leave "
-            f"out; the first is seed {lost[0].seed}: {lost[0].note}"
+            f"the numerics failed for {len(lost)} of {len(rows)} seeds, which the means "
+            f"exclude; the first is seed {lost[0].seed}: {lost[0].note}"
         )
         yield WarningMessage("case-failed", sentence, {"seeds": len(lost)})
 
@@ -346,67 +356,70 @@ def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
 def ensemble_stroke_warnings(
     rows: Sequence[Row], found: SeedStatistics, limit: float
 ) -> Iterator[WarningMessage]:
-    """Say with how many seeds the stroke limit is met, and where the most."""
+    """Warn of seeds that exceed the stroke limit, with the worst one."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
     most_of_all, impacts = found["stroke_suffices"], found.get("impact_speed")
     if beyond and impacts and has_contacts(found):
         fastest, seed = impacts.greatest
         sentence = (
-            f"the mass comes to its end stops with {beyond} of {len(rows)} seeds, with up to "
-            f"{format_number(fastest, 'm/s')} with seed {seed}"
+            f"the mass hits its end stops for {beyond} of {len(rows)} seeds, at up to "
+            f"{format_number(fastest, 'm/s')} for seed {seed}"
         )
         numbers = {"impact_speed": fastest, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
     elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
-            f"the stroke limit of {format_length(limit, peak)} is met with {beyond} of {len(rows)} "
-            f"seeds; |x_r| reaches {format_length(peak)} with seed {seed}"
+            f"the stroke limit of {format_length(limit, peak)} is exceeded for {beyond} of "
+            f"{len(rows)} seeds; |x_r| reaches {format_length(peak)} for seed {seed}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
 
 
 def has_contacts(found: SeedStatistics) -> bool:
-    """Tell whether the mass comes to end stops within the window of any seed."""
+    """Whether the mass reaches an end stop within the window under any seed."""
     impacts = found.get("contacts")
     return impacts is not None and impacts.greatest[0] > 0
 
 
 def wide_interval_warnings(case: Case, rows: Sequence[Row]) -> Iterator[WarningMessage]:
-    """Say when the interval is not as narrow as asked after all seeds that there may be."""
+    """Warn when the interval is wider than the stopping rule demands after all seeds."""
     until = stopping_rule(case.scenario)
     if until is None or len(rows) < max_seeds(case.scenario) or is_narrow(case.scenario, rows):
         return
     mean, half_width, known = metric_interval(rows, until.metric)
     n, name, target = len(rows), until.metric, format_number(100 * until.half_width, "%")
     if known < n:
-        sentence = f"{name} is known with {known} of {n} seeds only, so until never holds"
+        sentence = (
+            f"only {known} of {n} seeds give {name}; the stopping rule `until` cannot be met"
+        )
         yield WarningMessage("interval-wide", sentence, {"seeds": n, "known": known})
     elif not mean or half_width is None:
         sentence = (
-            f"the mean of {name} is 0 after {n} seeds, and no interval is {target} of that"
+            f"the mean of {name} is 0 after {n} seeds; an interval of ±{target} of it cannot "
+            "be reached"
         )
         yield WarningMessage("interval-wide", sentence, {"seeds": n})
     else:
         share = half_width / abs(mean)
         needed = ceil(n * (share / until.half_width) ** 2)
         sentence = (
-            f"after {n} seeds, the most there may be, the interval of {name} is "
-            f"±{format_number(100 * share, '%', 3)} of its mean, not ±{target}: "
-            f"excitation.seeds: {format_number(needed, digits=2)} would do"
+            f"after all {n} seeds the confidence interval of {name} is "
+            f"±{format_number(100 * share, '%', 3)} of its mean, not ±{target}; "
+            f"excitation.seeds: {format_number(needed, digits=2)} would suffice"
         )
         yield WarningMessage("interval-wide", sentence, {"half_width": share, "seeds": n})
 
 
 def undecided_warnings(verdicts: Sequence[Verdict]) -> Iterator[WarningMessage]:
-    """Say of every check whose limit lies within the interval that it is not decided."""
+    """Warn of each check whose limit lies within the confidence interval."""
     for verdict in verdicts:
         if verdict.undecided:
             sentence = (
                 f"`{verdict.check}` {'holds' if verdict.passed else 'fails'} by the mean of "
                 f"{verdict.seeds} seeds, but the limit lies within its 95 % confidence "
-                "interval: only more seeds can decide"
+                "interval; use more seeds"
             )
             numbers = {"value": verdict.value or 0.0, "half_width": verdict.half_width or 0.0}
             yield WarningMessage("check-undecided", sentence, numbers)
