@@ -163,7 +163,7 @@ def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, dry
     answer = drysim("run", seat, "--no-plots", *sets)
     assert answer.code == 3
     assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
-    assert "take a shorter step" in answer.err
+    assert "use a shorter step" in answer.err
     assert answer.err.startswith("note: one step spans 100000 rad of the oscillator;")
 
 

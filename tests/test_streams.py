@@ -203,7 +203,7 @@ def test_system_without_memory_is_told_as_such(drysim, seat, monkeypatch):
 def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monkeypatch, kind):
     class Finalised:
         def __del__(self):
-            process.INTERRUPT_REQUESTED.set()  # and the exception is printed, but goes no further
+            process.INTERRUPT_REQUESTED.set()  # the exception is printed only
 
     def progress(*_):
         return nullcontext(lambda number=1: Finalised() and None)

@@ -84,7 +84,8 @@ def cell(cases: Panels, approach: str, setting: str, names: tuple[str, ...]) -> 
     error = max(one.error_x_r for one in found)
     ratio = sum(one.ratio for one in found) / len(found)
     time = sum(one.time for one in found) / len(found)
-    return f"{format_number(ratio, digits=2)} ({format_number(time, 'ns', 2)}), {format_number(error, digits=1)}"
+    per_sample = f"{format_number(ratio, digits=2)} ({format_number(time, 'ns', 2)})"
+    return f"{per_sample}, {format_number(error, digits=1)}"
 
 
 def table(benches: dict[str, Panels]) -> str:

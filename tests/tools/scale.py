@@ -106,9 +106,8 @@ def of_bytes(folder: Path) -> None:
         write(table, folder)
         takes = 1e6 * clock.read()[0] / len(table)
         print(f"bytes a case, {name}: {size / len(table):.0f}, written in {takes:.1f} µs")
-    print(
-        f"cases a block: {case_range.end - case_range.begin}, of 1e9 {range_length(10**9, True)}"
-    )
+    size = case_range.end - case_range.begin
+    print(f"cases per block: {size}, of 1e9 {range_length(10**9, True)}")
 
 
 def of_threads(folder: Path) -> None:
