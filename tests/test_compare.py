@@ -370,7 +370,7 @@ class TestOptions:
             "law petrov-ewins needs friction.petrov-ewins.mu_kinetic [-], "
             "friction.petrov-ewins.normal [N] and "
             "friction.petrov-ewins.tangential_stiffness [N/m]: "
-            "give them in a block `petrov-ewins` of friction"
+            "give them in a block `petrov-ewins` in friction"
         )
         assert problem.line == 4
 
