@@ -394,7 +394,7 @@ def test_client_with_other_certificates_is_refused(drysim, swept, guarded, monke
         ("tls://127.0.0.1:9", ("--tls-ca-file", "orbits.yaml"), "needs certificates"),
         ("tcp://127.0.0.1:9", ("--tls-key", "key.pem"), "cannot be used with --cluster tcp://"),
         ("local", ("--tls-key", "key.pem"), "cannot be used with --cluster local"),
-        (None, ("--tls-key", "key.pem"), "no meaning without a cluster"),
+        (None, ("--tls-key", "key.pem"), "the --tls options need a cluster"),
     ],
 )
 def test_certificates_that_are_missing_or_of_no_use_are_told(drysim, swept, where, words, said):
