@@ -179,7 +179,7 @@ def test_check_is_retold_in_its_own_unit(drysim, seat):
 def test_folder_without_a_result_cannot_be_summarised(drysim, tmp_path):
     done = drysim("summarise", tmp_path)
     assert done.code == 2
-    assert "name the folder" in done.err
+    assert "name an output folder" in done.err
 
 
 def table(out):

@@ -163,7 +163,7 @@ def test_other_laws_take_the_mean_in_a_comparison(scene):
         (RECORD + ", normal: 3", WINDOW, "give normal or normal_record, not both"),
         (RECORD.replace("rate", "unit: m, rate"), WINDOW, "is a unit of length, not force"),
         (RECORD.replace("file: force.csv, ", ""), WINDOW, "normal_record.file is required"),
-        (RECORD.replace(", rate: 100 Hz", ""), WINDOW, "how the samples are spaced"),
+        (RECORD.replace(", rate: 100 Hz", ""), WINDOW, "the time step is unknown"),
         (RECORD.replace("force.csv", "farce.csv"), WINDOW, "did you mean `force.csv`?"),
         (RECORD.replace("F_N", "F_T"), WINDOW, "there is no column `F_T`"),
         (
@@ -194,7 +194,7 @@ def test_force_that_interpolation_takes_away_is_a_warning(scene, amplitude, freq
     force_record = load(scene(values=values)).law().force_record
     assert [caution.slug for caution in force_record.warnings] == slugs
     if slugs:
-        assert "of 28.26 N RMS, " in force_record.warnings[0].sentence
+        assert "the RMS from 28.26 to 19.36 N" in force_record.warnings[0].sentence
 
 
 def test_unit_is_mandatory(scene):
