@@ -10,7 +10,6 @@ import pytest
 
 PARTS = (
     "compile",
-    "digits",
     "dynamic_friction",
     "events",
     "fixed_step",

@@ -19,7 +19,7 @@ ORACLE = (
     "tests/test_friction.py", "tests/test_leuven.py", "tests/test_many_records.py",
     "tests/test_normal_force.py", "tests/test_steady_state.py", "tests/test_stops.py",
 )  # fmt: skip
-OWN = {"digits": ("tests/core/test_digits.py",), "compile": ("tests/core/test_compile.py",)}
+OWN = {"compile": ("tests/core/test_compile.py",)}
 """For files of the core that the plain engine does not run."""
 
 SLOW = ("minor_loop", "full_memory", "fast", "compiled", "engines_agree", "agree_bit", "twins")

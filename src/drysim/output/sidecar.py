@@ -24,7 +24,7 @@ import numpy as np
 import drysim
 from drysim.core.model import NormalForceLaw, Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
-from drysim.output.tables import format_floats, join_columns, write_csv
+from drysim.output.tables import format_numbers, join_rows, write_csv
 from drysim.study.case import signal_sha256
 
 if TYPE_CHECKING:
@@ -105,11 +105,8 @@ def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
         "phase [rad]": np.angle(found.H1),
         "coherence [-]": found.coherence,
     }
-    cells = [
-        [text if text != "nan" else "" for text in format_floats(column)]
-        for column in columns.values()
-    ]
-    write_csv(folder / "spectra.csv", list(columns), [join_columns(cells)])
+    rows = join_rows([format_numbers(list(columns.values()))])
+    write_csv(folder / "spectra.csv", list(columns), [rows])
 
 
 def sidecar_fields(

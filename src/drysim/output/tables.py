@@ -1,23 +1,22 @@
 """Tables: CSV files of a run and of many cases, Parquet of many cases; their columns and units.
 
 Numbers are written as the shortest decimal that reads back as the same float. Rows are written
-in blocks; their text is formatted ahead in threads by a compiled kernel, or in plain Python by
-the same rules. Parquet has one file per block of cases.
+in blocks. Parquet has one file per block of cases.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby, repeat
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
-from drysim import system
 from drysim.approach.solution import EVENT_NAMES, Events, Response
-from drysim.core.compile import is_plain
 from drysim.core.model import BLOCK_SIZE, EndStopLaw
 from drysim.errors import UsageError
 from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS
@@ -143,7 +142,7 @@ def write_transmissibility_csv(table: Table, folder: Path) -> None:
     """Write transmissibility.csv: every case of a sweep, then those of its reference."""
     headings, optional = _case_headers(table), optional_metrics(table)
     if len(table.rows) <= MAX_CACHED_ROWS or _has_ensembles(table):
-        lines: Iterable[CsvBytes] = [join_columns(_case_columns(table))]
+        lines: Iterable[bytes] = [join_columns(_case_columns(table))]
     else:
         keys = [axis.key for axis in table.axes]
         blocks = (_case_block(batch, keys, optional) for batch in as_batches(table.rows))
@@ -182,7 +181,7 @@ def write_case_violations_csv(table: Table, folder: Path) -> None:
         )
 
 
-def _violation_rows(table: Table, approach: str) -> Iterator[CsvBytes]:
+def _violation_rows(table: Table, approach: str) -> Iterator[bytes]:
     """Yield the rows of the cases that exceed the limit, block by block."""
     for batch in as_batches(table.rows):
         if batch.approach == approach:
@@ -353,13 +352,6 @@ def _arrow_table(table: Table, batch: Batch) -> Any:
 # Rows of CSV.
 
 
-MAX_THREADS = 4
-"""Most formatting threads; one more thread writes, and few disks are faster than that."""
-
-CsvBytes = bytes | memoryview
-Input = TypeVar("Input")
-
-
 class SeriesBlock(NamedTuple):
     """Columns of numbers, and the index of the text in each row; all of shape (n,)."""
 
@@ -376,7 +368,7 @@ class CaseBlock(NamedTuple):
     status: NDArray[np.int8]
 
 
-def write_csv(file: Path, headings: Sequence[str], blocks: Iterable[CsvBytes]) -> None:
+def write_csv(file: Path, headings: Sequence[str], blocks: Iterable[bytes]) -> None:
     """Write a header row and blocks of rows."""
     with file.open("wb") as out:
         out.write((",".join(headings) + "\n").encode())
@@ -385,79 +377,69 @@ def write_csv(file: Path, headings: Sequence[str], blocks: Iterable[CsvBytes]) -
 
 def format_series(
     blocks: Iterable[SeriesBlock], words: Sequence[str], place: int
-) -> Iterator[CsvBytes]:
+) -> Iterator[bytes]:
     """Yield blocks as CSV rows, in order; a text of `words` follows `place` numbers."""
-    if is_plain():
-        return (_format_series_python(words, place, block) for block in blocks)
-    return _format_ahead(partial(_format_series_kernel, words, place), blocks)
-
-
-def _format_series_python(words: Sequence[str], place: int, block: SeriesBlock) -> bytes:
-    """Return the rows of a block, in plain Python."""
-    columns: list[Iterable[str]] = [format_floats(column) for column in block.numbers]
-    columns.insert(place, map(words.__getitem__, block.codes.tolist()))
-    return join_columns(columns)
-
-
-def _format_series_kernel(words: Sequence[str], place: int, block: SeriesBlock) -> memoryview:
-    """Return the rows of a block, by the kernel."""
-    from drysim.core.digits import WIDTH, put_rows
-
-    numbers, table = np.stack(block.numbers), _byte_table(words)
-    longest = len(numbers) * (WIDTH + 1) + table.shape[1] + 1
-    out = np.empty(len(block.codes) * longest, np.uint8)
-    codes = block.codes.astype(np.int64)
-    return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
+    for block in blocks:
+        parts = [format_numbers(block.numbers[:place]), format_words(words, block.codes)]
+        if block.numbers[place:]:
+            parts.append(format_numbers(block.numbers[place:]))
+        yield join_rows(parts)
 
 
 def format_cases(
     blocks: Iterable[CaseBlock], words: Sequence[str], place: int
-) -> Iterator[CsvBytes]:
+) -> Iterator[bytes]:
     """Yield blocks of cases as CSV rows, in order; `words` and `place` describe the status."""
-    if is_plain():
-        return (_format_cases_python(words, place, block) for block in blocks)
-    return _format_ahead(partial(_format_cases_kernel, words, place), blocks)
+    for block in blocks:
+        columns = list(zip(block.numbers, block.whole, strict=True))
+        yield join_rows(
+            [
+                repeat(block.approach.encode(), len(block.status)),
+                *_format_columns(columns[:place]),
+                format_words(words, block.status),
+                *_format_columns(columns[place:]),
+            ]
+        )
 
 
-def _format_cases_python(words: Sequence[str], place: int, block: CaseBlock) -> bytes:
-    """Return the rows of a block of cases, in plain Python."""
-    columns: list[Iterable[str]] = []
-    for column, whole in zip(block.numbers.tolist(), block.whole, strict=True):
-        kind = int if whole else float
-        columns.append(["" if x != x else str(kind(x) + 0) for x in column])
-    columns.insert(place, map(words.__getitem__, block.status.tolist()))
-    return join_columns([[block.approach] * len(block.status), *columns])
+def _format_columns(
+    columns: Iterable[tuple[NDArray[np.float64], bool]],
+) -> Iterator[list[bytes]]:
+    """Yield the text of columns, each with whether it holds whole numbers, in order."""
+    for whole, group in groupby(columns, key=itemgetter(1)):
+        numbers = [values for values, _ in group]
+        if whole:
+            yield from map(format_counts, numbers)
+        else:
+            yield format_numbers(numbers)
 
 
-def _format_cases_kernel(words: Sequence[str], place: int, block: CaseBlock) -> memoryview:
-    """Return the rows of a block of cases, by the kernel."""
-    from drysim.core.digits import WIDTH, put_cases
+def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
+    """Return rows of numbers separated by commas.
 
-    table = _byte_table(words)
-    name = np.frombuffer(block.approach.encode(), np.uint8)
-    longest = len(block.numbers) * (WIDTH + 1) + table.shape[1] + len(name) + 2
-    out = np.empty(len(block.status) * longest, np.uint8)
-    whole, codes = np.array(block.whole), block.status.astype(np.int64)
-    bits = np.ascontiguousarray(block.numbers).view(np.uint64)
-    return out[: put_cases(bits, whole, name, codes, table, place, out)].data
+    A number is the shortest decimal that reads back as the same float; -0.0 becomes 0.0, NaN an
+    empty cell. orjson formats them as fast as a compiled kernel.
+    """
+    table = np.column_stack(columns) + 0.0
+    text = orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)
+    return text[2:-2].replace(b"null", b"").split(b"],[") if len(table) else []
 
 
-def _byte_table(words: Sequence[str]) -> NDArray[np.uint8]:
-    """Return texts as rows of bytes, shape (texts, longest), for the kernel."""
-    letters = np.array([word.encode() for word in words])
-    return letters.view(np.uint8).reshape(len(words), -1)
+def format_counts(values: NDArray[np.float64]) -> list[bytes]:
+    """Return whole numbers as cells; NaN is an empty cell."""
+    return [b"" if value != value else b"%d" % value for value in values.tolist()]
 
 
-def _format_ahead(
-    make: Callable[[Input], memoryview], blocks: Iterable[Input]
-) -> Iterator[CsvBytes]:
-    """Yield the text of every block, in order, formatted ahead in threads."""
-    return system.map_in_order(make, blocks, min(system.processor_count(), MAX_THREADS))
+def format_words(words: Sequence[str], codes: NDArray[np.generic]) -> list[bytes]:
+    """Return texts as cells, by their index."""
+    cells = [word.encode() for word in words]
+    return [cells[code] for code in codes.tolist()]
 
 
-def format_floats(values: NDArray[np.float64]) -> Iterator[str]:
-    """Yield the shortest decimal that reads back as the same float; -0.0 becomes 0.0."""
-    return map(repr, (values + 0.0).tolist())
+def join_rows(parts: Iterable[Iterable[bytes]]) -> bytes:
+    """Return rows from the texts of their parts."""
+    rows = b"\n".join(map(b",".join, zip(*parts, strict=True)))
+    return rows + b"\n" if rows else b""
 
 
 def format_cell(value: float | None) -> str:
