@@ -191,7 +191,7 @@ def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))
     (warning,) = [one for one in found.warnings if one.slug == "check-undecided"]
-    assert "holds by the mean of 10 seeds" in warning.sentence
+    assert "holds for the mean of 10 seeds" in warning.sentence
     assert (found.exit_code(), found.exit_code(strict=True)) == (0, 1)
 
 

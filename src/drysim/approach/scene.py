@@ -275,8 +275,7 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     if isinstance(law, EndStopLaw):
         return (
             "bounded",
-            "end stops: closed form from event to event, or as without stops if they are never "
-            "reached",
+            "end stops: closed form from event to event; solved without stops if none is hit",
         )
     if isinstance(law, ElasticContactLaw):
         return "contact", "elastic contact: closed form in each mode"

@@ -208,7 +208,7 @@ def _record_size(path: Path, suffixes: Collection[str]) -> int:
         ) from None
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
-        suffix = f"of type `{path.suffix}`" if path.suffix else "without a suffix"
+        suffix = f"of type `{path.suffix}`" if path.suffix else "without an extension"
         raise record_error(str(path), f"a record {suffix} is not supported; supported: {kinds}")
     return size
 
