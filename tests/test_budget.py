@@ -256,7 +256,7 @@ def test_outcome_shows_itself_in_a_line(noisy_seat):
     )
     elsewhere = {"checks": ["T_a < 2", "T_a < 1 at friction.kinetic < 1"]}
     told = repr(drysim.run(drysim.load(noisy_seat, elsewhere)))
-    assert told.endswith("1 of 2 checks held and 1 not judged>")
+    assert told.endswith("1 of 2 checks held and 1 skipped>")
     assert repr(outcome.response) == "<Response: 201 points at 0.0025 s, 5 events>"
     assert repr(outcome.events).startswith("<Events: 5; ")
 

@@ -191,7 +191,7 @@ def test_single_case_out_of_reach_is_not_judged():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 8", UNITS)
     verdict = check.with_values({"excitation.frequency": 1.6}).judge({"T_a": 1.5})
     assert (verdict.passed, verdict.value) == (None, None)
-    assert verdict.sentence.endswith(": not judged; the condition is not met")
+    assert verdict.sentence.endswith(": skipped; the condition is not met")
     near = check.with_values({"excitation.frequency": 9.0}).judge({"T_a": 1.5})
     assert (near.passed, near.value, near.reason) == (False, 1.5, "")
 

@@ -117,7 +117,7 @@ def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(dry
     code, out, err = drysim(*words)
     sentence = "T_a < 0.1 at friction.kinetic >= 500; the condition is not met"
     assert (code, err) == (0, "")
-    assert f"  · unjudged  {sentence}\n" in out
+    assert f"  · skipped   {sentence}\n" in out
     told = json.loads(drysim(*words, "--json").out)["checks"]
     assert told == [
         {
@@ -128,7 +128,7 @@ def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(dry
         }
     ]
     assert sentence in drysim("summarise", seat.parent / "out/seat").out
-    assert drysim(*words, "--strict", "-q") == (1, "", f"check not judged: {sentence}\n")
+    assert drysim(*words, "--strict", "-q") == (1, "", f"check skipped: {sentence}\n")
 
 
 def test_failed_check_ends_with_1_and_results_are_written(drysim, seat):

@@ -365,9 +365,9 @@ def test_extremes_that_differ_by_rounding_are_the_same(capsys, tmp_path):
         assert re.search(
             rf"{re.escape(name)} [\d.]+( mm)? (.* limit, )?the same in every case", out
         )
-    assert " least at " not in out
+    assert " minimum at " not in out
     many.show_table(spoil(small(), FAILED, 1))
-    assert "least at" in words(capsys.readouterr().out)
+    assert "minimum at" in words(capsys.readouterr().out)
 
 
 def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
@@ -381,8 +381,8 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
         "F_fk 15 N, F_fs 15 N (not given: F_fs = F_fk)",
         "swept excitation.frequency 1, 2, 4 Hz excitation.rms 0.5, 1 m/s²",
         "cases 6 by stick-slip, 6 by viscous",
-        f"to {best.metrics['T_a']:.3g} least at frequency 4 Hz, rms 1 m/s², "
-        "greatest at frequency 1 Hz, rms 1 m/s²",
+        f"to {best.metrics['T_a']:.3g} minimum at frequency 4 Hz, rms 1 m/s², "
+        "maximum at frequency 1 Hz, rms 1 m/s²",
         f"peak |x_r| {peak:.4g} mm 68.2 % of the stroke limit, at frequency 1 Hz, rms 1 m/s²",
         "isolation from 4 Hz T_a stays below 1",
         f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm at frequency 1 Hz, rms 1 m/s²",

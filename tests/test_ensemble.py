@@ -157,7 +157,7 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
     scale = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
     most = made.statistics["x_r_peak"].greatest[0] * scale
-    assert f"{format_number(most, unit)}; greatest with seed" in " ".join(told.split())
+    assert f"{format_number(most, unit)}; largest with seed" in " ".join(told.split())
     figure = draw(made)
     titles = [panel.get_title("left") for panel in figure.axes]
     assert f"peak |$x_r$| [{unit}]: running mean" in titles
@@ -191,7 +191,7 @@ def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))
     (warning,) = [one for one in found.warnings if one.slug == "check-undecided"]
-    assert "holds by the mean of 10 seeds" in warning.sentence
+    assert "holds for the mean of 10 seeds" in warning.sentence
     assert (found.exit_code(), found.exit_code(strict=True)) == (0, 1)
 
 

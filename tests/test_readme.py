@@ -19,7 +19,17 @@ import drysim
 from drysim import errors
 from drysim.cli import main, options
 from drysim.manual import SHELVES, for_terminal, pages
-from drysim.manual.words import COLUMN, KEY, METRIC, WARNING, entries, explain, similar
+from drysim.manual.words import (
+    COLUMN,
+    KEY,
+    METRIC,
+    SYMBOL,
+    TERMS,
+    WARNING,
+    entries,
+    explain,
+    similar,
+)
 from drysim.metrics.table import METRICS
 
 ROOT = Path(__file__).parents[1]
@@ -229,6 +239,15 @@ def test_exit_codes_events_approaches_and_laws_are_explained():
     assert all(explain(f"exit {code}") for code in codes)
     for word in ("stick", "lift", "stick-slip", "signum", "leuven", "harmonic", "x_r", "F_L"):
         assert explain(word), word
+
+
+def test_symbols_and_labels_of_summaries_are_explained():
+    assert [one.kind for one in explain("k_x")] == [SYMBOL]
+    assert explain("f_0")[0].unit == "Hz"
+    assert explain("F_L")[0].kind == COLUMN
+    assert [one.word for one in explain("hourly peak")] == ["stroke_once_an_hour"]
+    assert {one.kind for word in TERMS for one in explain(word)} >= {METRIC}
+    assert explain("Coulomb")[0].word == "coulomb"
 
 
 def test_word_that_ends_keys_lists_them_and_a_misspelled_one_is_suggested():

@@ -426,6 +426,11 @@ FAULTS = {
     "two units": (ROWS, {"time": "t", "unit": "g"}, "the scenario says `unit: g`"),
     "near name": (ROWS, {"time": "t", "column": "u_d"}, "did you mean `u_dd`?"),
     "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
+    "lower header": (
+        "Cab 3;;\nDay;23.11.2026;\nTime;Acc;B\n0;1;1\n1;2;2\n",
+        {"time": "Time"},
+        "row 3 has this name: `skip: 2` skips the rows above it",
+    ),
     "number": (ROWS, {"time": "t", "column": 3}, "there is no column 3"),
     "no header": ("0,1\n1,2\n", {"time": "t"}, "the file has no header"),
     "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "set `column`, its name or number"),

@@ -128,7 +128,8 @@ def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
     assert told["mean_before"] == pytest.approx(WAVE[kept].mean())
     assert told["mean_after"] == pytest.approx(motion.u_dd.mean())
     assert describe_clean_up(motion)[0].startswith(
-        "2 gaps (4 samples) filled by linear interpolation, the longest of 0.02 s; RMS 1.4"
+        "2 gaps (4 samples) filled by linear interpolation, the longest of 0.02 s; "
+        "RMS about the mean 1.4"
     )
     assert motion.warnings == ()
 
@@ -302,7 +303,7 @@ def test_clean_up_tells_the_rms_about_the_mean_and_the_mean(tmp_path):
     text = rows(T.tolist(), (9.81 + WAVE).tolist())
     motion = motion_of(tmp_path, text, time="t", remove="mean")
     assert describe_clean_up(motion)[0].endswith(
-        "; RMS 1.458 before, 1.458 m/s² after, about means of 9.81 and 0 m/s²"
+        "; RMS about the mean 1.458 before, 1.458 m/s² after; mean 9.81 before, 0 m/s² after"
     )
 
 
@@ -495,7 +496,7 @@ def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_pa
         if one.slug == "displacement-ends"
     )  # fmt: skip
     assert caution.numbers["share"] > 0.01
-    assert "it depends on the extension of the record beyond its ends" in caution.sentence
+    assert "it depends on how the record is continued beyond its ends" in caution.sentence
     assert "exclude the first and the last 5 s with `excitation.window`" in caution.sentence
 
 
@@ -556,7 +557,10 @@ def test_window_without_the_ends_of_a_high_pass_earns_no_warning(drifting):
 
 def test_clean_up_says_how_much_hangs_on_the_ends_of_a_high_pass(drifting, drysim):
     told = " ".join(drysim("validate", str(drifting)).out.split())
-    assert "; the first and the last 3.33 s depend on the extension of the ends; RMS " in told
+    assert (
+        "; the first and the last 3.33 s depend on how the record is continued beyond its "
+        "ends; RMS "
+    ) in told
 
 
 def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
@@ -591,7 +595,10 @@ excitation:
 def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
     (tmp_path / "r.csv").write_text(rows(T.tolist(), holed(WAVE, 70)))
     (tmp_path / "r.yaml").write_text(SCENE + "  gaps: {fill: line, at_most: 10 ms}\n")
-    words = "1 gap (1 sample) filled by linear interpolation, the longest of 0.01 s; RMS 1.4"
+    words = (
+        "1 gap (1 sample) filled by linear interpolation, the longest of 0.01 s; "
+        "RMS about the mean 1.4"
+    )
     answer = drysim("run", "r.yaml", "--no-plots", "--strict")
     assert answer.code == 0
     assert words in " ".join(answer.out.split())

@@ -506,7 +506,7 @@ def test_no_hour_goes_beyond_rigid_stops(tmp_path, drysim):
     words = ("run", "seat.yaml", "--no-plots", "--set", base)
     near, far = (drysim(*words, "--set", f"stroke.limit={limit} mm") for limit in (15, 500))
     assert "hourly peak 15 mm        limited by the rigid stops\n" in near.out
-    assert "reached once an hour, extrapolated from the greatest peaks" in far.out
+    assert "reached once an hour, extrapolated from the largest peaks" in far.out
     free = drysim(*words, "--set", "stroke=null", "--json").out
     assert json.loads(free)["metrics"]["stroke_once_an_hour"] > 0.015
 

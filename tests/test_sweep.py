@@ -255,14 +255,14 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
 def test_case_that_uses_the_most_of_its_own_limit_is_told_beside_the_peak(swept, capsys):
     out = said(swept("{stroke.limit: [100 mm, 10 mm]}"), capsys)
     assert f"peak |x_r| {PEAK} mm 34.4 % of the stroke limit, at limit 0.1 m" in out
-    assert "344 % greatest share of the stroke limit, at limit 0.01 m" in out
+    assert "344 % largest share of the stroke limit, at limit 0.01 m" in out
     assert f"by up to {PEAK - 10:.2f} mm" in out
 
 
 def test_rigid_stops_use_all_of_any_limit_and_no_more(swept, capsys):
     out = said(swept("{stroke.limit: [6 mm, 30 mm]}", ", stops: {restitution: 0.4}"), capsys)
     assert "peak |x_r| 30 mm 100 % of the stroke limit, at limit 0.03 m" in out
-    assert "greatest share" not in out
+    assert "largest share" not in out
 
 
 def test_limit_with_one_value_is_not_told_as_that_of_the_file(swept, capsys):

@@ -47,7 +47,7 @@ QUANTITY_NAMES = {
     "1/m": "wave number",
     "s/m": "sharpness",
     "m/s^1.75": "vibration dose",
-    "": "plain number",
+    "": "ratio",
 }
 """The SI units of scenarios and the name of the quantity that each measures."""
 

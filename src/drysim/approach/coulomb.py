@@ -152,7 +152,7 @@ def without_friction(response: Response) -> Response:
 
 def viscous_numerics(response: Response) -> Numerics:
     """Return the `Numerics` of a response without dry friction."""
-    why = "no dry friction: closed form, turning points give the peaks only"
+    why = "no dry friction: closed form in each step"
     return replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )

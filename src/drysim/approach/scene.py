@@ -275,8 +275,7 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     if isinstance(law, EndStopLaw):
         return (
             "bounded",
-            "end stops: closed form in each mode, from event to event; without stops if they "
-            "are never reached",
+            "end stops: closed form from event to event; solved without stops if none is hit",
         )
     if isinstance(law, ElasticContactLaw):
         return "contact", "elastic contact: closed form in each mode"
@@ -294,7 +293,7 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
             "leap",
             "samples and varying friction limits: closed form in each step, events located",
         )
-    return "march", "samples, linear in between: one affine map per step, events located"
+    return "march", "samples, linear in between: closed form in each step, events located"
 
 
 def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:

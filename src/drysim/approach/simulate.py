@@ -161,7 +161,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
-    why = "no dry friction: one affine map per step, no events"
+    why = "no dry friction: closed form in each step, no events"
     modes = np.ones(n, dtype=np.int8)
     grid = StoredGrid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
     return Response(

@@ -22,7 +22,7 @@ Word = Annotated[
     typer.Argument(
         metavar="WORD",
         autocompletion=options.complete_words,
-        help="Scenario key, metric, column, warning, exit code, approach, law or event.",
+        help="Scenario key, metric, symbol, column, warning, exit code, approach, law, event.",
     ),
 ]
 
@@ -48,7 +48,7 @@ def manual(name: Name = None, listed: List = False) -> int:
 
 
 def explain(word: Word) -> int:
-    """Explain a word: key, metric, column, warning, exit code, law."""
+    """Explain a word: key, metric, symbol, column, warning, law."""
     from drysim.console.pages import show_entries
     from drysim.manual.words import explain as meanings
     from drysim.manual.words import similar
@@ -59,7 +59,7 @@ def explain(word: Word) -> int:
         hint = (
             f"did you mean {close}?" if close else "`drysim manual symbols` lists the symbols"
         )
-        raise UsageError(f"no word `{word}`", hint)
+        raise UsageError(f"nothing is known about `{word}`", hint)
     with tolerate_closed_pipe():
         show_entries(found)
     return EXIT_OK

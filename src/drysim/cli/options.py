@@ -104,7 +104,7 @@ Approach = Annotated[
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compute nothing.")]
 Strict = Annotated[
-    bool, typer.Option("--strict", help="Count warnings and unjudged checks as failures.")
+    bool, typer.Option("--strict", help="Count warnings and skipped checks as failures.")
 ]
 StrictWarnings = Annotated[
     bool, typer.Option("--strict", help="Count warnings as failures (exit code 1).")
@@ -189,10 +189,11 @@ OptionalFile = Annotated[
     typer.Argument(metavar="FILE", help="Scenario (YAML); default: two of the gallery."),
 ]
 Repeats = Annotated[
-    int, typer.Option("--repeats", min=1, metavar="N", help="Most runs per entry.")
+    int, typer.Option("--repeats", min=1, metavar="N", help="Maximum number of runs per entry.")
 ]
 Samples = Annotated[
-    int, typer.Option("--samples", min=1, metavar="N", help="Most samples per run.")
+    int,
+    typer.Option("--samples", min=1, metavar="N", help="Maximum number of samples per run."),
 ]
 Patience = Annotated[
     float | None,
@@ -204,7 +205,9 @@ Patience = Annotated[
         f"samples. With --hard, default {HARD_TIME_LIMIT:g}: slower runs fail.",
     ),
 ]
-Peers = Annotated[bool, typer.Option("--peers/--no-peers", help="Include other programs.")]
+Peers = Annotated[
+    bool, typer.Option("--peers/--no-peers", help="Include the integrators of scipy.")
+]
 Steady = Annotated[
     bool, typer.Option("--steady", help="Measure the steady states of a sweep instead.")
 ]

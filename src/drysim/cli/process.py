@@ -231,7 +231,7 @@ class OutputMode(NamedTuple):
         if failed:
             return
         for words in (words for passed, words in checks if passed is None):
-            terminal.print_stderr(f"check not judged: {words}")
+            terminal.print_stderr(f"check skipped: {words}")
         summaries.show_warnings(warnings)
 
     def plan(

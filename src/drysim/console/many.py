@@ -150,7 +150,7 @@ def _describe_scatter(
     if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
         value, seed = found.greatest
         used = format_percent(value / stroke.limit)
-        yield f"greatest with seed {seed}, {used} of the stroke limit"
+        yield f"largest with seed {seed}, {used} of the stroke limit"
 
 
 def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
@@ -158,7 +158,7 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
         seeds, how = format_count(beyond, "seed"), [f"of {len(ensemble.rows)}"]
-        name, value = "limit", f"exceeded with {seeds}"
+        name, value = "limit", f"exceeded for {seeds}"
         for metric, unit, words in END_STOP_METRICS:
             if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
                 greatest, seed = found.greatest
@@ -260,7 +260,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
         yield _isolation_row(table, compare.isolation_limits(table.own))
     yield from stroke_rows(table, own)
     if ends := own.extremes.get("stuck_share"):
-        remark = f"greatest {describe_place(table, ends[1])}" if ends[1].value else ""
+        remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
             remark = describe_extent(table, own, "stuck_share")
         yield SummaryRow(
@@ -320,7 +320,7 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
     if used and format_percent(used[1].value) != share:
         most = format_percent(used[1].value)
         yield SummaryRow(
-            "", most, f"greatest share of the stroke limit, {describe_place(table, used[1])}"
+            "", most, f"largest share of the stroke limit, {describe_place(table, used[1])}"
         )
     if own.beyond:
         cases, remark = format_count(own.beyond, "case"), f"of {own.cases}, "
@@ -362,11 +362,11 @@ def _failure_rows(table: Table) -> Iterator[SummaryRow]:
 
 
 def describe_extent(table: Table, own: Tally, metric: str) -> str:
-    """Describe where a metric is least and greatest."""
+    """Describe where a metric has its minimum and its maximum."""
     if is_constant(own, metric):
         return "the same in every case" + " that has a value" * bool(own.lost)
     least, most = (describe_place(table, end) for end in own.extremes[metric])
-    return f"least {least}, greatest {most}" if least != most else least
+    return f"minimum {least}, maximum {most}" if least != most else least
 
 
 def is_constant(own: Tally, metric: str) -> bool:

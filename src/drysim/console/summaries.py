@@ -46,9 +46,15 @@ LABEL_WIDTH, RUN_VALUE_WIDTH = 14, 13
 """Columns of the labels on the left, and of the values of a run next to them."""
 
 HEADINGS = (
-    "metric", "unit", "value", "mean", "±", "least", "5 %", "median", "95 %", "greatest"
+    "metric", "unit", "value", "mean", "±", "minimum", "5 %", "median", "95 %", "maximum"
 )  # fmt: skip
 """Columns of a metric: its value in a run, mean over seeds, or range over cases."""
+
+NEGLIGIBLE_LOSS = 1e-12
+"""Share of the work of the base below which a loss is rounding."""
+
+EXTREME_KEYS = {"minimum": "least", "maximum": "greatest"}
+"""Keys of the extremes in drysim.json."""
 
 QUANTILE_KEYS = {"5 %": ("0.05", "5 %"), "median": ("0.5", "50 %"), "95 %": ("0.95", "95 %")}
 """Keys of the quantiles in drysim.json: of a sweep, and of an ensemble."""
@@ -158,7 +164,7 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         first = format_number(metrics["t_first_violation"], "s")
         when = f"first at {first}, for a total of {format_number(metrics['t_beyond'], 's')}"
         count = format_times(metrics["violations"])
-        yield SummaryRow("limit", f"exceeded {count}", when, "bold red")
+        yield SummaryRow("limit", f"exceeded {count},", when, "bold red")
     events = format_count(len(outcome.response.events), "event")
     yield SummaryRow("stuck", format_percent(metrics["stuck_share"]), events)
     residual = format_number(metrics["energy_residual"], digits=2)
@@ -189,7 +195,7 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
 
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
-    how = "reached once an hour, extrapolated from the greatest peaks"
+    how = "reached once an hour, extrapolated from the largest peaks"
     if isinstance(law, EndStopLaw) and law.rigid and stroke == law.x_rM:
         how = "limited by the rigid stops"
     return SummaryRow("hourly peak", format_length(stroke, peak), how)
@@ -205,7 +211,9 @@ def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
         impact += f"{format_number(metrics['impulse_peak'], 'N·s')}"
     else:
         impact += f"force up to {format_number(metrics['stop_force_peak'], 'N')}"
-    lost = f"; energy lost {format_number(metrics['energy_stops'], 'J')}"
+    lost = ""
+    if (metrics["energy_stops"] or 0.0) > NEGLIGIBLE_LOSS * abs(metrics["energy_input"] or 0.0):
+        lost = f"; energy dissipated {format_number(metrics['energy_stops'], 'J')}"
     yield SummaryRow("stops hit", format_times(metrics["contacts"]), impact + lost, "bold red")
 
 
@@ -280,7 +288,7 @@ def _metric_row(name: str, found: Any) -> tuple[str, ...] | None:
         "value": found.get("value"),
         "mean": found.get("mean"),
         "±": found.get("half_width"),
-        **{end: found[end]["value"] for end in ("least", "greatest") if end in found},
+        **{head: found[end]["value"] for head, end in EXTREME_KEYS.items() if end in found},
         **{
             head: share.get(one, share.get(other))
             for head, (one, other) in QUANTILE_KEYS.items()
@@ -327,7 +335,7 @@ def print_labelled(console: AnyConsole, head: str, sentence: str, style: str = "
 def check_mark(passed: bool | None) -> tuple[str, str]:
     """Return the mark of a check and its style."""
     if passed is None:
-        return "· unjudged", "dim"
+        return "· skipped", "dim"
     return ("✓ holds", "green") if passed else ("✗ fails", "bold red")
 
 

@@ -457,8 +457,8 @@ class Standard(RandomMotion):
     machine: Annotated[
         str, Field(alias="class", json_schema_extra={"enum": list(MACHINE_CLASSES)})
     ]
-    """Class: EM1 to EM9 (earth-moving machines), IT1 to IT4 (industrial trucks), AG1 to AG3
-    (agricultural tractors)."""
+    """Class: EM1 to EM9 (earth-moving machines, ISO 7096), IT1 to IT4 (industrial trucks, EN
+    13490), AG1 to AG3 (agricultural tractors, ISO 5007)."""
     scale: Literal["to definition", "nothing"] = "to definition"
     """Whether the signal is scaled to exactly the RMS value stated in the standard, or keeps
     the RMS of the spectrum, which differs by up to 1 %."""

@@ -1,7 +1,8 @@
 """What each word of drysim means, as `drysim explain` shows it.
 
 Keys come from the JSON schema, metrics from their table, laws, approaches and kinds of base
-motion from their classes; columns, events, warnings and exit codes from tables of the manual.
+motion from their classes; symbols, columns, events, warnings and exit codes from tables of the
+manual.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Entry(NamedTuple):
     Attributes
     ----------
     word : str
-        A dotted key, a metric, a column, a warning, an exit code.
+        A dotted key, a metric, a symbol, a column, a warning, an exit code.
     kind : str
         What sort of word it is.
     text : str
@@ -52,12 +53,30 @@ class Entry(NamedTuple):
 
 KEY, METRIC, COLUMN, WARNING = "scenario key", "metric", "column", "warning"
 EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
-EXCITATION = "kind of base motion"
+EXCITATION, SYMBOL = "kind of base motion", "symbol"
 
 TABLES = ((COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"))
 """Pages of the manual whose tables have the words of a kind."""
 
+SYMBOL_PAGE = "symbols"
+"""Page of the manual with the table of symbols."""
+
 ROW, CELL = re.compile(r"^\| `([^`]+)` \| (.*) \|$", re.M), re.compile(r"(?<!\\) ?\| ")
+
+SYMBOL_ROW = re.compile(r"^\| ([^`|]+) \| ([^|]*) \| ((?:[^|]|(?<=\\)\|)+) \|$", re.M)
+"""A row of the table of symbols: symbols, units, meaning."""
+
+TERMS = {
+    "peak |x_r|": "x_r_peak",
+    "hourly peak": "stroke_once_an_hour",
+    "stuck": "stuck_share",
+    "chatter": "chatter_share",
+    "limit": "violations",
+    "stops hit": "contacts",
+    "energy": "energy_residual",
+    "crest factor": "crest_factor",
+}
+"""Labels of summaries that differ from the name of the metric they stand for."""
 
 EXAMPLES = {
     METRIC: "checks: [{word} < 1 {unit}]",
@@ -68,8 +87,10 @@ EXAMPLES = {
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return the meanings of all words."""
-    return tuple(_entries())
+    """Return the meanings of all words; a symbol with another meaning has that one only."""
+    found = tuple(_entries())
+    known = {one.word for one in found}
+    return found + tuple(one for one in _symbols() if one.word not in known)
 
 
 def _entries() -> Iterator[Entry]:
@@ -83,6 +104,18 @@ def _entries() -> Iterator[Entry]:
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page in TABLES:
         yield from _listed(kind, page)
+
+
+def _symbols() -> Iterator[Entry]:
+    """Return the symbols of the manual."""
+    for symbols, units, text in SYMBOL_ROW.findall(pages()[SYMBOL_PAGE].text):
+        names, units = symbols.split(", "), units.split(", ")
+        for i, name in enumerate(names):
+            unit = units[i] if len(units) == len(names) else units[0]
+            if name not in ("symbol", "---"):
+                yield Entry(
+                    name, SYMBOL, text[0].upper() + text[1:].replace("\\|", "|") + ".", unit
+                )
 
 
 def _listed(kind: str, page: str) -> Iterator[Entry]:
@@ -111,6 +144,10 @@ def explain(word: str) -> list[Entry]:
         found += explain(word.removesuffix("_half_width")) + explain("half_width")
     elif not found:
         found = [one for one in entries() if one.word.endswith(f".{word}")]
+    if not found and word in TERMS:
+        found = explain(TERMS[word])
+    if not found:
+        found = [one for one in entries() if one.word.lower() == word.lower()]
     return found
 
 

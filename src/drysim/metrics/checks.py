@@ -246,7 +246,7 @@ class Verdict:
     @property
     def sentence(self) -> str:
         """The check and its result."""
-        outcome = {True: "holds", False: "fails", None: "not judged"}[self.passed]
+        outcome = {True: "holds", False: "fails", None: "skipped"}[self.passed]
         parted = ";" if self.reason else ""
         return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
 

@@ -186,7 +186,7 @@ def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> 
         row = int(np.argmax(np.abs(steps - usual))) + 1
     sentence = (
         f"the time steps are uneven: {steps[row - 1]:.6g} before this row, "
-        f"{usual:.6g} typically, {steps.min():.6g} to {steps.max():.6g} overall; "
+        f"usually {usual:.6g}, {steps.min():.6g} to {steps.max():.6g} overall; "
         f"`resample` makes them even; {POOR_TIMES_HINT}"
     )
     return columns.at(row, index, sentence)
@@ -229,8 +229,8 @@ def make_report(
     """Return the report of a step. Its sentence is extended by the RMS before and after."""
     (mean, rms), (mean_after, rms_after) = _mean_and_rms(before), _mean_and_rms(after)
     full_sentence = (
-        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, about means "
-        f"of {mean:.4g} and {mean_after:.4g} {unit}"
+        f"{sentence}; RMS about the mean {rms:.4g} before, {rms_after:.4g} {unit} after; mean "
+        f"{mean:.4g} before, {mean_after:.4g} {unit} after"
     )
     return CleaningReport(step, full_sentence, rms, rms_after, mean, mean_after, numbers)
 
@@ -489,7 +489,7 @@ def remove(
     remaining, before_high_pass, words = series.values[:], None, []
     if wanted.trend != "nothing":
         remaining = remaining - fit_trend(remaining, wanted.trend)
-        words.append(f"the {wanted.trend}")
+        words.append("the mean" if wanted.trend == "mean" else "the linear trend")
     if wanted.above is not None:
         _check_corner(wanted.above, "above", series, display_path)
         remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
@@ -508,7 +508,7 @@ def remove(
     )
     if wanted.below is not None:
         edge = f"the first and the last {1 / wanted.below:.3g} s"
-        sentence += f"; {edge} depend on the extension of the ends"
+        sentence += f"; {edge} depend on how the record is continued beyond its ends"
     numbers = {"mean": mean, "drift": drift}
     report = make_report("remove", sentence, series.values[:], remaining, unit, numbers)
     return Filtered(series._replace(values=remaining), before_high_pass, report)

@@ -208,7 +208,7 @@ def _record_size(path: Path, suffixes: Collection[str]) -> int:
         ) from None
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
-        suffix = f"of type `{path.suffix}`" if path.suffix else "without a suffix"
+        suffix = f"of type `{path.suffix}`" if path.suffix else "without an extension"
         raise record_error(str(path), f"a record {suffix} is not supported; supported: {kinds}")
     return size
 
@@ -442,7 +442,12 @@ class Columns:
         guess = f" did you mean {format_value(nearest)}?" if nearest else ""
         raise self.error(
             f"there is no {self.word} {format_value(wanted)};{guess} there are: {self.names()}"
+            f"{self.lower_header_hint(wanted)}"
         )
+
+    def lower_header_hint(self, wanted: str) -> str:
+        """Return how to skip rows above a header that has this name; empty if there is none."""
+        return ""
 
 
 # Samples in memory or in their file.

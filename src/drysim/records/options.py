@@ -195,7 +195,7 @@ class Recorded(Block):
     """Evenly spaced samples in a column or channel of a file."""
 
     file: Annotated[str, Field(min_length=1)]
-    """File of the record, relative to the folder of the scenario; its suffix determines the
+    """File of the record, relative to the folder of the scenario; its extension determines the
     format."""
     skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
     """Rows to skip at the top of a text file, such as a preamble above the header [-]; default

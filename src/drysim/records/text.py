@@ -402,6 +402,14 @@ class TextTable(Columns):
         skip = f"`skip: {self.line - 1}` skips the header"
         return f"; {skip}; then select columns by number"
 
+    def lower_header_hint(self, wanted: str) -> str:
+        """Return how to skip rows above a header that has this name; empty if there is none."""
+        for line, _, text in islice(content_lines(self.file), MAX_ROWS_EXAMINED):
+            names = [cell.text.strip() for cell in split_cells(text, self.delimiter)]
+            if line > self.header_line and len(names) > 1 and wanted.strip() in names:
+                return f"; row {line} has this name: `skip: {line - 1}` skips the rows above it"
+        return ""
+
     def series(self) -> list[int]:
         """Return the 0-based columns that may contain samples; unnamed ones do not."""
         named = [i for i, label in enumerate(self.labels) if label.text]

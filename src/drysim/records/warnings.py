@@ -253,7 +253,7 @@ def displacement_warnings(
     if share > NOTABLE_SHARE:
         sentence = (
             f"{record.named}: RMS{{u}}, and with it T_x, is uncertain by about "
-            f"{share * 100:.2g} %: it depends on the extension of the record beyond its ends; "
+            f"{share * 100:.2g} %: it depends on how the record is continued beyond its ends; "
             f"exclude the first and the last {1.0 / record.remove.below:.3g} s with "
             "`excitation.window`, or use a longer record or a higher `remove.below`"
         )

@@ -113,7 +113,8 @@ class Stroke(Block):
     """Permitted motion of the mass on its base."""
 
     limit: Annotated[float, Quantity("m", above=0)]
-    """Stroke limit x_rM [m]: |x_r| must stay below it. Without `stops` it is only checked."""
+    """Stroke limit x_rM [m] to either side, half of the total travel: |x_r| must stay below it.
+    Without `stops` it is only checked."""
     stops: Stops | None = None
     """End stops at the limit; without this block the mass moves beyond it. Supported for law
     `coulomb` with a positive normal force that is not a record, and without friction."""
@@ -194,8 +195,9 @@ class Measure(Block):
     """Length of the window [s], or `20 periods`; default: to the end of the record."""
     direction: Literal["vertical", "horizontal"] | None = None
     """Direction of vibration for a seated person; selects the weighting of ISO 2631-1 and its
-    factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (recalled, not checked against
-    the text of the standard). Adds a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor."""
+    factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (quoted from memory, not
+    checked against the text of the standard). Adds a_w, SEAT, VDV, SEAT_VDV, MTVV and
+    crest_factor."""
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
     """Frequency weighting of ISO 2631-1, with k = 1; with `direction` it must be the weighting
     of that direction."""

@@ -115,11 +115,11 @@ def _format_range(ends: tuple[float, float]) -> str:
 
 
 def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]) -> str:
-    """Return how many checks hold or are not judged, and how many warnings there are."""
+    """Return how many checks hold or are skipped, and how many warnings there are."""
     passed = sum(verdict.passed is True for verdict in checks)
     left = sum(verdict.passed is None for verdict in checks)
     parts = [f"{passed} of {format_count(len(checks), 'check')} held"] * bool(checks)
-    parts += [f"{left} not judged"] * bool(left)
+    parts += [f"{left} skipped"] * bool(left)
     parts += [format_count(len(warnings), "warning")] * bool(warnings)
     return join_words(parts) if parts else ""
 

@@ -417,7 +417,7 @@ def undecided_warnings(verdicts: Sequence[Verdict]) -> Iterator[WarningMessage]:
     for verdict in verdicts:
         if verdict.undecided:
             sentence = (
-                f"`{verdict.check}` {'holds' if verdict.passed else 'fails'} by the mean of "
+                f"`{verdict.check}` {'holds' if verdict.passed else 'fails'} for the mean of "
                 f"{verdict.seeds} seeds, but the limit lies within its 95 % confidence "
                 "interval; use more seeds"
             )
