@@ -51,7 +51,7 @@ def test_text_that_is_no_check_earns_a_sentence(text, sentence):
 
 
 def test_unknown_metric_that_resembles_none_lists_them_all():
-    with pytest.raises(ValueError, match="known are a_u, a_x, T_a"):
+    with pytest.raises(ValueError, match="use one of a_u, a_x, T_a"):
         Check.parse("comfort < 1")
 
 

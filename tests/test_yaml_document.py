@@ -50,7 +50,7 @@ def test_missing_kind_is_asked_for_with_the_whole_shelf(tmp_path):
     with pytest.raises(ScenarioError) as fault:
         load(tmp_path / "seat.yaml")
     (problem,) = fault.value.problems
-    assert problem.sentence.startswith("excitation.kind is required; known are rest, harmonic")
+    assert problem.sentence.startswith("excitation.kind is required; use one of rest, harmonic")
 
 
 def test_every_pair_of_problems_is_complete():

@@ -515,7 +515,7 @@ def did_you_mean(nearest: str | None) -> str:
 
 def name_hint(name: str, known: Collection[str]) -> str:
     """Return the suffix that suggests the closest known name, or else lists all of them."""
-    return did_you_mean(closest_match(name, known)) or f"; known are {', '.join(known)}"
+    return did_you_mean(closest_match(name, known)) or f"; use one of {', '.join(known)}"
 
 
 def _edit_distance(a: str, b: str) -> int:

@@ -453,11 +453,11 @@ class Reading:
         if isinstance(word, str) and word in tags:
             return tags[word]
         if word is None:
-            sentence = f"{dotted_name((*at, tag))} is required; known are {', '.join(tags)}"
+            sentence = f"{dotted_name((*at, tag))} is required; use one of {', '.join(tags)}"
             self.fault(sentence, at, at_key=True)
         else:
             nearest = closest_member(word, tags) if isinstance(word, str) else None
-            hint = did_you_mean(nearest) or f"; known are {', '.join(tags)}"
+            hint = did_you_mean(nearest) or f"; use one of {', '.join(tags)}"
             sentence = f"unknown {tag} {format_value(word)} in {dotted_name(at)}{hint}"
             self.fault(sentence, (*at, tag))
         self.reported.add(at)
@@ -546,7 +546,7 @@ def _unknown_key_hint(key: str, value: object, fields: Mapping[str, FieldInfo]) 
     """Return a hint for a key that resembles no other."""
     if key[:1].isdigit() and value is None:
         return "; use a decimal point, not a comma"
-    return f"; known are {', '.join(fields)}"
+    return f"; use one of {', '.join(fields)}"
 
 
 def _field_description(model: Model, field: FieldInfo) -> str:
