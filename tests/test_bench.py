@@ -53,7 +53,7 @@ TERMS = BenchOptions(samples=400, repeats=1, patience=1.0, peers=())
 
 @pytest.fixture
 def works(tmp_path):
-    """Give the work of a scenario, by its words."""
+    """Return the work of a scenario given as text."""
 
     def made(words, samples=400, **changes):
         file = tmp_path / "scene.yaml"
@@ -64,7 +64,7 @@ def works(tmp_path):
 
 
 def score_of(work, name, setting="", terms=TERMS):
-    """Give the score of the first entry of this approach and setting."""
+    """Return the score of the first entry of this approach and setting."""
     found = [
         one for one in score.entries(work) if (one.approach, one.setting) == (name, setting)
     ]
@@ -403,7 +403,7 @@ HARD_HELD = SLIDING.replace("sliding", "held").replace("2, rms: 0.75", "5, rms: 
 
 
 def ordeal(tmp_path, words, **changes):
-    """Give what becomes of a scenario, by its words; trials by approach."""
+    """Return the hard-case results of a scenario given as text, by approach."""
     file = tmp_path / "scene.yaml"
     file.write_text(words)
     found = hard_cases.run_case(package.load(file, changes), 30.0, lambda: None)

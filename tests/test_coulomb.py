@@ -66,7 +66,7 @@ SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
 
 @pytest.fixture
 def scenario(tmp_path):
-    """Give the scenario of a sweep block."""
+    """Return the scenario of a sweep block."""
 
     def loaded(block, more=""):
         (tmp_path / "sampled.yaml").write_text(BASE + more + dump({"sweep": block}))
@@ -77,7 +77,7 @@ def scenario(tmp_path):
 
 @pytest.fixture
 def fault(scenario):
-    """Give the sentences that a faulty sweep block earns."""
+    """Return the messages on a faulty sweep block."""
 
     def told(block):
         with pytest.raises(ScenarioError) as found:
@@ -238,7 +238,7 @@ def test_sweep_of_a_sample_leaves_keys_out_that_the_reference_has_no_use_for(sce
 
 
 def changed(**words):
-    """Give a sample with other words in it."""
+    """Return a sample with other words in it."""
     return {"sample": {k: v for k, v in {**SAMPLE, **words}.items() if v is not None}}
 
 
@@ -466,7 +466,7 @@ STEP, LENGTH, SIZE = 2.5e-3, 6001, CHUNK
 
 @pytest.fixture
 def motion():
-    """Give a random base motion."""
+    """Return a random base motion."""
     random = np.random.Generator(np.random.PCG64(3))
     return Samples(random.standard_normal(LENGTH), STEP)
 

@@ -47,7 +47,7 @@ ninth."""
 
 
 def rounded(text):
-    """Give lines without what may differ between machines."""
+    """Return lines without what may differ between machines."""
     for pattern, instead in ROUNDING:
         text = re.sub(pattern, instead, text)
     return text.splitlines()

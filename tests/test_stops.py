@@ -41,7 +41,7 @@ STOPS = {
 
 
 def drawn(seed: int) -> tuple[Plant, EndStopLaw, State]:
-    """Give a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
+    """Return a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
     draw = np.random.default_rng(seed)
     plant = Plant(75.0, float(draw.choice([0.0, 2e3, 7.5e3])), float(draw.choice([0.0, 400.0])))
     F_fk = float(draw.uniform(0.0, 60.0))
@@ -308,7 +308,7 @@ class TestClosedForms:
 
 
 def restitution_of(xi: float) -> float:
-    """Give the restitution of a bumper of damping ratio xi that does not pull."""
+    """Return the restitution of a bumper of damping ratio xi that does not pull."""
     q = math.sqrt(1 - xi**2)
     angle = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi
     return -math.exp(-xi / q * angle) * (math.cos(angle) - xi / q * math.sin(angle))
@@ -447,7 +447,7 @@ RIGID = "{restitution: 0.4}"
 
 
 def loaded(folder: Path, stops: str, *overrides: str) -> package.Scenario:
-    """Give the seat between some stops, from a file."""
+    """Return the seat between some stops, from a file."""
     file = folder / "seat.yaml"
     file.write_text(SCENARIO_SEAT.replace("STOPS", stops))
     return package.load(file, list(overrides))

@@ -30,7 +30,7 @@ NUMBERS = {
 
 
 def rows_of(fast: SimpleNamespace, numbers: np.ndarray, place: int) -> list[str]:
-    """Give the rows that the kernel writes of columns of numbers and a word."""
+    """Return the rows that the kernel writes of columns of numbers and a word."""
     words = np.array([[98, 0], [97, 97]], dtype=np.uint8)
     codes = np.arange(numbers.shape[1]) % 2
     out = np.empty(numbers.shape[1] * (numbers.shape[0] * 25 + 3), dtype=np.uint8)

@@ -22,7 +22,7 @@ def answers(
     dt: float = DT,
     x_r: float = 0.001,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Give what the kernel answers for a window from sample 101 on, and the stops."""
+    """Return the results of the kernel for a window from sample 101 on, and the stops."""
     plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.CoulombLaw(*F)
     lanes, length = kernel.lanes, 4 * kernel.events.MAX_EVENTS_PER_STEP
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
@@ -42,7 +42,7 @@ def answers(
 
 
 def noise(records: int) -> np.ndarray:
-    """Give rows of smooth noise."""
+    """Return rows of smooth noise."""
     rows = np.random.Generator(np.random.PCG64(4)).normal(size=(records, SAMPLES))
     window = np.hanning(31)
     return 0.4 * np.array([np.convolve(row, window, mode="same") for row in rows])

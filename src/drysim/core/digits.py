@@ -202,7 +202,7 @@ FIRST, LAST = -292, 324
 
 
 def powers_of_ten() -> tuple[np.ndarray, np.ndarray]:
-    """Give 10^k as 128 bits rounded up, upper and lower half; the first bit is set."""
+    """Return 10^k as 128 bits rounded up, upper and lower half; the first bit is set."""
     found = np.empty((2, LAST - FIRST + 1), np.uint64)
     for k in range(FIRST, LAST + 1):
         shift = ((k * 1741647) >> 19) - 127  # the first: whole part of log2(10^k)
@@ -217,7 +217,7 @@ UPPER, LOWER = powers_of_ten()
 
 @compiled
 def shortest(bits):
-    """Give s and k of the shortest decimal s·10^k within a finite double, and the closest."""
+    """Return s and k of the shortest, then closest, decimal s·10^k of a finite double."""
     fraction = bits & FRACTION
     exponent = np.int64((bits >> MANTISSA) & EXPONENT)
     c, q = fraction | HIDDEN, exponent - 1075 + np.int64(exponent == 0)
@@ -248,7 +248,7 @@ def shortest(bits):
 
 @compiled
 def scaled(upper, lower, c):
-    """Give c times a power of ten, its last bit set when anything was cut off."""
+    """Return c times a power of ten; the last bit is set if a remainder was cut off."""
     carry, _ = product(lower, c)
     whole, rest = product(upper, c)
     rest += carry
@@ -259,7 +259,7 @@ def scaled(upper, lower, c):
 
 @compiled
 def product(a, b):
-    """Give the upper and the lower 64 bits of a product."""
+    """Return the upper and the lower 64 bits of a product."""
     a_1, a_0, b_1, b_0 = a >> HALF, a & LOW, b >> HALF, b & LOW
     low, left, right = a_0 * b_0, a_0 * b_1, a_1 * b_0
     middle = (low >> HALF) + (left & LOW) + (right & LOW)

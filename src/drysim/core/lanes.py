@@ -52,68 +52,67 @@ X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, FOUND = range(KEPT, KEPT + 7)
 the window, and in all. FOUND is their number."""
 
 LANES = 128
-"""Most records that are marched together: so few that they stay near the processor, so many
-that those which wait for an event fill whole registers."""
+"""Maximum number of records marched together: few enough to stay in the cache, and enough for
+those that wait for an event to fill whole registers."""
 
 WIDTH = 8
-"""Numbers in the widest register; lanes come in such groups."""
+"""Numbers in the widest register; lanes are processed in groups of this size."""
 
 STRIDE = 4
 """Steps that are taken at once."""
 
 SEEN = STRIDE + 2
-"""Samples that tell of a stride: those in it, at both ends, and the one before."""
+"""Samples that a stride reads: those in it, at both ends, and the one before."""
 
 FETCHED = 256
-"""Samples that are fetched at a time: a whole number of strides."""
+"""Samples read at a time: a whole number of strides."""
 
 PLACES = (FETCHED + 2) * WIDTH
-"""Of a group of lanes in what is fetched: ü at the sample before, at the first one and so on,
-each of all its lanes."""
+"""Size of the buffer of samples of a group of lanes: ü at the sample before, at the first one
+and so on, for all lanes of the group."""
 
 X, V, D, AHEAD = (row * LANES for row in range(4))
-"""Rows of the lanes and of those that wait: x_r, v_r and direction; ü at the samples that a
-stride sees, each in a row of its own."""
+"""Rows of the lanes and of the queue: x_r, v_r and direction; ü at the samples that a stride
+reads, one row each."""
 
 SUMS = AHEAD + SEEN * LANES
 KINDS = 12
-"""Rows of sums over samples, and how many, see `summed`; of those that wait KEPT rows, of what
-they add to what is kept."""
+"""First row and number of sums over samples, see `summed`; in the queue KEPT rows, with the
+additions to the results."""
 
 WAITS = SUMS + KINDS * LANES
-"""Row of the lanes: whether the lane waits."""
+"""Row: whether the lane waits for the search of an event."""
 
 SIZE = WAITS + LANES
-"""Numbers of all lanes together."""
+"""Size of the array of all lanes."""
 
 DONE, HERE, U, U_1, X_STOP, STOPS, PLAIN = (SUMS + row * LANES for row in range(KEPT, KEPT + 7))
-"""Rows of those that wait: how many steps of the stride are done. What is found: whether a lane
-stands before an event, and ü at both ends of that step; x_r where it stops, whether it does,
-and whether all that holds."""
+"""Rows of the queue: number of finished steps of the stride; whether the next step may hold an
+event, and ü at its ends; x_r at the stop, whether there is one, and whether it converged."""
 
 QUEUE_SIZE = PLAIN + LANES
-"""Numbers of all that wait together."""
+"""Size of the queue."""
 
 
 class Side(NamedTuple):
-    """What the lanes of a march share as scratch, and what is kept of each; arrays.
+    """Work space shared by the lanes of a march, and results of each lane; arrays.
 
     Attributes
     ----------
     at : array, shape (SIZE,)
         The lanes.
     base : array, shape (PLACES * LANES / WIDTH,)
-        ü as it is fetched.
+        Samples of ü.
     queue : array, shape (QUEUE_SIZE,)
-        Those that wait.
+        The lanes that wait for the search of an event.
     lane : array of int, shape (LANES,)
-        Which they are.
+        Numbers of these lanes.
     kept : array, shape (LANES, KEPT)
-        What is kept of every lane.
+        Results of every lane.
     turns : array of int, shape (LANES,)
-        How many stops were written of every lane.
+        Number of stops written for every lane.
     log : Log
-        Of a step that is solved by itself.
+        Log of a step that is solved without the other lanes.
     """
 
     at: Any
@@ -160,13 +159,13 @@ def measure_records(
 
 @inlined
 def lanes_of(count):
-    """Give how many lanes so many records take: whole registers."""
+    """Return the number of lanes for a number of records, a multiple of `WIDTH`."""
     return (count + WIDTH - 1) // WIDTH * WIDTH
 
 
 @compiled
 def set_out(plant, law, records, first, count, start, side):
-    """Begin with every record; lanes that are left over follow the last one."""
+    """Set the start of every record; surplus lanes repeat the last record."""
     at = side.at
     for i in range(KINDS * LANES):
         at[SUMS + i] = 0.0
@@ -346,7 +345,7 @@ class Pace(NamedTuple):
 
 @compiled
 def pace_of(plant, law, steps):
-    """Give what a step takes.
+    """Return the constants of a step.
 
     Notes
     -----
@@ -388,7 +387,7 @@ class Grip(NamedTuple):
 
 @inlined_with_fma
 def grip_of(pace, x, d):
-    """Give what does not change in a lane during a stride that begins there."""
+    """Return the per-record constants of the next four steps, from the state at their start."""
     F_k = pace.k_x * x
     hold = pace.F_fs + FORCE_ROUNDING * (pace.F_fs + abs(F_k))
     return Grip(
@@ -398,7 +397,7 @@ def grip_of(pace, x, d):
 
 @inlined_with_fma
 def step(pace, grip, x, v, u, u_1):
-    """Give the state at the end of a step, and minus x_dd at its start where it slides."""
+    """Return the state at the end of a step, and -x_dd at its start where the mass slides."""
     # What the state takes part in comes last: the next step waits for it.
     step_map = pace.step_map
     x_1 = step_map.x_x * x + (step_map.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
@@ -422,14 +421,14 @@ NOTHING = (0.0,) * 9
 
 @compiled
 def stride(pace, at, lanes):
-    """Let every lane stride on, or wait where a step may hold an event."""
+    """Advance every lane by four steps, or mark it as waiting if a step may hold an event."""
     for first in range(0, lanes, WIDTH):
         stride_of_eight(pace, at[first:])
 
 
 @inlined_with_fma
 def stride_of_eight(pace, at):
-    """Let as many lanes as a register holds stride on, or wait."""
+    """Advance one register of lanes; see `stride`."""
     for i in range(WIDTH):
         x, v, d = at[X + i], at[V + i], at[D + i]
         u_b, u, u_1 = at[AHEAD + i], at[AHEAD + LANES + i], at[AHEAD + 2 * LANES + i]
@@ -508,7 +507,7 @@ def gather(at, count, queue, whose):
 
 @inlined_with_fma
 def may_hold(pace, grip, v, v_1, felt, u, u_1):
-    """Tell whether a step from one state to another may hold an event."""
+    """Return whether a step from one state to another may hold an event."""
     along, along_1 = grip.d * v, grip.d * v_1
     doubt = pace.steep * abs(u_1 - u) + pace.fast * (along + along_1)
     dips = min(along, along_1) <= doubt and grip.d * (felt + u) > 0.0
@@ -518,7 +517,7 @@ def may_hold(pace, grip, v, v_1, felt, u, u_1):
 
 @inlined_with_fma
 def one_on(pace, grip, state, u_b, u, u_1, going, z):
-    """Give what a step of a lane that is going leads to, and whether it stands before it."""
+    """Return the result of one step of an advancing lane, and whether it is before an event."""
     x, v, done, bends = state
     x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
     event = may_hold(pace, grip, v, v_1, felt, u, u_1)
@@ -542,9 +541,9 @@ def one_on(pace, grip, state, u_b, u, u_1, going, z):
 
 @compiled
 def walk(pace, rule, at, length):
-    """Let as many of those that wait as a register holds walk on, to an event or to the end.
+    """Advance one register of waiting lanes, to an event or to the end of the stride.
 
-    Gives how many stand before an event. `length` is that of the stride in steps.
+    Returns the number of lanes before an event. `length` is that of the stride in steps.
     """
     return walk_of_eight(pace, rule, at, float(length))
 
@@ -613,7 +612,7 @@ speed, rate = (
 
 @inlined_with_fma
 def first_guess(q, h):
-    """Give where the parabola through the start of a fall is zero, mended by two terms."""
+    """Return the root of the quadratic part of a velocity series, corrected by two terms."""
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
     root = math.sqrt(square if square > 0.0 else 1.0)
     down = root > q[1]
@@ -626,7 +625,7 @@ def first_guess(q, h):
 
 @inlined_with_fma
 def fall_abreast(q, h):
-    """Give where a velocity that ends below zero is zero, and whether that holds."""
+    """Return the root of a velocity that ends below zero, and whether it has converged."""
     s, good = first_guess(q, h)
     a = rate(q, s)
     good = good and a < 0.0 and s > 0.0
@@ -854,13 +853,13 @@ class Trapezia(NamedTuple):
 
 
 def served(plant, dt):
-    """Tell whether the rule serves steps of length dt [s]."""
+    """Return whether the quadrature rule is accurate for steps of length dt [s]."""
     return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= LONGEST)
 
 
 @lru_cache(maxsize=SCENES)
 def trapezia(c, w, h):
-    """Give the forms of a step of length h [s] of a plant with b/m [1/s] and k_x/m [1/s²]."""
+    """Return the end forms of a step h [s] for b/m = c [1/s] and k_x/m = w [1/s²]."""
     rates = np.zeros((6, 6))
     rates[X_R, SPEED] = rates[BASE, SLOPE] = rates[SPEED, RATE] = 1.0
     rates[FELT, [SPEED, RATE]] = w, c
@@ -885,7 +884,7 @@ def trapezia(c, w, h):
 
 
 def end_form(rates, h, step_map, other):
-    """Give the form at the end of a step for the product of two things, its pairs added up."""
+    """Return the quadratic form at a step end for the product of two variables, symmetrised."""
     form, found = np.zeros((6, 6)), np.zeros((6, 6))
     form[step_map, other] = 1.0
     for k, weight in enumerate(series_weights(), 1):
@@ -898,7 +897,7 @@ def end_form(rates, h, step_map, other):
 
 
 def line_form(rates, h):
-    """Give what v_r and its rate have at the end of a step for the way."""
+    """Return the weights of v_r and its rate at the end of a step in the distance slid."""
     line, found = np.zeros(6), np.zeros(6)
     line[SPEED] = 1.0
     for k, weight in enumerate(series_weights(), 1):
@@ -909,7 +908,7 @@ def line_form(rates, h):
 
 
 def series_weights():
-    """Give B_2k/(2k)! for k = 1, 2 ..., B_2k being the numbers of Bernoulli."""
+    """Return B_2k/(2k)! for k = 1, 2, ... (Euler-Maclaurin), with Bernoulli numbers B_2k."""
     terms = [1.0]  # of z/(e^z - 1), whose odd ones but the first vanish
     factorials = np.cumprod([1.0, *range(1, 2 * TERMS + 2)])
     for n in range(1, 2 * TERMS + 1):
@@ -919,7 +918,7 @@ def series_weights():
 
 @inlined_with_fma
 def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
-    """Give the integrals that sums over samples come to.
+    """Return the integrals that follow from sums over samples.
 
     Parameters
     ----------
@@ -954,7 +953,7 @@ def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
 
 @inlined_with_fma
 def ends(rule, d, x_r, felt, u_dd, v_r, slope):
-    """Give what the end of a step adds to its integrals, and what its beginning takes off.
+    """Return the end correction of a step: added at its end, subtracted at its start.
 
     Parameters
     ----------
@@ -993,7 +992,7 @@ def ends(rule, d, x_r, felt, u_dd, v_r, slope):
 
 @inlined_with_fma
 def halves(rule, d, x_r, felt, u_dd, v_r):
-    """Give what half of a sample counts in every integral; parameters as in `ends`."""
+    """Return the contribution of half a sample to every integral; parameters as in `ends`."""
     half = 0.5 * rule.h
     x_dd = felt if d != 0.0 else u_dd
     return (
@@ -1002,7 +1001,7 @@ def halves(rule, d, x_r, felt, u_dd, v_r):
     )  # fmt: skip
 
 
-# Integrals over what lies on either side of an event within a short step.
+# Integrals over both parts of a short step with an event.
 
 
 INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
@@ -1010,13 +1009,13 @@ INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
 WEIGHTS = (0.2722222222222222, 0.35555555555555557, 0.2722222222222222)
 
 OUTER = 0.05
-"""Of Gauss and Lobatto for five points, of which two are known: as exact as four of Gauss and
-Legendre, which exhaust double precision on a short stretch."""
+"""Gauss-Lobatto rule with five nodes. The values at both ends are known, and it is as accurate
+as Gauss-Legendre with four nodes, which reaches double precision on a short step."""
 
 
 @inlined_with_fma
 def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
-    """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
+    """Return the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
 
     Parameters
     ----------
@@ -1055,7 +1054,7 @@ def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
 
 @inlined_with_fma
 def away_from(q, s):
-    """Give distance and speed at time s from an event, at which the speed is 0."""
+    """Return distance and speed at time s from an event, where the speed is 0."""
     s_2 = s * s
     s_4 = s_2 * s_2
     v = (q[1] + q[2] * s) + s_2 * (q[3] + q[4] * s)
