@@ -1,4 +1,4 @@
-"""Contract over the shelf of approaches, and the physics that the exact ones owe."""
+"""Contract of every approach, and the physics of the exact ones."""
 
 from __future__ import annotations
 

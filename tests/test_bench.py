@@ -448,9 +448,9 @@ def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
 def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
     words = SLIDING + "measure: {steady: false, settle: 0, duration: 10 s}\n"
     results = ordeal(tmp_path, words, **{"solver.smooth.sharpness": 1e12})
-    assert results["smooth"].word == "failed"
-    assert "GB of memory" in results["smooth"].how
-    assert results["moreau"].word == "held"
+    assert results["smooth"].verdict == "failed"
+    assert "GB of memory" in results["smooth"].reason
+    assert results["moreau"].verdict == "held"
 
 
 def test_approach_that_takes_too_long_has_failed(tmp_path):
@@ -463,7 +463,7 @@ def test_approach_that_takes_too_long_has_failed(tmp_path):
 def test_every_point_of_a_swept_hard_case_counts(tmp_path):
     words = HARD_HELD + "sweep: {excitation.rms: [0.33, 0.5]}\nchecks: [T_a > 0.9]\n"
     exact = ordeal(tmp_path, words)["stick-slip"]
-    assert (exact.word, exact.checks, exact.passed) == ("held", 2, 2)
+    assert (exact.verdict, exact.checks, exact.passed) == ("held", 2, 2)
 
 
 @pytest.mark.parametrize(

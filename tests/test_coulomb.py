@@ -424,7 +424,7 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     motion = Samples(silence(0.05, 200.0), 0.05)
     scene = (PLANT, CoulombLaw(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
     whole = StickSlip().solve(*scene)
-    monkeypatch.setattr(coulomb, "MAX_KEPT", 0)
+    monkeypatch.setattr(coulomb, "MAX_CACHED", 0)
     monkeypatch.setattr(coulomb, "BLOCK_SIZE", CHUNK)
     parts = StickSlip().solve_in_blocks(*scene)
     assert len(parts.trajectory.march.checkpoints) > 10
@@ -475,7 +475,7 @@ def motion():
 def small(monkeypatch):
     """Make everything long: blocks of a few samples."""
     for module in (marching, responses):
-        monkeypatch.setattr(module, "MAX_KEPT", 0)
+        monkeypatch.setattr(module, "MAX_CACHED", 0)
         monkeypatch.setattr(module, "BLOCK_SIZE", SIZE)
 
 

@@ -1,4 +1,4 @@
-"""What every member of the shelf of excitations keeps, and the sines in particular."""
+"""Contract of every excitation, and tests of sines in particular."""
 
 from __future__ import annotations
 

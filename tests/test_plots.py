@@ -22,7 +22,7 @@ from drysim.plots import comparison as comparison_plot
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, stroke_quantity
+from drysim.plots.style import T_A, T_X, stroke_metric
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -754,7 +754,7 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_quantity(0.01)])
+    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_metric(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
@@ -762,7 +762,7 @@ def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
 def test_numbers_beside_a_map_are_within_the_picture(table):
     small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
     rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
-    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_quantity(2e-7)])
+    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_metric(2e-7)])
     figure.draw_without_rendering()
     _, mapped = figure.axes
     (bar,) = mapped.child_axes

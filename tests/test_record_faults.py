@@ -202,7 +202,7 @@ SAMPLES = np.random.Generator(np.random.PCG64(5)).integers(-30_000, 30_000, (N, 
 @pytest.fixture
 def small(monkeypatch):
     """Make every record long: parts of a few bytes."""
-    monkeypatch.setattr(channels_module, "MAX_KEPT", 0)
+    monkeypatch.setattr(channels_module, "MAX_CACHED", 0)
     monkeypatch.setattr(reader_module, "READ_SIZE", 512)
     monkeypatch.setattr(cells_module, "PARSE_SIZE", 300)
 

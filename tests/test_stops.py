@@ -147,7 +147,7 @@ def test_no_work_is_done_on_stops_that_are_not_there():
         .trajectory(PAPER, CoulombLaw(15.0, 15.0), NOISE, REST, STEP)
         .totals(0.0, 1.0)
     )
-    assert totals.hits == 0.0
+    assert totals.stop_work == 0.0
 
 
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
@@ -233,7 +233,9 @@ class TestClosedForms:
         assert rests == pytest.approx([2 * v / (g * (1 - e))], abs=1e-13)
         assert 20 < len(t) < 60
         assert trajectory.state(1.0) == State(0.1, 0.0)
-        assert trajectory.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
+        assert trajectory.totals(0.0, 1.99).stop_work == pytest.approx(
+            0.5 * 3.0 * v**2, rel=1e-14
+        )
 
     @pytest.mark.parametrize(("limit", "F"), [(0.05, 0.0), (0.05, 0.3), (500.0, 0.3)])
     def test_rebounds_too_small_to_be_seen_are_flight_and_not_rest(self, limit, F):

@@ -155,7 +155,10 @@ EXPLAINED = {
     ("taylor.py", "for iterations in range(1, MAX_ITERATIONS - 1):"): (
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
-    ("model.py", "MAX_KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
+    (
+        "model.py",
+        "MAX_CACHED = -1 << 20",
+    ): "what is not kept is made anew: the same, more slowly",
     ("sampled.py", "if s < 1.0 or not low < x_r + way * path < high:"): SLOWER,
     ("taylor.py", "limits = CoulombLaw(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"

@@ -133,24 +133,24 @@ def measure_batch(
     """
     u_dd, dt, window, _ = batch
     answers = np.empty((len(u_dd), lanes.FOUND))
-    turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_PER_STOP + EXTRA_STOPS))
+    stops: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_PER_STOP + EXTRA_STOPS))
     steps = slip_steps(plant, law, dt)
     rule = lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
-    scratch = lanes.Side(
+    work_space = lanes.Side(
         np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
         np.zeros(lanes.QUEUE_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
         np.zeros((lanes.LANES, lanes.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
         empty_log(LOG_LENGTH),
     )  # fmt: skip
     lanes.measure_records(
-        plant, law, steps, rule, u_dd, *window, start, scratch, turns, answers
+        plant, law, steps, rule, u_dd, *window, start, work_space, stops, answers
     )
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
-        return unpack_answers(batch, start, turns, answers)
+        return unpack_answers(batch, start, stops, answers)
 
 
 def unpack_answers(
-    batch: RecordBatch, start: State, turns: Floats, answers: Floats
+    batch: RecordBatch, start: State, stops: Floats, answers: Floats
 ) -> BatchResult:
     """Return the columns of the kernel's answers by name."""
     column, u2 = answers.T, cast(Any, batch.u2)
@@ -161,11 +161,11 @@ def unpack_answers(
     ends_of = column[[lanes.X_BEGIN, lanes.X_END]].T
     paths = [
         np.concatenate((at[:1], row[b:e], at[1:]))
-        for at, row, b, e in zip(ends_of, turns, begins, ends, strict=True)
+        for at, row, b, e in zip(ends_of, stops, begins, ends, strict=True)
     ]
     farthest = np.abs(column[[lanes.FAR, lanes.X_BEGIN, lanes.X_END]]).max(axis=0)
     return BatchResult(
-        np.isfinite(last.x_r + last.v_r) & (ends <= turns.shape[1]),
+        np.isfinite(last.x_r + last.v_r) & (ends <= stops.shape[1]),
         Totals(x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2, u2),
         first,
         last,

@@ -171,7 +171,7 @@ def measure(
     values |= energy_metrics(trajectory.plant, trajectory.law.F_fk, totals, *ends, held)
     if isinstance(trajectory.law, EndStopLaw):
         values |= impact_metrics(trajectory, window, repeats=closure is not None)
-        values["energy_stops"] = totals.hits - (held[1] - held[0])
+        values["energy_stops"] = totals.stop_work - (held[1] - held[0])
         hourly = values.get("stroke_once_an_hour")
         if trajectory.law.rigid and hourly is not None:  # rigid stops bound the stroke
             values["stroke_once_an_hour"] = min(hourly, trajectory.law.x_rM)
@@ -271,7 +271,7 @@ def energy_metrics(
     work = -plant.m * totals.power
     begin = mechanical_energy(plant, first) + bumpers[0]
     stored = mechanical_energy(plant, last) + bumpers[1] - begin
-    stops = totals.hits - (bumpers[1] - bumpers[0])
+    stops = totals.stop_work - (bumpers[1] - bumpers[0])
     viscous = plant.b * totals.v2
     friction = F_fk * totals.sliding_distance
     exchanged = plant.m * sqrt(totals.u_dd2 * totals.v2)

@@ -319,7 +319,7 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
         for one in case.results:
             off = [format_cell(one.deviations.get(metric)) for metric in COMPARED_METRICS]
             counts = [str(one.checks), str(one.passed), str(one.time)]
-            words = [case.scenario.name, one.approach, one.word, quote_cell(one.how)]
+            words = [case.scenario.name, one.approach, one.verdict, quote_cell(one.reason)]
             rows.append([*words, *off, *counts])
     write_csv(folder / "hard_cases.csv", headings, [join_columns(zip(*rows, strict=True))])
 
@@ -328,7 +328,7 @@ def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for the hard cases."""
     results = [one for case in result.cases for one in case.results]
     metrics: Fields = {
-        name: dict(Counter(one.word for one in results if one.approach == name))
+        name: dict(Counter(one.verdict for one in results if one.approach == name))
         for name in dict.fromkeys(one.approach for one in results)
     }
     cases: list[Fields] = [

@@ -11,7 +11,7 @@ import numpy as np
 from drysim import wording
 from drysim.approach.solution import Floats
 from drysim.plots import response, style, sweep
-from drysim.plots.style import PEAK_STROKE, SEAT, T_A, Quantity, Style, stroke_quantity
+from drysim.plots.style import PEAK_STROKE, SEAT, T_A, PlottedMetric, Style, stroke_metric
 from drysim.study.ensemble import Ensemble
 from drysim.study.statistics import QUANTILES, Statistic, stopping_rule, student_t
 
@@ -78,19 +78,19 @@ def draw(result: Ensemble) -> Figure:
     return figure
 
 
-def _quantities(result: Ensemble) -> Iterator[Quantity]:
+def _quantities(result: Ensemble) -> Iterator[PlottedMetric]:
     """Return the drawn metrics: the main ones and that of the stopping rule."""
     greatest = result.statistics[PEAK_STROKE]
-    main = (T_A, SEAT, stroke_quantity(greatest.greatest[0] if greatest else 0.0))
+    main = (T_A, SEAT, stroke_metric(greatest.greatest[0] if greatest else 0.0))
     yield from (one for one in main if result.statistics[one.metric])
     until = stopping_rule(result.scenario)
     others = {quantity.metric for quantity in main}
     if until and until.metric not in others and result.statistics[until.metric]:
-        yield Quantity(until.metric, until.metric)
+        yield PlottedMetric(until.metric, until.metric)
 
 
 def _draw_distribution(
-    axes: Axes, values: Floats, found: Statistic, quantity: Quantity, last: bool
+    axes: Axes, values: Floats, found: Statistic, quantity: PlottedMetric, last: bool
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
     sweep.set_title(axes, f"{quantity.symbol}: cumulative distribution [%]")
@@ -109,7 +109,7 @@ def _draw_distribution(
         axes.set_xlabel("value")
 
 
-def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> None:
+def _draw_running_mean(axes: Axes, values: Floats, quantity: PlottedMetric, last: bool) -> None:
     """Draw the mean of the first n seeds and its confidence interval over n."""
     sweep.set_title(axes, f"{quantity.symbol}: running mean")
     n = np.arange(1, len(values) + 1)
@@ -138,7 +138,7 @@ def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: boo
 
 
 def _draw_check_limits(
-    left: Axes, right: Axes, result: Ensemble, values: Floats, quantity: Quantity
+    left: Axes, right: Axes, result: Ensemble, values: Floats, quantity: PlottedMetric
 ) -> None:
     """Draw the limits of checks that are close to the values."""
     scatter = float(np.ptp(values))

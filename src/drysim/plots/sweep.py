@@ -39,12 +39,11 @@ from drysim.plots.style import (
     STOP_FORCE,
     T_A,
     T_X,
-    Quantity,
+    PlottedMetric,
     Style,
-    stroke_quantity,
+    stroke_metric,
 )
-from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups
-from drysim.scenario.axes import iter_points as every_point
+from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups, iter_points
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
 from drysim.study.statistics import (
@@ -81,13 +80,13 @@ def draw_transmissibility(table: Table) -> Figure:
     """Return the figure of the transmissibilities, not yet rendered."""
     if needs_quantiles(table):
         return draw_quantiles(table, [T_X, T_A])
-    drawn = sweep_view(table)
-    known = [one for one in (T_X, T_A) if any(True for _ in known_values(drawn, one.of))]
+    view = sweep_view(table)
+    known = [one for one in (T_X, T_A) if any(True for _ in known_values(view, one.of))]
 
-    def unity(axes: Axes, panel: Panel, quantity: Quantity) -> None:
+    def draw_unity(axes: Axes, panel: Panel, quantity: PlottedMetric) -> None:
         axes.axhline(1.0, **UNITY_STYLE)
 
-    return draw_panels(table, drawn, known or [T_A], unity)
+    return draw_panels(table, view, known or [T_A], draw_unity)
 
 
 def stroke(table: Table, folder: Path) -> None:
@@ -105,49 +104,56 @@ def stroke(table: Table, folder: Path) -> None:
 def draw_stroke(table: Table) -> Figure:
     """Return the figure of the stroke, not yet rendered."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
-    selected = stroke_quantity(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
+    quantity_drawn = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     if needs_quantiles(table):
-        return draw_quantiles(table, [selected])
+        return draw_quantiles(table, [quantity_drawn])
     # With end stops |x_r| is nearly the same in all cases that reach them.
     law = table.scenario.law()
-    hits = [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
-    drawn = sweep_view(table)
-    top = max(known_values(drawn, selected.of), default=0.0)
+    stop_quantities = (
+        [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
+    )
+    view = sweep_view(table)
+    top = max(known_values(view, quantity_drawn.of), default=0.0)
 
-    def bound(axes: Axes, panel: Panel, quantity: Quantity) -> None:
-        if quantity is not selected:
+    def draw_limits(axes: Axes, panel: Panel, quantity: PlottedMetric) -> None:
+        if quantity is not quantity_drawn:
             return
-        _draw_limit(axes, table, drawn, panel, selected, response.MAX_LIMIT_RATIO * top)
-        _mark_violations(axes, drawn, panel, selected)
+        _draw_limit(axes, table, view, panel, quantity_drawn, response.MAX_LIMIT_RATIO * top)
+        _mark_violations(axes, view, panel, quantity_drawn)
 
-    return draw_panels(table, drawn, [selected, *hits], bound)
+    return draw_panels(table, view, [quantity_drawn, *stop_quantities], draw_limits)
 
 
 def _draw_limit(
-    axes: Axes, table: Table, drawn: View, panel: Panel, selected: Quantity, max_level: float
+    axes: Axes,
+    table: Table,
+    view: View,
+    panel: Panel,
+    quantity: PlottedMetric,
+    max_level: float,
 ) -> None:
     """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case."""
     if table.scenario.stroke is None:
         return
 
     def limit(row: Row) -> float:
-        return selected.scale * (stroke_limit(table.scenario, row) or 0.0)
+        return quantity.scale * (stroke_limit(table.scenario, row) or 0.0)
 
-    curves = [line_series(drawn, line, limit) for line in panel.lines]
+    curves = [line_series(view, line, limit) for line in panel.lines]
     levels = [{*y} for _, y in curves]
     every = set().union(*levels)
     if len(every) == 1:
         (level,) = every
-        words = f"stroke limit {wording.format_number(level, selected.unit)}"
+        words = f"stroke limit {wording.format_number(level, quantity.unit)}"
         _draw_level(axes, level, max_level, response.LIMIT_STYLE, words)
     elif any(len(own) > 1 for own in levels):
         near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= max_level]
         axes.plot(*zip(*near, strict=True), **response.LIMIT_STYLE, label="stroke limit")
     elif len(levels) <= MAX_STYLED_LINES:
-        for curve_styles, own in zip(line_styles(drawn), levels, strict=True):
-            style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
+        for curve_styles, own in zip(line_styles(view), levels, strict=True):
+            level_style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
-                _draw_level(axes, level, max_level, style, "stroke limit per line")
+                _draw_level(axes, level, max_level, level_style, "stroke limit per line")
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
@@ -156,11 +162,11 @@ def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words:
         axes.axhline(level, **style, label=words)
 
 
-def _mark_violations(axes: Axes, drawn: View, panel: Panel, selected: Quantity) -> None:
+def _mark_violations(axes: Axes, view: View, panel: Panel, quantity: PlottedMetric) -> None:
     """Mark the cases that reach the stroke limit."""
     rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
     if rows:
-        x, y = [drawn.x(row) for row in rows], [selected.of(row) or nan for row in rows]
+        x, y = [view.x(row) for row in rows], [quantity.of(row) or nan for row in rows]
         axes.plot(
             x,
             y,
@@ -320,7 +326,7 @@ def abscissa(axes: Sequence[Axis]) -> Axis | None:
 
 def _combinations(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
     """Return all combinations of the values of groups of keys."""
-    return [*every_point([axis for group in groups for axis in group])]
+    return [*iter_points([axis for group in groups for axis in group])]
 
 
 def evenly_spaced(choices: Sequence[Choice], most: int) -> list[Choice]:
@@ -430,10 +436,11 @@ def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
 RowValue = Callable[[Row], float | None]
 
 MAX_STYLED_LINES = 8
-"""Lines up to which each has a style of its own; more are coloured by value."""
+"""Number of lines up to which each has its own style; more are coloured by value."""
 
 MAX_MARKED_POINTS, MARKER_SPACING = 20, 0.12
-"""Points up to which each has a marker; spacing of markers on other lines [panel diagonals]."""
+"""Number of points up to which each has a marker; spacing of markers on other lines [panel
+diagonals]."""
 
 COLORMAP_END = 0.82
 """Upper end of the colour map; lighter colours are illegible on white [-]."""
@@ -469,61 +476,61 @@ its tick labels [inch]."""
 
 def draw_panels(
     table: Table,
-    drawn: View,
-    quantities: Sequence[Quantity],
-    extra: Callable[[Axes, Panel, Quantity], None],
+    view: View,
+    quantities: Sequence[PlottedMetric],
+    extra: Callable[[Axes, Panel, PlottedMetric], None],
 ) -> Figure:
     """Return the figure of a sweep.
 
     Parameters
     ----------
     table : Table
-    drawn : View
+    view : View
         A row of the figure per panel.
     quantities : sequence of Quantity
         A column of the figure per quantity.
     extra : callable
         Draws more into the axes of a panel and quantity.
     """
-    count = len(drawn.panels)
-    coloured = drawn.line is not None and len(drawn.panels[0].lines) > MAX_STYLED_LINES
+    count = len(view.panels)
+    coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
     figure, grid = style.panel_grid(count, len(quantities), right=PANELS_RIGHT)
     for place, quantity in enumerate(quantities):
         first = None
-        for at, panel in enumerate(drawn.panels):
+        for at, panel in enumerate(view.panels):
             # All rows share a y-axis, so that they can be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
             words = f"{panel.title}: {quantity.symbol}" if panel.title else quantity.words
             set_title(axes, words, pad=15)
-            set_x_axis(axes, drawn, named=at == count - 1)
-            draw_curves(axes, drawn, panel, quantity)
+            set_x_axis(axes, view, named=at == count - 1)
+            draw_curves(axes, view, panel, quantity)
             extra(axes, panel, quantity)
-            mark_gaps(axes, drawn, panel)
-            _mark_natural_frequency(axes, table, drawn)
+            mark_gaps(axes, view, panel)
+            _mark_natural_frequency(axes, table, view)
         assert first is not None, "a view has a panel"
-        values = list(known_values(drawn, quantity.of))
+        values = list(known_values(view, quantity.of))
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
-        _set_y_limits(first, values, steeply=quantity is T_A)
-    unnamed = {line.label for line in drawn.panels[0].lines}
-    heading = style.table_heading(table, drawn.left_out, of_stroke=_shows_stroke(quantities))
+        _set_y_limits(first, values, allow_log=quantity is T_A)
+    unnamed = {line.label for line in view.panels[0].lines}
+    heading = style.table_heading(table, view.left_out, of_stroke=_shows_stroke(quantities))
     if not coloured:
         style.finish_figure(figure, grid, heading)
         return figure
-    bar, left = _draw_colorbar(figure, drawn)
+    bar, left = _draw_colorbar(figure, view)
     grid.update(right=left - COLORBAR_GAP / style.WIDTH)
     bottom, top = style.finish_figure(figure, grid, heading, unnamed)
     bar.set_position((left, bottom, COLORBAR_WIDTH / style.WIDTH, top - bottom))
     return figure
 
 
-def _shows_stroke(quantities: Sequence[Quantity]) -> bool:
+def _shows_stroke(quantities: Sequence[PlottedMetric]) -> bool:
     return any(quantity.metric == PEAK_STROKE for quantity in quantities)
 
 
-def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
-    """Start the y-axis at 0; use a logarithmic one for a large range of values if `steeply`."""
-    if steeply and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
+def _set_y_limits(axes: Axes, values: Sequence[float], allow_log: bool) -> None:
+    """Start the y-axis at 0, or make it logarithmic for a large range if `allow_log`."""
+    if allow_log and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, *axes.get_ylim())
     else:
@@ -532,14 +539,14 @@ def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
         axes.set_ylim(0.0, 1.0 if flat else None)
 
 
-def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
+def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
     """Mark the natural frequency f_0 and sqrt(2) f_0, above which a viscous isolator isolates.
 
     Only if all cases have the same natural frequency.
     """
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
-    if drawn.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS or plant.k_x <= 0:
+    if view.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS or plant.k_x <= 0:
         return
     f_0 = sqrt(plant.k_x / plant.m) / (2 * pi)
     low, high = axes.get_xlim()
@@ -550,7 +557,7 @@ def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
             axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
-def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
+def _draw_colorbar(figure: Figure, view: View) -> tuple[Axes, float]:
     """Draw the colour bar of many lines.
 
     Return its axes and the left edge that leaves room for its tick labels and label.
@@ -558,12 +565,12 @@ def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import MaxNLocator
 
-    assert drawn.line is not None
+    assert view.line is not None
     axes = figure.add_axes((0.9, 0.1, 0.02, 0.8))
-    norm, colormap = color_scale(drawn.line)
+    norm, colormap = color_scale(view.line)
     bar = figure.colorbar(ScalarMappable(norm, colormap), cax=axes)
-    bar.set_label(axis_label(drawn.line))
-    if spans_decade(drawn.line.values):
+    bar.set_label(axis_label(view.line))
+    if spans_decade(view.line.values):
         set_log_ticks(axes.yaxis, norm.vmin, norm.vmax)
     else:
         axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
@@ -606,7 +613,7 @@ def color_scale(axis: Axis) -> tuple[Any, Any]:
     )
 
 
-def draw_curves(axes: Axes, view: View, panel: Panel, quantity: Quantity) -> None:
+def draw_curves(axes: Axes, view: View, panel: Panel, quantity: PlottedMetric) -> None:
     """Draw the lines of a panel, interrupted where the value is unknown.
 
     Few lines of means over seeds also have confidence intervals.
@@ -734,7 +741,8 @@ def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
 
 
 MAX_TICK_LETTERS, MAX_TICKS = 44, 99
-"""Letters of all tick labels that fit below a panel, with two per gap; upper bound of ticks."""
+"""Characters of all tick labels that fit below a panel, with two per gap; maximum number of
+ticks."""
 
 NATURAL_FREQUENCY_STYLE: Style = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
@@ -812,7 +820,7 @@ def needs_quantiles(table: Table) -> bool:
     )
 
 
-def draw_quantiles(table: Table, quantities: Sequence[Quantity]) -> Figure:
+def draw_quantiles(table: Table, quantities: Sequence[PlottedMetric]) -> Figure:
     """Return the figure of metrics as quantile bands, with a map if several keys are swept.
 
     Parameters
@@ -836,7 +844,9 @@ def draw_quantiles(table: Table, quantities: Sequence[Quantity]) -> Figure:
     if across is None:
         figure, grid = style.panel_grid(1, len(shown), right=MAPS_RIGHT)
     else:
-        figure, grid = style.panel_grid(2, len(shown), MAPS_LEFT, MAPS_RIGHT, aside=MAP_GAP)
+        figure, grid = style.panel_grid(
+            2, len(shown), MAPS_LEFT, MAPS_RIGHT, column_gap=MAP_GAP
+        )
     for place, i in enumerate(shown):
         quantity = quantities[i]
         axes = figure.add_subplot(grid[0, place])
@@ -868,7 +878,7 @@ def draw_quantile_bands(
         axes.plot(x, reference.quantile_curve(0.5) * factor, **REFERENCE_STYLE, label=words)
 
 
-def draw_reference_level(axes: Axes, table: Table, quantity: Quantity) -> None:
+def draw_reference_level(axes: Axes, table: Table, quantity: PlottedMetric) -> None:
     """Draw the stroke limit shared by all cases, or the transmissibility 1."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
