@@ -223,7 +223,9 @@ def draw_curves(
             }
             x, y = sweep.line_series(view, line, T_A.of)
             sweep.draw_curve(left, x, y, style, line.label)
-            sweep.draw_interval(left, x, y, sweep.line_series(view, line, T_A.width)[1], style)
+            sweep.draw_interval(
+                left, x, y, sweep.line_series(view, line, T_A.half_width)[1], style
+            )
             if line.label != result.yardstick:
                 x, y, width = _deviations(result, view, panel, line.label)
                 sweep.draw_curve(right, x, y, style, line.label)

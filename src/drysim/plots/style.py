@@ -212,35 +212,35 @@ class PlottedMetric(NamedTuple):
     ----------
     symbol : str
         Symbol with unit, as matplotlib text.
-    metric : str
+    name : str
         Name of the metric.
     scale : float
         Displayed value over the value in SI units.
     title : str
         Name in the panel title.
     unit : str
-        Displayed unit, where it is not part of `symbol` alone.
+        Displayed unit, if it is needed outside of `symbol`.
     """
 
     symbol: str
-    metric: str
+    name: str
     scale: float = 1.0
     title: str = ""
     unit: str = ""
 
     def of(self, row: Row) -> float | None:
         """Return the displayed value of a row, or None where it is unknown."""
-        found = row.metrics.get(self.metric) if row.status == OK else None
+        found = row.metrics.get(self.name) if row.status == OK else None
         return None if found is None else found * self.scale
 
-    def width(self, row: Row) -> float | None:
+    def half_width(self, row: Row) -> float | None:
         """Return the half width of a mean's confidence interval, or None without one."""
-        found = row.half_widths.get(self.metric)
+        found = row.half_widths.get(self.name)
         return None if found is None else found * self.scale
 
     @property
-    def words(self) -> str:
-        """Title of a panel that is not one of several cases."""
+    def full_title(self) -> str:
+        """Title of a panel: name and symbol."""
         return f"{self.title} {self.symbol}"
 
 
