@@ -68,7 +68,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def scenario(tmp_path: Path) -> Callable[..., Scenario]:
-    """Give the scenario of a text, with overrides."""
+    """Return the scenario of a text, with overrides."""
 
     def loaded(text: str, overrides: object = ()) -> Scenario:
         (tmp_path / "seat.yaml").write_text(text)
@@ -81,7 +81,7 @@ def scenario(tmp_path: Path) -> Callable[..., Scenario]:
 def drysim(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Command:
-    """Give `drysim` as a function, run in this process and in an empty folder."""
+    """Return `drysim` as a function, run in this process and in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
     def command(*words: object) -> Answer:
@@ -93,7 +93,7 @@ def drysim(
 
 @pytest.fixture
 def process(tmp_path: Path) -> Command:
-    """Give `drysim` as a function, run in a process of its own and in an empty folder."""
+    """Return `drysim` as a function, run in a process of its own and in an empty folder."""
 
     def command(*words: object, **environment: str) -> Answer:
         done = subprocess.run(

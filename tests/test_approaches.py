@@ -1,4 +1,4 @@
-"""Contract over the shelf of approaches, and the physics that the exact ones owe."""
+"""Contract of every approach, and the physics of the exact ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.c
 
 
 def noise(n: int, seed: int = 3) -> Samples:
-    """Give smooth noise of a few hertz, 0.67 m/s² RMS, 400 samples a second."""
+    """Return smooth noise of a few hertz, 0.67 m/s² RMS, 400 samples a second."""
     rng = np.random.Generator(np.random.PCG64(seed))
     rough = np.convolve(rng.normal(size=n + 200), np.hanning(41), mode="same")[100 : n + 100]
     return Samples(rough * (0.67 / np.sqrt(np.mean(rough**2))), 2.5e-3)
@@ -68,7 +68,7 @@ def solved(name: str) -> Response:
 
 
 def track_of(response: Response) -> Trajectory:
-    """Give the continuous solution of a response."""
+    """Return the continuous solution of a response."""
     assert response.trajectory is not None
     return response.trajectory
 

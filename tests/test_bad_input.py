@@ -20,7 +20,7 @@ SOUND = "t [s],u_dd [m/s2]\n0.00,0.1\n0.01,0.2\n0.02,0.3\n0.03,0.1\n"
 
 
 def tree(folder: Path) -> dict[str, bytes]:
-    """Give every file below a folder with its content."""
+    """Return every file below a folder with its content."""
     return {str(file): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 

@@ -39,7 +39,7 @@ ASKED = {"sweep": ", 2 s, 1 m/s² amplitude", "psd": ", 2 s, 1 m/s² RMS", "shoc
 
 @pytest.fixture
 def seat(tmp_path):
-    """Give a function that reads a seat on some base motion."""
+    """Return a function that reads a seat on some base motion."""
 
     def read(excitation, more=""):
         file = tmp_path / "seat.yaml"
@@ -50,7 +50,7 @@ def seat(tmp_path):
 
 
 def headed(figure):
-    """Give the heading of a picture in one line."""
+    """Return the heading of a picture in one line."""
     return " ".join(text.get_text() for text in figure.texts)
 
 

@@ -53,7 +53,7 @@ TERMS = BenchOptions(samples=400, repeats=1, patience=1.0, peers=())
 
 @pytest.fixture
 def works(tmp_path):
-    """Give the work of a scenario, by its words."""
+    """Return the work of a scenario given as text."""
 
     def made(words, samples=400, **changes):
         file = tmp_path / "scene.yaml"
@@ -64,7 +64,7 @@ def works(tmp_path):
 
 
 def score_of(work, name, setting="", terms=TERMS):
-    """Give the score of the first entry of this approach and setting."""
+    """Return the score of the first entry of this approach and setting."""
     found = [
         one for one in score.entries(work) if (one.approach, one.setting) == (name, setting)
     ]
@@ -403,7 +403,7 @@ HARD_HELD = SLIDING.replace("sliding", "held").replace("2, rms: 0.75", "5, rms: 
 
 
 def ordeal(tmp_path, words, **changes):
-    """Give what becomes of a scenario, by its words; trials by approach."""
+    """Return the hard-case results of a scenario given as text, by approach."""
     file = tmp_path / "scene.yaml"
     file.write_text(words)
     found = hard_cases.run_case(package.load(file, changes), 30.0, lambda: None)
@@ -448,9 +448,9 @@ def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
 def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
     words = SLIDING + "measure: {steady: false, settle: 0, duration: 10 s}\n"
     results = ordeal(tmp_path, words, **{"solver.smooth.sharpness": 1e12})
-    assert results["smooth"].word == "failed"
-    assert "GB of memory" in results["smooth"].how
-    assert results["moreau"].word == "held"
+    assert results["smooth"].verdict == "failed"
+    assert "GB of memory" in results["smooth"].reason
+    assert results["moreau"].verdict == "held"
 
 
 def test_approach_that_takes_too_long_has_failed(tmp_path):
@@ -463,7 +463,7 @@ def test_approach_that_takes_too_long_has_failed(tmp_path):
 def test_every_point_of_a_swept_hard_case_counts(tmp_path):
     words = HARD_HELD + "sweep: {excitation.rms: [0.33, 0.5]}\nchecks: [T_a > 0.9]\n"
     exact = ordeal(tmp_path, words)["stick-slip"]
-    assert (exact.word, exact.checks, exact.passed) == ("held", 2, 2)
+    assert (exact.verdict, exact.checks, exact.passed) == ("held", 2, 2)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1
 
 @pytest.fixture
 def prepared(tmp_path):
-    """Give a case of the seat with some keys changed."""
+    """Return a case of the seat with some keys changed."""
 
     def case(**overrides):
         file = tmp_path / "seat.yaml"
@@ -35,7 +35,7 @@ def prepared(tmp_path):
 
 
 def slow(case):
-    """Give the sentences about slow scenes."""
+    """Return the sentences about slow scenes."""
     return [caution.sentence for caution in case.warnings if caution.slug == "slow-scene"]
 
 
@@ -175,7 +175,7 @@ LUGRE = {
 
 @pytest.fixture
 def engine(monkeypatch):
-    """Give what a study of a case tells the choice of the engine: steps, and whose kernels."""
+    """Return what the choice of the engine reads of a study: steps and kernels."""
 
     def told(settle, *job):
         seen = []
@@ -243,7 +243,7 @@ BRIEF_NOISE = {"kind": "standard", "class": "EM3", "duration": 10, "seeds": 3}
 
 @pytest.fixture
 def noisy_seat(tmp_path):
-    """Give the path of a seat's scenario."""
+    """Return the path of a seat's scenario."""
     (tmp_path / "seat.yaml").write_text(BRIEF_SEAT)
     return tmp_path / "seat.yaml"
 

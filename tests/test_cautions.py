@@ -23,7 +23,7 @@ WORDS = {
 
 @pytest.fixture
 def slugs(tmp_path):
-    """Give the slugs and sentences of the warnings that a scenario with overrides deserves."""
+    """Return the slugs and sentences of the warnings on a scenario with overrides."""
     (tmp_path / "seat.yaml").write_text("drysim: 1\n")
 
     def found(motion=None, **words: object) -> dict[str, str]:

@@ -94,7 +94,7 @@ UNITS = {"excitation.frequency": "Hz", "excitation.rms": "m/s²", "friction.kine
 def rows(
     **metrics: list[float | None],
 ) -> list[tuple[dict[str, float], dict[str, float | None]]]:
-    """Give rows of a sweep over 1, 2, 3 ... Hz."""
+    """Return rows of a sweep over 1, 2, 3 ... Hz."""
     names = list(metrics)
     return [
         ({"excitation.frequency": 1.0 + i}, dict(zip(names, values, strict=True)))

@@ -17,7 +17,7 @@ RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scena
 
 
 def tree(folder):
-    """Give every file below a folder with its content."""
+    """Return every file below a folder with its content."""
     return {
         str(file.relative_to(folder)): file.read_bytes()
         for file in sorted(folder.rglob("*"))

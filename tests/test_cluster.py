@@ -29,7 +29,7 @@ distributed = pytest.importorskip("distributed")
 
 @pytest.fixture(scope="module")
 def address():
-    """Give the address of a scheduler with two workers, all in this process."""
+    """Return the address of a scheduler with two workers, all in this process."""
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
     ) as cluster:
@@ -53,7 +53,7 @@ def test_table_of_a_cluster_is_that_of_threads(drysim, swept, address, name):
 
 
 def interrupted_after(monkeypatch, blocks):
-    """Let a sweep be interrupted once so many blocks are told."""
+    """Interrupt a sweep after a number of reported blocks."""
     left = [blocks]
 
     def progress(*_):
@@ -343,14 +343,14 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
 
 @pytest.fixture(scope="module")
 def secret():
-    """Give credentials for one cluster."""
+    """Return credentials for one cluster."""
     pytest.importorskip("cryptography")
     return distributed.Security.temporary()
 
 
 @pytest.fixture(scope="module")
 def guarded(secret):
-    """Give the address of a scheduler that asks for certificates, in this process."""
+    """Return the address of a scheduler that asks for certificates, in this process."""
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0",
         protocol="tls://", security=secret,
@@ -416,7 +416,7 @@ def test_file_that_is_no_certificate_is_told(drysim, swept, secret, trap):
 
 @pytest.fixture(scope="module")
 def own(secret):
-    """Give a client of a local cluster, with a worker that is a process."""
+    """Return a client of a local cluster, with a worker that is a process."""
     with study_cluster.local_cluster(1) as client:
         yield client
 

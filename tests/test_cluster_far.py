@@ -35,7 +35,7 @@ DISASTERS, SEED = 32, 20
 
 @pytest.fixture(scope="module")
 def far(tmp_path_factory):
-    """Give a scheduler with two workers."""
+    """Return a scheduler with two workers."""
     with Machines(tmp_path_factory.mktemp("machines")) as machines:
         yield machines
 
@@ -47,7 +47,7 @@ def swept(tmp_path):
 
 
 def answer(folder, *words):
-    """Give exit code and stderr of a command."""
+    """Return exit code and stderr of a command."""
     done = subprocess.run(
         command(*words, *QUIET), cwd=folder, capture_output=True, text=True, check=False
     )
@@ -88,7 +88,7 @@ def test_dataset_is_the_same_from_threads_processes_and_machines(swept, far, nam
 
 @pytest.fixture
 def disk(tmp_path):
-    """Give a folder, and a function that gives its disk some size [kB]; root alone may."""
+    """Return a folder, and a function that gives its disk some size [kB]; root alone may."""
     folder = tmp_path / "disk"
     folder.mkdir()
 

@@ -47,7 +47,7 @@ def outcome_of(seat, **changes):
 
 
 def weight(name, f):
-    """Give |W| at one frequency."""
+    """Return |W| at one frequency."""
     return float(np.abs(weighting_gain(name, np.array([f])))[0])
 
 

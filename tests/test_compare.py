@@ -52,7 +52,7 @@ def scene(tmp_path: Path) -> Path:
 
 
 def of(comparison: Comparison, approach: str) -> float:
-    """Give the deviation of an approach in a comparison of one case."""
+    """Return the deviation of an approach in a comparison of one case."""
     deviation = comparison.deviation(next(comparison.table.of(approach)))
     assert deviation is not None
     return deviation
@@ -181,7 +181,7 @@ def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
 
 
 def lying(good: list[int], count: int, keys: int = 1) -> str:
-    """Say where some of the cases of a sweep lie, at forces of 0, 1, 2 ... N by 2 masses."""
+    """Describe where some cases of a sweep lie, at forces of 0, 1, 2 ... N by 2 masses."""
     axes = (Axis("friction.kinetic", "N", (0.0,)), Axis("oscillator.mass", "kg", (1.0,)))
     every = [
         Row({axes[0].key: at // keys, axes[1].key: 1 + at % keys}, "signum", 0.0, 0.0, {})

@@ -323,12 +323,12 @@ def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
 
 
 def words(text):
-    """Give a text with every run of blanks as one."""
+    """Return a text with every run of blanks as one."""
     return " ".join(text.split())
 
 
 def judged(table, *texts):
-    """Give the table with verdicts on its rows."""
+    """Return the table with verdicts on its rows."""
     rows = [(row.point, row.metrics) for row in table.own]
     return replace(table, checks=tuple(judgement(Check.parse(text), rows) for text in texts))
 
@@ -476,7 +476,7 @@ def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
 
 
 def is_early(row):
-    """Tell whether a case isolates at 2 Hz already."""
+    """Return whether a case isolates at 2 Hz already."""
     return row.point["excitation.frequency"] == 2.0 and row.metrics["T_a"] < 1.0
 
 

@@ -66,7 +66,7 @@ SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
 
 @pytest.fixture
 def scenario(tmp_path):
-    """Give the scenario of a sweep block."""
+    """Return the scenario of a sweep block."""
 
     def loaded(block, more=""):
         (tmp_path / "sampled.yaml").write_text(BASE + more + dump({"sweep": block}))
@@ -77,7 +77,7 @@ def scenario(tmp_path):
 
 @pytest.fixture
 def fault(scenario):
-    """Give the sentences that a faulty sweep block earns."""
+    """Return the messages on a faulty sweep block."""
 
     def told(block):
         with pytest.raises(ScenarioError) as found:
@@ -238,7 +238,7 @@ def test_sweep_of_a_sample_leaves_keys_out_that_the_reference_has_no_use_for(sce
 
 
 def changed(**words):
-    """Give a sample with other words in it."""
+    """Return a sample with other words in it."""
     return {"sample": {k: v for k, v in {**SAMPLE, **words}.items() if v is not None}}
 
 
@@ -424,7 +424,7 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     motion = Samples(silence(0.05, 200.0), 0.05)
     scene = (PLANT, CoulombLaw(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
     whole = StickSlip().solve(*scene)
-    monkeypatch.setattr(coulomb, "MAX_KEPT", 0)
+    monkeypatch.setattr(coulomb, "MAX_CACHED", 0)
     monkeypatch.setattr(coulomb, "BLOCK_SIZE", CHUNK)
     parts = StickSlip().solve_in_blocks(*scene)
     assert len(parts.trajectory.march.checkpoints) > 10
@@ -466,7 +466,7 @@ STEP, LENGTH, SIZE = 2.5e-3, 6001, CHUNK
 
 @pytest.fixture
 def motion():
-    """Give a random base motion."""
+    """Return a random base motion."""
     random = np.random.Generator(np.random.PCG64(3))
     return Samples(random.standard_normal(LENGTH), STEP)
 
@@ -475,7 +475,7 @@ def motion():
 def small(monkeypatch):
     """Make everything long: blocks of a few samples."""
     for module in (marching, responses):
-        monkeypatch.setattr(module, "MAX_KEPT", 0)
+        monkeypatch.setattr(module, "MAX_CACHED", 0)
         monkeypatch.setattr(module, "BLOCK_SIZE", SIZE)
 
 

@@ -50,7 +50,7 @@ LAWS = {
 
 
 def bristle_rates(law, plant, base):
-    """Give the right-hand side as the paper of the law writes it."""
+    """Return the right-hand side as the paper of the law writes it."""
 
     def rates(t, state):
         x, v, z = state
@@ -330,14 +330,14 @@ yielding = pytest.mark.parametrize("law", YIELDING.values(), ids=YIELDING)
 
 
 def scaled(law, force, stiffness):
-    """Give a law at another force [N] and another stiffness of its contact [N/m]."""
+    """Return a law at another force [N] and another stiffness of its contact [N/m]."""
     if isinstance(law, ElasticContactLaw):
         return law._replace(F_fk=force, k_t=stiffness)
     return law._replace(F_fk=force, F_fs=force, F_h=2.0 * force, sigma_0=stiffness)
 
 
 def half_cycle(law, f_0, way, span=2.0, rtol=RTOL):
-    """Give force [N] and loss [J] on a way from a turn, told by the way and not by time.
+    """Return force [N] and loss [J] on a path from a reversal, as functions of the path.
 
     `span` is 1 on the virgin curve of bristles and 2 behind a turn.
     """
@@ -362,7 +362,7 @@ class TestFreeDecay:
     """A mass that is let go turns where its spring has given what its contact has taken."""
 
     def turning_points(self, law, x, count, rtol):
-        """Give where a mass on a spring of 1 N/m turns, let go at x [m]."""
+        """Return the turning point of a mass on a spring of 1 N/m, released at x [m]."""
         found, f, span = [], 0.0, 1.0
         for _ in range(count):
 
@@ -458,7 +458,7 @@ class TestBelt:
     PERIOD, STICK = 8.902605, 5.0
 
     def periods(self, law):
-        """Give how long stick or hold, and slip, last from the second time on [s]."""
+        """Return the durations of stick (or hold) and of slip from the second on [s]."""
         events = solved(law, self.RAMP, plant=PLAIN).events
         stick, slip = (events.t[np.abs(events.kind) == kind] for kind in (0, 1))
         return np.diff(stick[1:]), slip[1:4] - stick[1:4]
@@ -512,7 +512,7 @@ class TestBelt:
 
 
 def loss_of(law, x_max, rtol=RTOL):
-    """Give the loss a cycle [J] of a symmetric loop between turns at +-x_max [m]."""
+    """Return the loss per cycle [J] of a symmetric loop between reversals at ±x_max [m]."""
     f = -law.F_fk
     for _ in range(200):  # a loop has closed where the force comes to what it began with
         before, f = f, -half_cycle(law, f, 2.0 * x_max, rtol=rtol)[0]
@@ -594,7 +594,7 @@ def followed(law, motion, sigma_0, end=2.0):
 
 
 def directions(trajectory):
-    """Give the direction that each step has in its trail."""
+    """Return the direction of each segment."""
     march = trajectory.march
     return np.concatenate(
         [march.block(i).segments.d for i in range(len(march.checkpoints) - 1)]

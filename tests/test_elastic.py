@@ -276,7 +276,7 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
 
 
 def seen(trajectory, t):
-    """Give x_r at equidistant times from 0 on [s]; samples are taken as finer ones are."""
+    """Return x_r at equidistant times from 0 on [s]; samples are taken as finer ones are."""
     if isinstance(trajectory, ElasticTrajectory):
         return trajectory.at(t)[0]
     known = np.arange(len(trajectory.u_dd)) * trajectory.motion.dt

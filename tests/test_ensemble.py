@@ -59,7 +59,7 @@ def noisy(tmp_path):
 
 
 def problems(file, changes):
-    """Give the sentences that a scenario earns."""
+    """Return the messages on a scenario."""
     with pytest.raises(ScenarioError) as fault:
         load(file, changes)
     return [problem.sentence for problem in fault.value.problems]
@@ -389,7 +389,7 @@ def test_an_ensemble_is_a_public_name(noisy):
 
 @pytest.fixture
 def values(process, tmp_path):
-    """Give a metric of every seed, by a process of its own: this one may be plain Python."""
+    """Return a metric of every seed, by a process of its own: this one may be plain Python."""
 
     def of(file, metric, *changes):
         sets = [word for change in changes for word in ("--set", change)]
@@ -415,7 +415,7 @@ def test_without_friction_the_mean_is_that_of_the_spectrum(noisy, values):
 
 
 def laplace(b, limit):
-    """Give the mean of v_r² by the density exp(-(b v²/2 + F|v|)), F = 1 N, m = 1 kg, D = 1."""
+    """Mean of v_r² by the density exp(-(b v²/2 + F|v|)), F = 1 N, m = 1 kg, D = 1."""
     v = np.linspace(0.0, limit, 1_000_001)
     density = np.exp(-(0.5 * b * v * v + v))
     return float((v * v * density).sum() / density.sum())
@@ -423,7 +423,7 @@ def laplace(b, limit):
 
 @pytest.fixture
 def on_white_noise(values, tmp_path):
-    """Give v_r² of each seed of a block on noise of two-sided intensity 2D, D = 1 m²/s³."""
+    """Return v_r² of each seed of a block on noise of two-sided intensity 2D, D = 1 m²/s³."""
 
     def squares(b, step, duration, seeds):
         file = tmp_path / "block.yaml"
@@ -459,7 +459,7 @@ def test_a_damped_block_on_white_noise_has_its_law_within_one_percent(on_white_n
 
 @pytest.fixture
 def halved(drysim, noisy, monkeypatch):
-    """Give a function that interrupts a run of 9 seeds after 8; its journal."""
+    """Return a function that interrupts a run of 9 seeds after 8; its journal."""
 
     def made(name, *changes):
         one_seed = ensemble.solve_seed
@@ -516,7 +516,7 @@ def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatc
 
 
 def rows(*values, first=1):
-    """Give the rows of seeds with these values of T_a."""
+    """Return the rows of seeds with these values of T_a."""
     return [
         Row({SEED_KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
         for seed, value in enumerate(values, first)

@@ -1,4 +1,4 @@
-"""What every member of the shelf of excitations keeps, and the sines in particular."""
+"""Contract of every excitation, and tests of sines in particular."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WORDS = {
 
 @pytest.fixture(params=EXCITATIONS, ids=lambda member: member.__name__)
 def member(request, tmp_path):
-    """Give an excitation of every kind."""
+    """Return an excitation of every kind."""
     (tmp_path / "base.csv").write_text("t [s],u_dd [m/s2]\n0,0\n0.1,1\n0.2,0\n")
     kind = get_args(request.param.model_fields["kind"].annotation)[0]
     words = {"kind": kind, **WORDS[kind]}

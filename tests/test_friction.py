@@ -166,24 +166,24 @@ def file_of(name: str) -> Path:
 
 @pytest.fixture(params=LAWS)
 def name(request):
-    """Give the name of every law."""
+    """Return the name of every law."""
     return request.param
 
 
 @pytest.fixture
 def friction(name):
-    """Give the friction of a law as its scenario in the gallery has it."""
+    """Return the friction of a law as its scenario in the gallery has it."""
     return load(file_of(name)).friction
 
 
 @pytest.fixture(params=MOTIONS)
 def response(request, friction):
-    """Give the motion of the paper's oscillator under a law."""
+    """Return the motion of the paper's oscillator under a law."""
     return solved(friction.to_law(LAW_M), MOTIONS[request.param], duration=2.9)
 
 
 def problems(name: str, **changes: object) -> list[str]:
-    """Give what is said of a law's scenario with other values in its friction block."""
+    """Return the messages on the scenario of a law with other values in its friction block."""
     with pytest.raises(ScenarioError) as fault:
         load(file_of(name), {f"friction.{key}": value for key, value in changes.items()})
     assert all("friction." in problem.key for problem in fault.value.problems)

@@ -73,7 +73,7 @@ FILES = {
 
 
 def problems(path, overrides=()):
-    """Give the problems of a file that must have some."""
+    """Return the problems of a file that must have some."""
     with pytest.raises(ScenarioError) as fault:
         load(path, overrides)
     return fault.value.problems

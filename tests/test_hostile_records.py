@@ -21,7 +21,7 @@ def read(folder, file="r.csv"):
 
 
 def refusal(folder, file="r.csv"):
-    """Give the sentence that a record earns."""
+    """Return the message on a record."""
     with pytest.raises(RecordError) as fault:
         read(folder, file)
     return fault.value.problem.sentence

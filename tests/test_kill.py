@@ -60,7 +60,7 @@ def finished(folder, *words, **options):
 
 
 def held(folder):
-    """Give the content of an output folder; None where there is none."""
+    """Return the content of an output folder; None where there is none."""
     return (
         {file.name: file.read_bytes() for file in folder.iterdir()} if folder.exists() else None
     )
@@ -104,7 +104,7 @@ def test_signal_at_any_instant_leaves_the_old_the_new_or_a_partial(tmp_path, nam
 
 
 def limited(size):
-    """Let no file grow beyond a size, as a full disk does; Python ignores the signal."""
+    """Limit the size of files, as a full disk does; Python ignores the signal."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
@@ -126,7 +126,7 @@ def test_file_that_cannot_grow_leaves_the_old_folder_and_says_why(tmp_path, name
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Give a function that mounts a disk of some size [kB]; root alone may."""
+    """Return a function that mounts a disk of some size [kB]; root alone may."""
     disk = tmp_path / "disk"
     disk.mkdir()
 
@@ -241,7 +241,7 @@ KILL_KILLS = 50
 
 
 def command(*words: str) -> list[str]:
-    """Give the words that start drysim."""
+    """Return the words that start drysim."""
     return [sys.executable, "-m", "drysim", *words]
 
 

@@ -87,7 +87,7 @@ def test_quantiles_do_not_depend_on_the_blocks():
 
 
 def small(huge, **words):
-    """Give the huge sweep cut down."""
+    """Return the huge sweep cut down."""
     axes = {"excitation.frequency": [1, 2, 3], "friction.kinetic": [5, 15, 45]} | words
     return load(huge, {"sweep": axes, "reference": "viscous"})
 
@@ -183,7 +183,7 @@ def test_folder_without_a_result_cannot_be_summarised(drysim, tmp_path):
 
 
 def table(out):
-    """Give the headings of a table that was told, and the cells of T_a."""
+    """Return the headers of a table that was printed, and the cells of T_a."""
     rows = [line.split() for line in out.splitlines() if line.startswith(("metric ", "T_a "))]
     return rows[0][2:], [float(cell) for cell in rows[1][1:]]
 

@@ -92,7 +92,7 @@ def slow(levels, law, step=STEP):
 
 
 def travel(response, law):
-    """Give how far the bristles have travelled [m], by the trapezoidal rule."""
+    """Return how far the bristles have travelled [m], by the trapezoidal rule."""
     limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((response.v_r / law.v_s) ** 2))
     q = np.sign(response.v_r) * response.F_f / limit
     rate = response.v_r * (1.0 - np.sign(q) * np.abs(q) ** law.power)
@@ -141,7 +141,7 @@ class Row:
         self.bent = np.zeros(elements)
 
     def follow(self, steps):
-        """Give the force [N] after each step of travel [m]."""
+        """Return the force [N] after each step of travel [m]."""
         forces = []
         for step in steps:
             self.bent = np.clip(self.bent + step, -self.reach, self.reach)
@@ -194,7 +194,7 @@ def test_a_full_memory_forgets_what_matters_least():
 
 
 def risen(reversals, scale, travel):
-    """Give z after some travel upwards from the last of many turns, from loop to loop."""
+    """Return z after some upward travel from the last of many reversals, loop by loop."""
     reversals, z = list(reversals), reversals[-1]
     while True:
         top = reversals[-1] + 2.0 * scale

@@ -21,7 +21,7 @@ LIMIT = 3e-3
 
 
 def noise(records: int, samples: int) -> np.ndarray:
-    """Give rows of smooth noise of a few hertz."""
+    """Return rows of smooth noise of a few hertz."""
     rng = np.random.Generator(np.random.PCG64(9))
     window = np.hanning(41)
     rows = [
@@ -33,13 +33,13 @@ def noise(records: int, samples: int) -> np.ndarray:
 def measured(
     plant: Plant, law: CoulombLaw, motions: list[Samples], start: State, window: tuple[int, int]
 ) -> BatchResult:
-    """Give what motions come to side by side."""
+    """Return what motions come to side by side."""
     given = make_batch(iter(motions), len(motions), window)
     return measure_batch(plant, law, given, start)
 
 
 def path(u_dd: np.ndarray) -> np.ndarray:
-    """Give a displacement to go with an acceleration: any will do."""
+    """Return a displacement to go with an acceleration: any will do."""
     return np.cumsum(np.cumsum(u_dd, axis=1), axis=1) * DT**2
 
 

@@ -238,7 +238,7 @@ NOISE = noise(1200, 1.0, seed=3)
 
 
 def recorded(n, step, swing, seed=2):
-    """Give a normal force of band-limited noise about 1, of mean 1."""
+    """Return a normal force of band-limited noise about 1, of mean 1."""
     values = np.random.default_rng(seed).standard_normal(n)
     values = np.convolve(values, np.hanning(9), mode="same")
     values *= swing / np.std(values)
@@ -260,7 +260,7 @@ each_base = pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sin
 
 
 def load_of(law):
-    """Give the normal force, below zero where the surfaces have parted."""
+    """Return the normal force, below zero where the surfaces have parted."""
     if law.force_record is None:
         return lambda t: 1.0 + law.variation * math.sin(law.omega * t + law.phase)
     t, values = (
@@ -271,7 +271,7 @@ def load_of(law):
 
 
 def kinks_of(law, motion, end):
-    """Give the times at which a force or ü has a kink."""
+    """Return the times at which a force or ü has a kink."""
     kinks = [np.arange(0.0, end, motion.dt)] if isinstance(motion, Samples) else []
     if law.force_record is not None:
         kinks.append(np.arange(0.0, end, law.force_record.step))

@@ -282,7 +282,7 @@ def test_line_with_very_many_turning_points_is_thin():
 
 
 def legend(figure):
-    """Give the words below a picture."""
+    """Return the legend of a picture."""
     return {text.get_text() for one in figure.legends for text in one.get_texts()}
 
 
@@ -550,7 +550,7 @@ def test_check_leaves_no_trace():
 
 @contextlib.contextmanager
 def fresh(folder):
-    """Give an empty folder that takes its place when the block ends well."""
+    """Return an empty folder that takes its place when the block ends well."""
     with output.lock_partial(folder) as claim:
         yield claim.partial
         install_partial(claim)

@@ -45,7 +45,7 @@ Curve = dict[float, Row]
 
 @pytest.fixture(scope="module")
 def curves(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[float, float], Curve]:
-    """Give the curves of Figs. 3 and 4 by friction force and intensity; 0 N is viscous."""
+    """Return the curves of Figs. 3 and 4 by friction force and intensity; 0 N is viscous."""
     file = tmp_path_factory.mktemp("paper") / "harmonic.yaml"
     file.write_text(HARMONIC)
     found: dict[tuple[float, float], Curve] = {}
@@ -56,7 +56,7 @@ def curves(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[float, float]
 
 
 def peak(curve: Curve) -> float:
-    """Give the greatest T_a of a curve."""
+    """Return the greatest T_a of a curve."""
     return max(row.metrics["T_a"] for row in curve.values())
 
 

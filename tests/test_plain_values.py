@@ -70,7 +70,7 @@ every_way = pytest.mark.parametrize("again", WAYS.values(), ids=WAYS)
 
 @pytest.fixture
 def scene(scenario, tmp_path):
-    """Give the scenario of a text, beside a record."""
+    """Return the scenario of a text, beside a record."""
     (tmp_path / "base.csv").write_text(RECORD)
     return scenario
 

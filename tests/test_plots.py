@@ -22,7 +22,7 @@ from drysim.plots import comparison as comparison_plot
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, stroke_quantity
+from drysim.plots.style import T_A, T_X, stroke_metric
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -40,17 +40,17 @@ MASS = Axis("oscillator.mass", "kg", (50.0, 75.0, 100.0))
 
 
 def legend(figure):
-    """Give the words of the legend."""
+    """Return the words of the legend."""
     return [text.get_text() for one in figure.legends for text in one.get_texts()]
 
 
 def lines(panel, label):
-    """Give the curves of a panel that carry a label."""
+    """Return the curves of a panel that carry a label."""
     return [line for line in panel.lines if line.get_label() == label]
 
 
 def along(key, *values, unit="-"):
-    """Give a table over any key, its numbers borrowed from one case."""
+    """Return a table over any key, its numbers borrowed from one case."""
     row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
     axis = Axis(key, unit, tuple(map(float, values)))
     rows = tuple(replace(row, point={key: value}) for value in axis.values)
@@ -186,7 +186,7 @@ def test_natural_frequency_is_marked_unless_the_oscillator_is_swept():
 
 
 def second_key(key, unit, *ends):
-    """Give a table over a frequency and 25 values of any key, its numbers borrowed."""
+    """Return a table over a frequency and 25 values of any key, its numbers borrowed."""
     row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
     swept = (*axes(frequency=[1.0, 2.0]), Axis(key, unit, tuple(np.linspace(*ends, 25))))
     rows = tuple(replace(row, point=point) for point in points(swept))
@@ -274,7 +274,7 @@ ZIPPED = (
 
 
 def zipped(tmp_path, block):
-    """Give a scenario with a sweep in which keys walk together."""
+    """Return a scenario with a sweep in which keys walk together."""
     (tmp_path / "s.yaml").write_text(f"{ZIPPED}sweep: {{{block}}}\n")
     return load(tmp_path / "s.yaml")
 
@@ -420,7 +420,7 @@ SWEPT = {
 
 
 def without(made, name):
-    """Give a comparison in which an approach has no numbers."""
+    """Return a comparison in which an approach has no numbers."""
     rows = tuple(
         replace(row, metrics=UNKNOWN, status=FAILED) if row.approach == name else row
         for row in made.table.rows
@@ -652,7 +652,7 @@ SAMPLE = """
 
 @pytest.fixture
 def table(tmp_path):
-    """Give a function that computes the table of a sweep block."""
+    """Return a function that computes the table of a sweep block."""
 
     def swept(block, seat=SEAT):
         file = tmp_path / "seat.yaml"
@@ -663,7 +663,7 @@ def table(tmp_path):
 
 
 def band(panel, words):
-    """Give the lower and upper ends of a band, by x."""
+    """Return the lower and upper ends of a band, by x."""
     (found,) = [one for one in panel.collections if one.get_label() == words]
     ends = {}
     for x, y in found.get_paths()[0].vertices:
@@ -673,13 +673,13 @@ def band(panel, words):
 
 
 def line(panel, words):
-    """Give the curve of a label."""
+    """Return the curve of a label."""
     (found,) = [one for one in panel.lines if one.get_label() == words]
     return found.get_xdata(), found.get_ydata()
 
 
 def mesh(panel):
-    """Give the map of a panel."""
+    """Return the map of a panel."""
     (found,) = [one for one in panel.collections if hasattr(one, "get_coordinates")]
     return found
 
@@ -754,7 +754,7 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_quantity(0.01)])
+    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_metric(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
@@ -762,7 +762,7 @@ def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
 def test_numbers_beside_a_map_are_within_the_picture(table):
     small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
     rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
-    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_quantity(2e-7)])
+    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_metric(2e-7)])
     figure.draw_without_rendering()
     _, mapped = figure.axes
     (bar,) = mapped.child_axes

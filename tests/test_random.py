@@ -43,7 +43,7 @@ STEP = 2.5e-3
 
 
 def psd(points=FLAT, duration=60.0, seed=1, **words):
-    """Give a psd of the shelf."""
+    """Return a predefined PSD."""
     return Psd.model_validate(
         {"kind": "psd", "points": points, "duration": duration, "seed": seed, **words}
     )
@@ -315,7 +315,7 @@ INTEGRALS = {
 
 
 def standard(machine, duration=60.0, **words):
-    """Give a class of the shelf."""
+    """Return a predefined class."""
     words = {"kind": "standard", "class": machine, "duration": duration, "seed": 1, **words}
     return Standard.model_validate(words)
 
@@ -437,7 +437,7 @@ ROAD_STEP = 1e-3
 
 
 def road(duration=100.0, speed=20.0, **words):
-    """Give a road of the shelf."""
+    """Return a predefined road."""
     words = {"kind": "road", "speed": speed, "duration": duration, "seed": 1, **words}
     return Road.model_validate(words)
 

@@ -18,7 +18,7 @@ from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
 import drysim
 from drysim import errors
 from drysim.cli import main, options
-from drysim.manual import SHELVES, for_terminal, pages
+from drysim.manual import SECTIONS, for_terminal, pages
 from drysim.manual.words import (
     COLUMN,
     KEY,
@@ -57,7 +57,7 @@ ninth."""
 
 
 def rounded(text):
-    """Give lines without what may differ between machines."""
+    """Return lines without what may differ between machines."""
     for pattern, instead in ROUNDING:
         text = re.sub(pattern, instead, text)
     return text.splitlines()
@@ -167,7 +167,7 @@ def anchors(text):
 def test_every_page_lies_in_its_shelf_and_is_listed():
     home = ROOT / "src" / "drysim" / "manual"
     there = {(file.parent.name, file.stem) for file in home.glob("*/*.md")}
-    assert there == {(shelf, name) for shelf, names in SHELVES.items() for name in names}
+    assert there == {(shelf, name) for shelf, names in SECTIONS.items() for name in names}
     assert all(page.text.startswith("# ") for page in pages().values())
 
 
@@ -200,7 +200,7 @@ def test_site_holds_every_page_and_needs_no_network(tmp_path):
     assert done.returncode == 0, done.stderr  # a broken link or anchor is an error
     html = {file.relative_to(tmp_path): file.read_text() for file in tmp_path.rglob("*.html")}
     for page in pages().values():
-        assert Path(page.shelf, f"{page.name}.html") in html
+        assert Path(page.section, f"{page.name}.html") in html
     assert "seat-on-em1" in (tmp_path / "search" / "search_index.json").read_text()
     for text in html.values():
         assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"?https?:", text) == []

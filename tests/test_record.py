@@ -29,19 +29,19 @@ ROWS = "t [s],u_dd [m/s2]\n0,1\n0.01,2\n0.02,4\n"
 
 
 def record(folder, **words):
-    """Give the record of a scenario in a folder."""
+    """Return the record of a scenario in a folder."""
     return Record.model_validate({"kind": "record", **words}, context={"folder": folder})
 
 
 def motion_of(folder, text, **words):
-    """Give the motion of a record with this text."""
+    """Return the motion of a record with this text."""
     content = text if isinstance(text, bytes) else text.encode()
     (folder / "r.csv").write_bytes(content)
     return record(folder, file="r.csv", **words).motion()
 
 
 def problem_of(folder, text, **words):
-    """Give the problem that a record with this text has."""
+    """Return the problem that a record with this text has."""
     with pytest.raises(RecordError) as caught:
         motion_of(folder, text, **words)
     return caught.value.problem
@@ -634,7 +634,7 @@ def test_high_pass_removes_drift_and_halves_its_own_frequency_without_phase(tmp_
 
 
 def text_of(values, unit="m/s2"):
-    """Give the text of a record of one column."""
+    """Return the text of a record of one column."""
     return f"a [{unit}]\n" + "".join(f"{v!r}\n" for v in np.asarray(values).tolist())
 
 
@@ -735,7 +735,7 @@ def test_el_centro_has_its_known_peak():
 
 @pytest.fixture(scope="module")
 def script():
-    """Give the script that writes the synthetic record."""
+    """Return the script that writes the synthetic record."""
     place = importlib.util.spec_from_file_location("it", GALLERY / "seat_test_record.py")
     module = importlib.util.module_from_spec(place)
     place.loader.exec_module(module)

@@ -29,27 +29,27 @@ SPLINES = {"gaps": {"fill": "spline", "at_most": "50 ms"}}
 
 
 def motion_of(folder, text, **words):
-    """Give the motion of a record with this text."""
+    """Return the motion of a record with this text."""
     (folder / "r.csv").write_text(text)
     words = {"kind": "record", "file": "r.csv", **words}
     return Record.model_validate(words, context={"folder": folder}).motion()
 
 
 def refused(folder, text, **words):
-    """Give the sentence that a record earns."""
+    """Return the message on a record."""
     with pytest.raises(RecordError) as caught:
         motion_of(folder, text, **words)
     return caught.value.problem.sentence
 
 
 def rows(t, values, unit="m/s2"):
-    """Give a CSV of times and samples; None is an empty cell."""
+    """Return a CSV of times and samples; None is an empty cell."""
     lines = (f"{x!r},{'' if v is None else repr(v)}\n" for x, v in zip(t, values, strict=True))
     return f"t [s],a [{unit}]\n" + "".join(lines)
 
 
 def holed(values, *holes):
-    """Give samples with None where they are to be missing."""
+    """Return samples with None where they are to be missing."""
     found = values.tolist()
     for at in holes:
         found[at] = None
@@ -57,7 +57,7 @@ def holed(values, *holes):
 
 
 def step(motion, name):
-    """Give the report of one step of a clean-up."""
+    """Return the report of one step of a clean-up."""
     (found,) = (one for one in motion.realised["clean_up"] if one["step"] == name)
     return found
 
@@ -183,7 +183,7 @@ def test_missing_time_is_a_fault_whatever_is_said_of_gaps(tmp_path):
 
 
 def jittered(seed=1):
-    """Give times that jitter by a fifth of a step."""
+    """Return times that jitter by a fifth of a step."""
     return T + np.random.default_rng(seed).uniform(-0.2, 0.2, len(T)) / RATE
 
 
@@ -468,7 +468,7 @@ def test_displacement_is_known_above_a_stated_high_pass_only(tmp_path):
 
 
 def seat_test(seed, rms_of_slow=0.0):
-    """Give 30 s of EM1, and its displacement [m], with some slow motion on request."""
+    """Return 30 s of EM1, and its displacement [m], with some slow motion on request."""
     random = np.random.default_rng(seed)
     f, t = np.arange(30, 480) / 120, np.arange(int(30 * RATE) + 1) / RATE
     G = 2.82 / ((1 + (1.5 / f) ** 8) * (1 + (f / 2.5) ** 8)) + rms_of_slow**2
@@ -531,7 +531,7 @@ excitation: {kind: record, file: r.csv, rate: 200, remove: {below: 0.3 Hz}}
 
 @pytest.fixture
 def drifting(tmp_path):
-    """Give the scenario of a record with drift and gravity, whose mass hardly moves."""
+    """Return the scenario of a record with drift and gravity, whose mass hardly moves."""
     random, n = np.random.default_rng(3), 6000
     f = np.fft.rfftfreq(n, 1 / RATE)
     lines = ((f >= 0.5) & (f <= 12)) * np.exp(2j * np.pi * random.random(len(f)))

@@ -60,7 +60,7 @@ WORDS = {
 
 @pytest.fixture
 def answer(drysim, tmp_path):
-    """Give what `run` and `validate` say of a record: one answer, for they must agree."""
+    """Return what `run` and `validate` say of a record: one answer, for they must agree."""
 
     def ask(kind, words=None):
         given = WORDS[kind] if words is None else words
@@ -202,7 +202,7 @@ SAMPLES = np.random.Generator(np.random.PCG64(5)).integers(-30_000, 30_000, (N, 
 @pytest.fixture
 def small(monkeypatch):
     """Make every record long: parts of a few bytes."""
-    monkeypatch.setattr(channels_module, "MAX_KEPT", 0)
+    monkeypatch.setattr(channels_module, "MAX_CACHED", 0)
     monkeypatch.setattr(reader_module, "READ_SIZE", 512)
     monkeypatch.setattr(cells_module, "PARSE_SIZE", 300)
 
@@ -218,7 +218,7 @@ def part_wav(folder, width=2):
 
 
 def record(folder, **words):
-    """Give a record in a folder."""
+    """Return a record in a folder."""
     return Record.model_validate({"kind": "record", **words}, context={"folder": folder})
 
 
@@ -320,7 +320,7 @@ FILES = {
 
 
 def damaged(whole, rng):
-    """Give a file with a few of the faults that disks, cables and editors make."""
+    """Return a file with a few of the faults that disks, cables and editors make."""
     part = bytearray(whole)
     for _ in range(rng.integers(1, 4)):
         at, length = int(rng.integers(len(part) + 1)), int(rng.integers(1, 9))

@@ -26,13 +26,13 @@ RATE = 400
 
 
 def motion_of(folder, file, **words):
-    """Give the motion of a record."""
+    """Return the motion of a record."""
     words = {"kind": "record", "file": file, **words}
     return Record.model_validate(words, context={"folder": folder}).motion()
 
 
 def refused(folder, file, **words):
-    """Give the sentence that a record earns."""
+    """Return the message on a record."""
     with pytest.raises(RecordError) as caught:
         motion_of(folder, file, **words)
     assert caught.value.problem.file == str(folder / file)
@@ -41,7 +41,7 @@ def refused(folder, file, **words):
 
 @pytest.fixture
 def samples():
-    """Give accelerations [m/s²] below 10 in size."""
+    """Return accelerations [m/s²] below 10 in size."""
     noise = np.random.default_rng(7).normal(size=500)
     return noise / np.abs(noise).max() * 9.5
 
@@ -72,7 +72,7 @@ def at2(path, values, dt, header="NPTS= {n}, DT= {dt} SEC", unit="UNITS OF G"):
 
 
 def written_three_ways(folder, values, dt):
-    """Give the motions of accelerations [g] through CSV, AT2 and MAT."""
+    """Return the motions of accelerations [g] through CSV, AT2 and MAT."""
     rows = "".join(f"{k * dt!r},{v!r}\n" for k, v in enumerate(values))
     (folder / "r.csv").write_text("t [s],a [g]\n" + rows)
     at2(folder / "r.at2", values, dt)
@@ -473,14 +473,14 @@ UNITS = {"acc": "m/s^2", "other": "g"}
 
 
 def extra_refused(folder, file, **words):
-    """Give the sentence that a record earns."""
+    """Return the message on a record."""
     with pytest.raises(RecordError) as caught:
         motion_of(folder, file, **words)
     return caught.value.problem.sentence
 
 
 def series():
-    """Give two series by name."""
+    """Return two series by name."""
     noise = np.random.default_rng(11).normal(size=(2, 300))
     return {"acc": noise[0], "other": noise[1]}
 

@@ -57,7 +57,7 @@ excitation: {kind: record, file: data/base.csv, column: u_dd, window: {from: 1 s
 
 @pytest.fixture
 def scenario(tmp_path):
-    """Give the scenario of a text, with overrides."""
+    """Return the scenario of a text, with overrides."""
 
     def loaded(text: str, overrides: object = ()) -> Scenario:
         (tmp_path / "my seat.yaml").write_text(text)
@@ -239,7 +239,7 @@ def words():
 
 
 def blocks(words):
-    """Give every block of a scenario by name."""
+    """Return every block of a scenario by name."""
     return {"Scenario": words, **words["$defs"]}
 
 

@@ -25,7 +25,7 @@ def outcome_of(seat, **changes):
 
 
 def inside(found):
-    """Give the lines inside the band, where no window leaks over its edges."""
+    """Return the lines inside the band, where no window leaks over its edges."""
     return (found.f > 1) & (found.f < 18)
 
 

@@ -142,7 +142,7 @@ NEXT_TO_NONE = {
 def at_half_its_natural_frequency(
     law: ElasticContactLaw | DynamicLaw, xi: float
 ) -> tuple[Orbit, float]:
-    """Give the orbit that rest leads to, and how far it is off x_r = -(m A/k)/(1 - 1/4) sin."""
+    """Return the orbit reached from rest, and its distance from -(m A/k)/(1 - 1/4) sin."""
     k = 1.0 + (law.k_t if isinstance(law, ElasticContactLaw) else 0.0)
     period = 4.0 * np.pi / k**0.5
     plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
@@ -249,7 +249,7 @@ SWEEPS = {
 
 
 def case_by_case(scenario):
-    """Give the rows of a sweep, each solved by itself."""
+    """Return the rows of a sweep, each solved by itself."""
     motions = MotionCache()
     return [
         solve_row(Job(i, scenario, p), motions)
@@ -258,7 +258,7 @@ def case_by_case(scenario):
 
 
 def same(table, scenario):
-    """Tell whether a sweep gives what its cases give one by one, to the last bit."""
+    """Return whether a sweep gives what its cases give one by one, to the last bit."""
     alone = case_by_case(scenario)
     assert [row.status for row in table] == [row.status for row in alone]
     for row, other in zip(table, alone, strict=True):

@@ -41,7 +41,7 @@ STOPS = {
 
 
 def drawn(seed: int) -> tuple[Plant, EndStopLaw, State]:
-    """Give a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
+    """Return a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
     draw = np.random.default_rng(seed)
     plant = Plant(75.0, float(draw.choice([0.0, 2e3, 7.5e3])), float(draw.choice([0.0, 400.0])))
     F_fk = float(draw.uniform(0.0, 60.0))
@@ -147,7 +147,7 @@ def test_no_work_is_done_on_stops_that_are_not_there():
         .trajectory(PAPER, CoulombLaw(15.0, 15.0), NOISE, REST, STEP)
         .totals(0.0, 1.0)
     )
-    assert totals.hits == 0.0
+    assert totals.stop_work == 0.0
 
 
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
@@ -233,7 +233,9 @@ class TestClosedForms:
         assert rests == pytest.approx([2 * v / (g * (1 - e))], abs=1e-13)
         assert 20 < len(t) < 60
         assert trajectory.state(1.0) == State(0.1, 0.0)
-        assert trajectory.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
+        assert trajectory.totals(0.0, 1.99).stop_work == pytest.approx(
+            0.5 * 3.0 * v**2, rel=1e-14
+        )
 
     @pytest.mark.parametrize(("limit", "F"), [(0.05, 0.0), (0.05, 0.3), (500.0, 0.3)])
     def test_rebounds_too_small_to_be_seen_are_flight_and_not_rest(self, limit, F):
@@ -308,7 +310,7 @@ class TestClosedForms:
 
 
 def restitution_of(xi: float) -> float:
-    """Give the restitution of a bumper of damping ratio xi that does not pull."""
+    """Return the restitution of a bumper of damping ratio xi that does not pull."""
     q = math.sqrt(1 - xi**2)
     angle = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi
     return -math.exp(-xi / q * angle) * (math.cos(angle) - xi / q * math.sin(angle))
@@ -447,7 +449,7 @@ RIGID = "{restitution: 0.4}"
 
 
 def loaded(folder: Path, stops: str, *overrides: str) -> package.Scenario:
-    """Give the seat between some stops, from a file."""
+    """Return the seat between some stops, from a file."""
     file = folder / "seat.yaml"
     file.write_text(SCENARIO_SEAT.replace("STOPS", stops))
     return package.load(file, list(overrides))

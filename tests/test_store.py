@@ -41,7 +41,7 @@ def kept(tmp_path: Path) -> tuple[Store, CaseRange, Path]:
 
 
 def interrupted_after(monkeypatch: Any, blocks: int) -> None:
-    """Let a sweep be interrupted once so many blocks are finished."""
+    """Interrupt a sweep after a number of finished blocks."""
     left = [blocks]
 
     def advance(n: int) -> None:
@@ -53,7 +53,7 @@ def interrupted_after(monkeypatch: Any, blocks: int) -> None:
 
 
 def resumed(store: Store) -> Store:
-    """Give the same store as the next process finds it."""
+    """Return the same store as the next process finds it."""
     return Store(
         store.folder, json.loads((store.folder / IDENTITY_FILE).read_text()), resume=True
     )
@@ -98,7 +98,7 @@ MARCHED = SEAT.replace("duration: 2", "duration: 0.5") + GRID
 
 @pytest.fixture
 def marched(tmp_path: Path) -> Marched:
-    """Give a function that keeps the 40 blocks of a marched sweep in a new store."""
+    """Return a function that keeps the 40 blocks of a marched sweep in a new store."""
 
     def made(name: str = "cases", **changes: object) -> tuple[Store, CaseRanges]:
         (tmp_path / "seat.yaml").write_text(MARCHED)

@@ -26,7 +26,7 @@ def outcome_of(seat, **overrides):
 
 
 def slugs(outcome):
-    """Give the slugs of the warnings."""
+    """Return the slugs of the warnings."""
     return [warning.slug for warning in outcome.warnings]
 
 
@@ -203,7 +203,7 @@ def test_validate_says_no_exactly_when_run_would(seat, overrides):
 
 
 def drysim_says_no(seat, overrides):
-    """Give the exit code of the fault that a run ends with, if there is one."""
+    """Return the exit code of the fault that a run ends with, if there is one."""
     try:
         drysim.run(drysim.load(seat, overrides))
     except drysim.DrysimError as fault:

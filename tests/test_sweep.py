@@ -58,7 +58,7 @@ def grid(tmp_path: Path) -> Path:
 
 
 def as_written(table: Table) -> list[Row]:
-    """Give the rows with everything that a file would hold of them."""
+    """Return the rows with everything that a file would hold of them."""
     return [
         Row(dict(row.point), row.approach, row.F_fk, row.F_fs, dict(row.metrics), row.status)
         for row in table.rows
@@ -215,7 +215,7 @@ PEAK = 34.42  # mm, whatever the limit
 
 @pytest.fixture
 def swept(tmp_path):
-    """Give the table of the seat over some swept keys, stops as a file says them."""
+    """Return the table of the seat over some swept keys, stops as a file says them."""
 
     def solved(words, stops=""):
         file = tmp_path / "seat.yaml"
@@ -226,13 +226,13 @@ def swept(tmp_path):
 
 
 def said(table, capsys):
-    """Give the summary of a table, every run of blanks as one."""
+    """Return the summary of a table, every run of blanks as one."""
     many.show_table(table)
     return " ".join(capsys.readouterr().out.split())
 
 
 def limits(figure):
-    """Give the stroke limits that a picture draws, as the points of each curve."""
+    """Return the stroke limits that a picture draws, as the points of each curve."""
     dashed = [
         line for axes in figure.axes for line in axes.lines if line.get_linestyle() == "--"
     ]
@@ -502,7 +502,7 @@ checks: [T_a < 1.6, T_a < 0.9 at excitation.frequency >= 3.95]
 
 @pytest.fixture
 def tally_many(tmp_path: Path):
-    """Give a sweep of some hundred cases."""
+    """Return a sweep of some hundred cases."""
     (tmp_path / "many.yaml").write_text(TALLY_GRID)
     return load(tmp_path / "many.yaml")
 

@@ -45,7 +45,7 @@ solver: {step: 2.5e-3}
 
 @pytest.fixture
 def scenario(tmp_path):
-    """Give the scenario of a text with a sweep block, with overrides."""
+    """Return the scenario of a text with a sweep block, with overrides."""
 
     def loaded(text: str, sweep: object = None, overrides: object = ()) -> Scenario:
         words = "" if sweep is None else dump({"sweep": sweep})
@@ -57,7 +57,7 @@ def scenario(tmp_path):
 
 @pytest.fixture
 def values(scenario):
-    """Give the values of the only axis that a sweep of some key has."""
+    """Return the values of the only axis that a sweep of some key has."""
 
     def found(spoken: object, key: str = "excitation.frequency", text: str = SEAT) -> object:
         (axis,) = scenario(text, {key: spoken}).sweep
@@ -68,7 +68,7 @@ def values(scenario):
 
 @pytest.fixture
 def fault(scenario):
-    """Give the sentences that a faulty sweep earns."""
+    """Return the messages on a faulty sweep."""
 
     def told(sweep: object, text: str = SEAT, overrides: object = ()) -> list[str]:
         with pytest.raises(ScenarioError) as found:
@@ -393,7 +393,7 @@ POINTS_NOISE = {"kind": "psd", "points": [[0.5, 1], [10, 1]], "duration": 60, "s
 
 @pytest.fixture
 def points_scenario(tmp_path):
-    """Give the scenario of some words laid over those of the seat."""
+    """Return the scenario of a text merged over that of the seat."""
 
     def loaded(**words: object) -> Scenario:
         (tmp_path / "seat.yaml").write_text(dump(WORDS))
@@ -557,7 +557,7 @@ def test_every_approach_can_take_the_scene(points_scenario, name):
 
 
 def load_again(scenario: Scenario) -> Scenario:
-    """Give the scenario that a file with the words of another would be."""
+    """Return the scenario that a file with the words of another would be."""
     file = scenario.folder / "again.yaml"
     file.write_text(dump(scenario.resolved()))
     return load(file)

@@ -22,7 +22,7 @@ SCALES = ("linear", "log")
 
 
 def chirp(scale="linear", **words):
-    """Give a sweep of the shelf: 1 to 20 Hz in 100 s, amplitude 1 m/s²."""
+    """Return a sweep from 1 to 20 Hz in 100 s, amplitude 1 m/s²."""
     level = {} if "rms" in words else {"amplitude": 1}
     words = {"kind": "sweep", "from": 1, "to": 20, "duration": 100, "scale": scale, **words}
     return Chirp.model_validate({**level, **words})
@@ -142,7 +142,7 @@ PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")
 
 
 def shock(pulse, **words):
-    """Give a pulse of the shelf: 30 m/s², 11 ms."""
+    """Return a pulse of 30 m/s² and 11 ms."""
     words = {"kind": "shock", "pulse": pulse, "amplitude": 30, "duration": 0.011, **words}
     return Shock.model_validate(words)
 

@@ -117,7 +117,7 @@ def test_friction_says_when_the_static_limit_was_not_given():
 
 
 def base(kind):
-    """Give an excitation that its motion tells."""
+    """Return an excitation with a given motion."""
     return SimpleNamespace(kind=kind, description=lambda varied=(): "")
 
 

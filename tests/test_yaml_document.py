@@ -24,7 +24,7 @@ PROBLEMS = Path(__file__).parent / "problems"
 
 
 def told(problem: Problem) -> str:
-    """Give a problem as the contract lays it out."""
+    """Return a problem as the contract lays it out."""
     if not problem.line:
         return f"{problem.file}: {problem.sentence}"
     number = str(problem.line)
@@ -71,7 +71,7 @@ def test_faults_stand_at_the_same_place_without_the_fast_parser(file, monkeypatc
 
 @pytest.fixture
 def value(tmp_path):
-    """Give what a YAML text means."""
+    """Return what a YAML text means."""
 
     def meant(text: str) -> dict[str, object]:
         (tmp_path / "a.yaml").write_text(text)
@@ -134,7 +134,7 @@ def test_what_is_dumped_reads_back_the_same(value, text):
 
 
 def refusal(path) -> str:
-    """Give the sentence for a path that cannot be read."""
+    """Return the sentence for a path that cannot be read."""
     with pytest.raises(UnreadableError) as fault:
         read_document(path)
     assert fault.value.problem.file == str(path)

@@ -72,10 +72,10 @@ def file_size(path: Path) -> int:
     return status.st_size
 
 
-def read_regular_file(path: Path, most: int) -> bytes:
-    """Return at most `most` bytes of a regular file; raises like `file_size`."""
+def read_regular_file(path: Path, max_bytes: int) -> bytes:
+    """Return at most `max_bytes` bytes of a regular file; raises like `file_size`."""
     with open_regular_file(path) as stream:
-        return stream.read(most)
+        return stream.read(max_bytes)
 
 
 @contextmanager
@@ -147,8 +147,8 @@ def worker_count(workers: int | None) -> int:
     if workers is None:
         return processor_count()
     if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
-        given = shorten(repr(workers))
-        raise UsageError(f"workers must be a whole number of at least 1, not {given}")
+        received = shorten(repr(workers))
+        raise UsageError(f"workers must be a whole number of at least 1, not {received}")
     return int(workers)
 
 

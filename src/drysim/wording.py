@@ -65,14 +65,14 @@ def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT
 
 
 class LengthUnit(NamedTuple):
-    """A unit of length: its number per metre, and its symbol."""
+    """A unit of length: units per metre, and symbol."""
 
     units_per_metre: float
-    sign: str
+    symbol: str
 
 
 UNIT_CHANGE_RATIO = 1e3
-"""Ratio of two lengths from which on each is given in a unit of its own."""
+"""Ratio of two lengths above which each has a unit of its own."""
 
 
 def length_unit(size: float, reference: float = 0.0) -> LengthUnit:
@@ -105,7 +105,7 @@ def display_unit(unit: str, size: float, reference: float = 0.0) -> tuple[float,
 def format_length(value: float | None, reference: float | None = None) -> str:
     """Return a length [m], e.g. `17.26 mm`; `reference` as in `length_unit`."""
     unit = length_unit(value or 0.0, reference or 0.0)
-    return format_number(None if value is None else value * unit.units_per_metre, unit.sign)
+    return format_number(None if value is None else value * unit.units_per_metre, unit.symbol)
 
 
 def format_percent(share: float | None) -> str:
@@ -136,15 +136,15 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
 def sanitise(text: str) -> str:
     """Return foreign text on one line, with control characters and escape sequences escaped."""
     return "".join(
-        sign if sign.isprintable() else sign.encode("unicode_escape").decode()
-        for sign in " ".join(text.split())
+        character if character.isprintable() else character.encode("unicode_escape").decode()
+        for character in " ".join(text.split())
     )
 
 
 def format_unit(unit: str) -> str:
     """Return a unit as in print, e.g. `m/s²` for `m/s2`; empty for a plain number."""
-    signs = {"2": "²", "3": "³"}
-    unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: signs[digit[0]], unit)
+    superscripts = {"2": "²", "3": "³"}
+    unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: superscripts[digit[0]], unit)
     return "" if unit == "-" else unit.replace("*", "·")
 
 
@@ -267,13 +267,13 @@ def _describe_level(motion: Samples) -> str:
     end = (len(motion.u_dd) - 1) * motion.dt
     square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
     mean = mean_and_std(motion.u_dd)[0]
-    about = sqrt(max(0.0, square - mean**2))
+    spread = sqrt(max(0.0, square - mean**2))
     level = f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
-    if abs(mean) <= NOTABLE_MEAN * about:
+    if abs(mean) <= NOTABLE_MEAN * spread:
         return level
     return (
         f"{level}; mean {format_number(mean, 'm/s²')}, "
-        f"{format_number(about, 'm/s² RMS')} about it"
+        f"{format_number(spread, 'm/s² RMS')} about it"
     )
 
 
@@ -384,8 +384,8 @@ def describe_cases(points: Sequence[Mapping[str, float]], axes: Sequence[AxisLik
     units = {axis.key: format_unit(axis.unit) for axis in axes}
     *values, last = sorted(value for point in points for value in point.values())
     (key,) = points[0]
-    spelled = [*map(format_number, values), format_number(last, units.get(key, ""))]
-    return f"{short_key(key, units)} {', '.join(spelled)}"
+    texts = [*map(format_number, values), format_number(last, units.get(key, ""))]
+    return f"{short_key(key, units)} {', '.join(texts)}"
 
 
 def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[AxisLike]) -> str:
@@ -452,11 +452,11 @@ def describe_seeds(
     """
     number_of = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(len(drawn))
     span = f"{number_of}{' in every case' * bool(counts)}, from {drawn[0]} to {drawn[-1]}"
-    wish = ""
+    rule = ""
     if until is not None:
         share = format_number(100 * until.half_width, "%")
-        wish = f"until the interval of {until.metric} is ±{share} of its mean; "
-    return f"{span}; {wish}values are mean ± half-width of the 95 % confidence interval"
+        rule = f"until the interval of {until.metric} is ±{share} of its mean; "
+    return f"{span}; {rule}values are mean ± half-width of the 95 % confidence interval"
 
 
 # The model: oscillator, friction, end stops.
@@ -494,12 +494,12 @@ def describe_scene(
     forces = describe_friction(
         law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios
     )
-    heads = (
+    parts = (
         ("oscillator", describe_oscillator(plant, swept, ratios)),
         ("friction", forces),
         ("end stops", describe_stops(law, swept, peak)),
     )
-    return ((head, words) for head, words in heads if words)
+    return ((label, words) for label, words in parts if words)
 
 
 def describe_oscillator(
@@ -573,7 +573,7 @@ def describe_friction(
     if not isinstance(law, DynamicLaw) and law.variation and kinetic and static:
         text += _describe_variation(law, varied)
     if isinstance(law, NormalForceLaw) and law.force_record is not None:
-        text += f", {_describe_pressure(law.force_record, bool(varied))}"
+        text += f", {_describe_force_record(law.force_record, bool(varied))}"
     return text
 
 
@@ -606,8 +606,8 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
     return ", ".join(words for key, words in parts if key not in varied)
 
 
-def _describe_pressure(force_record: NormalForceRecord, varied: bool) -> str:
-    """Return range and file of a recorded normal force; only the file if the force is swept."""
+def _describe_force_record(force_record: NormalForceRecord, varied: bool) -> str:
+    """Return range and file of a recorded normal force; only the file if the force varies."""
     files = ", ".join(sanitise(source.file) for source in force_record.inputs)
     if varied:
         return f"F_N recorded ({files})"

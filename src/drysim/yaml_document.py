@@ -698,11 +698,11 @@ def _to_node(value: Any, location: Location, depth: int = 0) -> Node:
 
 def _from_numpy(value: Any, location: Location) -> Any:
     """Return the Python value of a numpy scalar or array; raise for a masked scalar."""
-    bare = getattr(value, "tolist", lambda: value)()
-    if bare is None and value is not None:
+    converted = getattr(value, "tolist", lambda: value)()
+    if converted is None and value is not None:
         what = f"a masked value of type {type(value).__name__}"
         raise location.unreadable(f"{what} is not allowed in a scenario")
-    return bare
+    return converted
 
 
 def _set_node(

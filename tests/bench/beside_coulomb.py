@@ -33,21 +33,21 @@ Jobs = dict[str, Callable[[], object]]
 
 
 def motions(a_u: float, seconds: float) -> dict[str, Motion]:
-    """Give the base motions of an RMS: noise from 0.5 to 10 Hz, a sine near resonance."""
+    """Return the base motions of an RMS: noise from 0.5 to 10 Hz, a sine near resonance."""
     wanted = spectral_lines(lambda f: np.ones_like(f), (0.5, 10.0), a_u**2, seconds)
     samples = Samples(random_signal(wanted, DT, 1, a_u).u_dd[:], DT)
     return {"samples": samples, "sine": Sines((math.sqrt(2.0) * a_u,), (1.6,), (0.0,))}
 
 
 def laws(F_fk: float) -> Iterator[tuple[str, dict[str, CoulombLaw | ElasticContactLaw]]]:
-    """Give laws to compare, coulomb first."""
+    """Return laws to compare, coulomb first."""
     for name, swing in (("jenkins", ()), ("petrov-ewins", SWING)):
         contacts = {f"{k_t:g}": ElasticContactLaw(F_fk, k_t, *swing) for k_t in STIFFNESSES}
         yield name, {"coulomb": CoulombLaw(F_fk, F_fk, *swing), **contacts}
 
 
 def jobs_of(law: CoulombLaw | ElasticContactLaw, motion: Motion, seconds: float) -> Jobs:
-    """Give what is timed of one law."""
+    """Return what is timed of one law."""
     scene, solver = (PLANT, law, motion, REST, DT, seconds), StickSlip()
 
     def follow() -> Trajectory:
@@ -55,7 +55,7 @@ def jobs_of(law: CoulombLaw | ElasticContactLaw, motion: Motion, seconds: float)
         return solver.trajectory(*scene)
 
     def response() -> object:
-        """Give it on its grid."""
+        """Return it on its grid."""
         found = solver.solve(*scene)
         return found.x_r, found.F_f
 
@@ -67,7 +67,7 @@ def jobs_of(law: CoulombLaw | ElasticContactLaw, motion: Motion, seconds: float)
 
 
 def events(trajectory: Trajectory) -> int:
-    """Give how often the mode changed."""
+    """Return how often the mode changed."""
     return len(
         trajectory.turning_points
         if isinstance(trajectory.law, CoulombLaw)

@@ -38,7 +38,7 @@ def medians(
     repeats: int,
     clock: Callable[[], float] = time.perf_counter,
 ) -> dict[str, float]:
-    """Give the median time of every job [s], all of them in turn."""
+    """Return the median time of every job [s], all of them in turn."""
     times: dict[str, list[float]] = {name: [] for name in jobs}
     for turn in range(repeats + 1):
         for name, job in jobs.items():

@@ -28,7 +28,7 @@ PARTS = (
 
 
 def core_under(engine: str) -> SimpleNamespace:
-    """Give the session's own core if it has that engine, and else a private copy.
+    """Return the session's own core if it has that engine, and else a private copy.
 
     Kernels of a private copy are compiled anew in every session: the cache on the disk knows
     their parameters as those of the session's own core.
@@ -68,17 +68,17 @@ def private_parts(engine: str) -> list[ModuleType]:
 
 @pytest.fixture(scope="session")
 def plain() -> SimpleNamespace:
-    """Give the core as plain Python."""
+    """Return the core as plain Python."""
     return core_under("plain")
 
 
 @pytest.fixture(scope="session")
 def fast() -> SimpleNamespace:
-    """Give the core as compiled by numba."""
+    """Return the core as compiled by numba."""
     return core_under("compiled")
 
 
 @pytest.fixture(scope="session", params=["plain", "compiled"])
 def kernel(request: pytest.FixtureRequest) -> SimpleNamespace:
-    """Give the core under each engine in turn."""
+    """Return the core under each engine in turn."""
     return request.getfixturevalue("plain" if request.param == "plain" else "fast")

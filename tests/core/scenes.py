@@ -13,7 +13,7 @@ PAPER = (75.0, 7500.0, 500.0)
 
 
 def log_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
-    """Give an empty log."""
+    """Return an empty log."""
     whole, kind = np.zeros(length, dtype=np.int64), np.zeros(length, dtype=np.int8)
     return kernel.events.EventLog(
         whole, np.zeros(length), kind, np.zeros(length), np.zeros(length)
@@ -46,7 +46,7 @@ def march(
 
 
 def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], law: Any) -> Any:
-    """Give waves from (amplitude, frequency, phase)."""
+    """Return waves from (amplitude, frequency, phase)."""
     rows = list(sines)
     if law.variation:
         rows.append((0.0, law.omega / (2 * math.pi), law.phase))

@@ -79,7 +79,7 @@ def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
 
 @pytest.fixture
 def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
-    """Give a temporary folder for one whose cache cannot be made elsewhere."""
+    """Return a temporary folder for one whose cache cannot be made elsewhere."""
     (tmp_path / "file").write_text("")
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
@@ -90,7 +90,7 @@ def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
 
 
 def folders_of(place: Path) -> list[Path]:
-    """Give the folders on the way to the kernels below a temporary folder."""
+    """Return the folders on the way to the kernels below a temporary folder."""
     own = place / f"cache-{os.getuid()}"
     return [own, own / "drysim", own / "drysim" / f"kernels-{compile.source_key()}"]
 
@@ -188,7 +188,7 @@ def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
 
 @pytest.fixture
 def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callable[..., str]]:
-    """Give the engine that `auto` settles on in a process that has loaded no kernel yet."""
+    """Return the engine that `auto` settles on in a process that has loaded no kernel yet."""
 
     def engine(steps: int, *kernels: str) -> str:
         monkeypatch.setenv(compile.ENGINE_VARIABLE, compile.AUTO)
@@ -239,7 +239,7 @@ HALF = 0.5
 
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[Path]:
-    """Give a folder of packages with a drysim that nobody can write to."""
+    """Return a folder of packages with a drysim that nobody can write to."""
     site = tmp_path / "site"
     shutil.copytree(
         Path(drysim.__file__).parent,
@@ -273,7 +273,7 @@ def start(site: Path) -> subprocess.Popen[str]:
 
 
 def answer(process: subprocess.Popen[str]) -> tuple[float, bool]:
-    """Give what the kernel gave, and whether it came from the disk."""
+    """Return what the kernel gave, and whether it came from the disk."""
     out, err = process.communicate()
     assert process.returncode == 0, err
     value, hits = out.split()

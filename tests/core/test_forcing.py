@@ -19,7 +19,7 @@ AGREES = 1e-11
 
 
 def exact(sines: list[tuple[float, float, float]], begin: float, end: float) -> float:
-    """Give the mean of ü² in forty digits."""
+    """Return the mean of ü² in forty digits."""
     with mpmath.workdps(40):
         waves = [(A, 2 * mpmath.pi * mpmath.mpf(f), mpmath.mpf(p)) for A, f, p in sines]
         total = mpmath.mpf(0)
@@ -31,7 +31,7 @@ def exact(sines: list[tuple[float, float, float]], begin: float, end: float) -> 
 
 
 def along(omega, phase, begin, end):
-    """Give the mean of a cosine over a window."""
+    """Return the mean of a cosine over a window."""
     if not omega:
         return mpmath.cos(phase)
     rise = mpmath.sin(omega * end + phase) - mpmath.sin(omega * begin + phase)

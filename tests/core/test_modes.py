@@ -21,7 +21,7 @@ STIFFNESSES = 2e4, 1e6, 1e7
 
 
 def scene(kernel, seed, k_t, b=500.0):
-    """Give a stretch of a contact that holds under two sines, and its law."""
+    """Return a segment of a holding contact under two sines, and its law."""
     random = np.random.default_rng(seed)
     plant = kernel.model.Plant(75.0, 7500.0, b)
     swing = 0.4 * (seed % 2), float(random.uniform(3.0, 15.0)), float(random.uniform(0.0, 6.0))
@@ -34,14 +34,14 @@ def scene(kernel, seed, k_t, b=500.0):
 
 
 def stretch_of(kernel, plant, law, waves, start):
-    """Give the stretch that a contact begins at some deflection and speed over omega [m]."""
+    """Return the segment of a contact with a deflection and a velocity over omega [m]."""
     c, w, f = kernel.modes.begin_segment(plant, law, waves, 0, 0.0, 0.0)
     x_r, v_r = float(start[0]), float(start[1]) * math.sqrt(w)
     return kernel.forcing.start_segment(c, w, waves, x_r, v_r, -f, 0.0), waves, law
 
 
 def deflection(kernel, stretch, waves, t):
-    """Give x_r and v_r at times of a stretch [s]."""
+    """Return x_r and v_r at times of a segment [s]."""
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     scene = stretch.c, stretch.w, waves, *state
     return np.array([kernel.forcing.motion_at(*scene, at)[:2] for at in t.tolist()]).T
@@ -69,7 +69,7 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 
 
 def first_of_both(kernel, stretch, waves, law, h):
-    """Give what `end_of_hold` does, from a search of all the stretch on both sides."""
+    """Return the result of `end_of_hold`, by a search of the whole segment on both sides."""
     sides = [
         (*kernel.modes.hold_exit_time(stretch, waves, law, 0.0, side, False, 0.0, h), side)
         for side in (-1, 1)
@@ -179,7 +179,7 @@ LAW = ElasticContactLaw(1500.0, 1e6)
 
 
 def ring_stretch_of(v_r, r):
-    """Give a holding contact that has just been struck, under two sines; the waves with it."""
+    """Return a holding contact just after an impact, under two sines, and its waves."""
     plant = Plant(75.0, 7500.0 + LAW.k_t, 500.0)
     waves = Waves(np.zeros(24), 2, 2)
     for i, (A, f, phase) in enumerate(SINES):
@@ -190,7 +190,7 @@ def ring_stretch_of(v_r, r):
 
 
 def responses(stretch):
-    """Give the steady response to every sine, as a rotating length [m], and how it turns."""
+    """Return the steady response to every sine, as a rotating length [m], and how it turns."""
     for A, f, phase in SINES:
         turn = 2j * math.pi * f
         answer = -A / (turn * turn + stretch.c * turn + stretch.w)

@@ -41,7 +41,7 @@ def orbit(
 
 
 def den_hartog(beta: float, zeta: float, phi: float) -> float:
-    """Give x_max k/P of steady sliding without stops (Den Hartog 1931, viscous form)."""
+    """Return x_max k/P of steady sliding without stops (Den Hartog 1931, viscous form)."""
     q = math.sqrt(1 - zeta**2)
     D = math.cosh(math.pi * zeta / beta) + math.cos(math.pi * q / beta)
     G = (math.sinh(math.pi * zeta / beta) - zeta / q * math.sin(math.pi * q / beta)) / D
@@ -333,7 +333,7 @@ FEW = 5000
 
 
 def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> np.ndarray:
-    """Give the answers of a block of scenes."""
+    """Return the answers of a block of scenes."""
     answers = np.full((len(scenes), kernel.orbit.ANSWER_COLUMNS), np.nan)
     room = (scenes.shape[1] - kernel.orbit.SINES) // 3 + 1
     past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
@@ -347,7 +347,7 @@ def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> 
 def scene(
     f: float, F: float, rms: float = 0.75, limit: float = math.inf, **more: float
 ) -> list:
-    """Give the columns of the paper's oscillator on a sine."""
+    """Return the columns of the paper's oscillator on a sine."""
     varied = more.get("variation", 0.0), more.get("omega", 0.0), 0.3
     rest = more.get("x_r", 0.0), 0.0
     ratio = more.get("ratio", 1.0)

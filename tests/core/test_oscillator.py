@@ -29,7 +29,7 @@ LENGTHS = (1e-6, 2.5e-3, 0.1, 1.0, 30.0)
 
 
 def reference(c: float, w: float, omega: float, s: float) -> list[mp.mpf]:
-    """Give y, y_d, Y, YY, R, P by the exponential of a matrix in 60 digits."""
+    """Return y, y_d, Y, YY, R, P by the exponential of a matrix in 60 digits."""
     with mp.workdps(60):
         step = mp.matrix(
             [[0, 1, 0, 0], [-mp.mpf(w), -mp.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
@@ -120,7 +120,7 @@ def test_long_slide_without_spring_and_damper_keeps_its_digits(
 def flown(
     kernel: SimpleNamespace, c: float, w: float, v: float, a: float, r: float, s: float
 ) -> tuple[float, float]:
-    """Give distance and velocity after a time s in closed form."""
+    """Return distance and velocity after a time s in closed form."""
     y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
     p = a + c * v
     return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
@@ -245,7 +245,7 @@ GRID = 1000
 
 
 def motions(c: float, w: float, start: tuple[float, float, float], s: np.ndarray) -> np.ndarray:
-    """Give way, velocity and acceleration on a grid of times, by powers of one matrix."""
+    """Return path, velocity and acceleration on a grid of times, by powers of one matrix."""
     from scipy.linalg import expm
 
     v, a, r = start
@@ -348,7 +348,7 @@ def test_stop_of_a_creep_far_beyond_the_parts_that_are_walked_is_found(
 def brute_force(
     plant: tuple[float, float, float], F: tuple[float, float], u_dd: np.ndarray, dt: float
 ) -> list[tuple[float, int]]:
-    """Give times and kinds of events: thousands of steps where the march takes one."""
+    """Return times and kinds of events: thousands of steps where the march takes one."""
     from scipy.linalg import expm
 
     (m, k_x, b), (F_fk, F_fs) = plant, F

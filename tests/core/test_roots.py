@@ -17,7 +17,7 @@ LENGTH, FINE = 0.4, 800
 
 
 def scene(kernel, seed):
-    """Give a stretch under two sines and a swinging normal force, and a blend above zero."""
+    """Return a segment under two sines and a varying load, and an observable above zero."""
     random = np.random.default_rng(seed)
     c, w = float(random.uniform(0.0, 10.0)), float(random.choice([100.0, 1400.0, 2e4]))
     law = kernel.model.ElasticContactLaw(30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
@@ -37,7 +37,7 @@ def scene(kernel, seed):
 
 
 def value_at(kernel, stretch, waves, law, blend, s):
-    """Give the blend at a time of a stretch."""
+    """Return the observable at a time of a segment."""
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     x, v, _, _ = kernel.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)
     load, load_d, _ = kernel.forcing.relative_normal_force(law, waves, s)

@@ -18,7 +18,7 @@ DT = 2.5e-3
 
 
 def noise(n: int, seed: int = 5, rms: float = 0.67) -> np.ndarray:
-    """Give smooth noise of a few hertz."""
+    """Return smooth noise of a few hertz."""
     rng = np.random.Generator(np.random.PCG64(seed))
     rough = np.convolve(rng.normal(size=n + 200), np.hanning(41), mode="same")[100 : n + 100]
     return rough * (rms / np.sqrt(np.mean(rough**2)))

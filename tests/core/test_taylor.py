@@ -35,7 +35,7 @@ LAWS: dict[str, dict[str, Any]] = {
 
 
 def noise(count: int) -> np.ndarray:
-    """Give smooth noise [m/s²]."""
+    """Return smooth noise [m/s²]."""
     rough = np.random.default_rng(5).normal(size=count + 40)
     return 1.5 * np.convolve(rough, np.hanning(9) / 3.0, mode="valid")[:count]
 
@@ -88,7 +88,7 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
 
 
 def work(kernel: SimpleNamespace, law: Any) -> Any:
-    """Give what a kernel works in, measured by a speed of 0.1 m/s."""
+    """Return the work space of a kernel, for a scale of velocity of 0.1 m/s."""
     series = kernel.taylor
     sizes = {"scale": 1, "slope": 2, "reversals": law.depth}
     rows = {
@@ -100,7 +100,7 @@ def work(kernel: SimpleNamespace, law: Any) -> Any:
 
 
 def segments_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
-    """Give an empty trail."""
+    """Return empty segments of Taylor series."""
     whole = ("n", "d", "terms")
     return kernel.events.SeriesSegments(
         *(np.zeros(length, np.int64 if name in whole else float)

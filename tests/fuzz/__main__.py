@@ -41,7 +41,7 @@ SHOWN = 10
 
 
 def finds_in(fault: DrysimError, show: bool) -> list[str]:
-    """Give what is wrong with the words of a refusal."""
+    """Return what is wrong with the words of a refusal."""
     found = getattr(fault, "problems", ()) or [
         p for p in [getattr(fault, "problem", None)] if p
     ]
@@ -103,7 +103,7 @@ def campaign(name: str, target: Target, folder: Path, watch: Watch, words: argpa
 
 
 def asked() -> argparse.Namespace:
-    """Give what the command line asks for."""
+    """Return what the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m fuzz", description=__doc__)
     parser.add_argument("--inputs", type=int, default=1_000_000, help="of all targets together")
     parser.add_argument("--seconds", type=float, default=1e9, help="for a target, at most")

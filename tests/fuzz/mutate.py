@@ -21,7 +21,7 @@ SIGNS = (
 
 
 def damaged(seeds: list[bytes], dice: random.Random) -> bytes:
-    """Give one of some inputs with a few faults in it."""
+    """Return one of some inputs with a few faults in it."""
     part = bytearray(dice.choice(seeds))
     for _ in range(dice.choice((1, 1, 1, 2, 2, 3, 5))):
         KINDS[dice.randrange(len(KINDS))](part, seeds, dice)

@@ -34,7 +34,7 @@ class Target(NamedTuple):
 
 
 def texts(*words: str) -> list[bytes]:
-    """Give words as the bytes of UTF-8."""
+    """Return words as the bytes of UTF-8."""
     return [word.encode() for word in words]
 
 
@@ -67,7 +67,7 @@ def quantity(file: Path, given: bytes) -> None:
 
 
 def record(**words: object) -> Callable[[Path, bytes], object]:
-    """Give the reader of a record."""
+    """Return the reader of a record."""
 
     def read(file: Path, given: bytes) -> None:
         block = {"kind": "record", "file": file.name, **words}
@@ -78,13 +78,13 @@ def record(**words: object) -> Callable[[Path, bytes], object]:
 
 
 def written(folder: Path, name: str, write: Callable[[Path], object]) -> list[bytes]:
-    """Give the bytes that a writer puts into a file."""
+    """Return the bytes that a writer puts into a file."""
     write(folder / name)
     return [(folder / name).read_bytes()]
 
 
 def targets(folder: Path) -> dict[str, Target]:
-    """Give what is fuzzed by name; sound input is made in a folder."""
+    """Return what is fuzzed by name; sound input is made in a folder."""
     (folder / "sound.yaml").write_text(SEAT)
     whole = (VALUES * 99).astype(np.int16)
     rows = [f"{k / 50},{v}" for k, v in enumerate(VALUES)]

@@ -54,7 +54,7 @@ def _is_ours(path: object) -> bool:
 
 
 def megabytes() -> float:
-    """Give the greatest memory that this program ever had.
+    """Return the greatest memory that this program ever had.
 
     What the system counts for a process goes on from the one that started it; the high-water
     mark of its own memory does not.

@@ -22,7 +22,7 @@ SPREAD = 100.0
 
 
 def distance(exact: Solution, trajectory: Trajectory, end: float) -> float:
-    """Give the greatest relative distance of all numbers, infinite where the events differ.
+    """Return the greatest relative distance of all numbers, infinite where the events differ.
 
     Times are relative to the duration, places to the greatest |x_r|, integrals to themselves.
     """
@@ -43,7 +43,7 @@ def distance(exact: Solution, trajectory: Trajectory, end: float) -> float:
 
 
 def unexplained(scene: Scene, trajectory: Trajectory) -> float:
-    """Give the distance, or 0 where the rounding of the input explains it.
+    """Return the distance, or 0 where the rounding of the input explains it.
 
     It does where drysim has the exact solution of a scene with numbers one unit in the last
     place away, or where such scenes differ among each other by a hundredth of the distance.
@@ -61,7 +61,7 @@ def unexplained(scene: Scene, trajectory: Trajectory) -> float:
 
 
 def neighbours(scene: Scene) -> Iterator[Scene]:
-    """Give scenes whose numbers are a rounding or two away."""
+    """Return scenes whose numbers are a rounding or two away."""
     for factor in (1.0 + 4.0 * ULP, 1.0 - 4.0 * ULP):
         yield scene._replace(F_fs=max(factor * scene.F_fs, scene.F_fk))
     rng = Random(1)
@@ -77,7 +77,7 @@ def neighbours(scene: Scene) -> Iterator[Scene]:
 
 
 def spread(one: Solution, other: Solution, end: float) -> float:
-    """Give how far two exact solutions are apart, relative; 0 where their events differ."""
+    """Return how far two exact solutions are apart, relative; 0 where their events differ."""
     if [kind for _, kind, _ in one.events] != [kind for _, kind, _ in other.events]:
         return 0.0
     scale = float(max(abs(x) for _, _, x in [*one.events, (0, 0, one.x_r)])) or 1.0

@@ -36,7 +36,7 @@ Polynomial = list[Any]
 
 
 def value(p: Polynomial, s: Any) -> Any:
-    """Give a polynomial at s."""
+    """Return a polynomial at s."""
     total = mp.mpf(0)
     for coefficient in reversed(p):
         total = total * s + coefficient
@@ -44,17 +44,17 @@ def value(p: Polynomial, s: Any) -> Any:
 
 
 def slope(p: Polynomial) -> Polynomial:
-    """Give the derivative of a polynomial."""
+    """Return the derivative of a polynomial."""
     return [n * p[n] for n in range(1, len(p))]
 
 
 def magnitude(p: Polynomial, reach: Any = 1) -> Any:
-    """Give what a polynomial does not exceed in magnitude on [-reach, reach]."""
+    """Return what a polynomial does not exceed in magnitude on [-reach, reach]."""
     return value([abs(each) for each in p], reach)
 
 
 def square_integral(p: Polynomial, s: Any) -> Any:
-    """Give the integral of a squared polynomial from 0 to s, by integers in fixed point."""
+    """Return the integral of a squared polynomial from 0 to s, by integers in fixed point."""
     scaled = [each * s**n for n, each in enumerate(p)]
     if not any(scaled):
         return mp.mpf(0)
@@ -69,7 +69,7 @@ def square_integral(p: Polynomial, s: Any) -> Any:
 
 
 def part(p: Polynomial, lo: Any, hi: Any) -> Polynomial:
-    """Give the polynomial of [lo, hi], stretched to [0, 1]."""
+    """Return the polynomial of [lo, hi], stretched to [0, 1]."""
     out = list(p)
     for i in range(len(out) - 1):
         for j in range(len(out) - 2, i - 1, -1):
@@ -78,13 +78,13 @@ def part(p: Polynomial, lo: Any, hi: Any) -> Polynomial:
 
 
 def fixed(p: Polynomial) -> list[int]:
-    """Give the coefficients as integers, the largest with `FINE_BITS` bits."""
+    """Return the coefficients as integers, the largest with `FINE_BITS` bits."""
     shift = FINE_BITS - max(mp.mag(each) for each in p if each)
     return [int(mp.ldexp(each, shift)) for each in p]
 
 
 def first_zero(p: Polynomial) -> Any:
-    """Give the first s in (0, 1] where a polynomial falls to 0 or touches it, or None.
+    """Return the first s in (0, 1] where a polynomial falls to 0 or touches it, or None.
 
     It is above zero at 0, or leaves zero upwards there.
     """
@@ -116,7 +116,7 @@ def first_zero(p: Polynomial) -> Any:
 
 
 def polished(p: Polynomial, p_d: Polynomial, lo: Any, hi: Any) -> Any:
-    """Give the zero of a polynomial that falls from lo to hi."""
+    """Return the zero of a polynomial that falls from lo to hi."""
     s = (lo + hi) / 2
     for _ in range(CAP):
         v = value(p, s)
@@ -129,7 +129,7 @@ def polished(p: Polynomial, p_d: Polynomial, lo: Any, hi: Any) -> Any:
 
 
 def leaves(gap: Polynomial) -> Any:
-    """Give when a margin at or above 0 falls below it on [0, 1], or None; a touch does not."""
+    """Return when a margin at or above 0 falls below it on [0, 1], or None; touches do not."""
     begin, scale = mp.mpf(0), magnitude(gap)
     while begin < 1:
         rest = part(gap, begin, 1) if begin else gap

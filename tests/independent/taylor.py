@@ -54,7 +54,7 @@ class March:
         self.sums = dict.fromkeys(("x2", "v2", "x_dd2", "u_dd2", "way", "stuck"), mp.mpf(0))
 
     def base(self, n: int, h: Any) -> Polynomial:
-        """Give ü from now on, in the sample interval n."""
+        """Return ü from now on, in the sample interval n."""
         p = [mp.mpf(0)] * TERMS
         if self.u_dd:
             rise = (self.u_dd[n + 1] - self.u_dd[n]) / self.dt
@@ -62,7 +62,7 @@ class March:
         return self.with_waves(p, self.sines, h)
 
     def load(self, h: Any) -> Polynomial:
-        """Give the normal force from now on, relative to its mean."""
+        """Return the normal force from now on, relative to its mean."""
         return self.with_waves([mp.mpf(1)] + [mp.mpf(0)] * (TERMS - 1), self.loads, h)
 
     def with_waves(self, p: Polynomial, waves: list[Any], h: Any) -> Polynomial:
@@ -76,7 +76,7 @@ class March:
         return p
 
     def motion(self, u: Polynomial, f: Polynomial, h: Any) -> Polynomial:
-        """Give x_r of sliding against friction f, per mass, from the state that is."""
+        """Return x_r of sliding against a friction force per mass f, from the current state."""
         x, c, w = [self.x, self.v * h], self.c * h, self.w * h * h
         for n in range(TERMS - 2):
             force = h * h * (u[n] + f[n])
@@ -84,12 +84,12 @@ class March:
         return x
 
     def mode_at_rest(self, u: Any, load: Any) -> int:
-        """Give the direction in which the limit force drives the mass, 0 where it holds."""
+        """Return the direction in which the limit force drives the mass, 0 where it holds."""
         F_L = self.m * u + self.k * self.x
         return 0 if abs(F_L) <= self.F_fs * load else (-1 if F_L > 0 else 1)
 
     def stretches(self) -> Iterator[tuple[Any, int]]:
-        """Give the ends of the sample intervals, with their numbers."""
+        """Return the ends of the sample intervals, with their numbers."""
         if not self.u_dd:
             yield self.end, 0
         for n in range(len(self.u_dd) - 1):
@@ -148,6 +148,6 @@ class March:
 
 
 def solve(scene: Scene, most: int = 10_000) -> Solution:
-    """Give the solution of a scene from t = 0 to its end, or to so many events."""
+    """Return the solution of a scene from t = 0 to its end, or to so many events."""
     with mp.workdps(DIGITS):
         return March(scene).run(most)

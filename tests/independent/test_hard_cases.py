@@ -15,7 +15,7 @@ SWEEPS = [file for file in CASES if drysim.load(file).sweep]
 
 
 def slugs(name):
-    """Give the warnings of a hard case."""
+    """Return the warnings of a hard case."""
     return {caution.slug for caution in drysim.run(drysim.load(HARD / name)).warnings}
 
 

@@ -21,7 +21,7 @@ excitation: {kind: record, file: shaken.csv, time: t, column: u_dd}
 
 @pytest.fixture
 def recorded(tmp_path):
-    """Give a scene on a record of a sine, in which one row may be another."""
+    """Return a scene on a record of a sine, in which one row may be another."""
 
     def scene(row=None, text="", late=0.0):
         rows = [f"{0.01 * n + late * (n % 2):.8f},{math.sin(0.1 * n):.6f}" for n in range(200)]

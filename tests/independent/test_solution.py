@@ -45,7 +45,7 @@ RADIANS, FAST, MANY = 60.0, 12, 400
 
 
 def scene_of(name: str, overrides: dict[str, object]) -> Scene:
-    """Give a hard case in plain numbers, from its start to the end of its window."""
+    """Return a hard case in plain numbers, from its start to the end of its window."""
     case = prepare(drysim.load(HARD / f"{name.split()[0]}.yaml", overrides))
     numbers = (*case.plant, case.law.F_fk, case.law.F_fs, *case.start)
     if isinstance(case.motion, Samples):

@@ -134,7 +134,7 @@ def split_run_equals_the_whole(scene: Scene) -> None:
 
 
 def halves(scene: Scene) -> tuple[Scene, Scene]:
-    """Give the first half of a scene, and the second with its clock put back."""
+    """Return the first half of a scene, and the second with its clock put back."""
     half = (len(scene.u_dd) - 1) // 2 * scene.dt if scene.u_dd else 0.5 * scene.duration
     cut = (len(scene.u_dd) - 1) // 2
     swing, f, phase = scene.variation
@@ -177,7 +177,7 @@ def hinges(scene: Scene, trajectory: Trajectory) -> bool:
 
 
 def scaled(scene: Scene, force: float, motion: float = 1.0) -> Scene:
-    """Give a scene with its friction forces and its motion times a factor each."""
+    """Return a scene with its friction forces and its motion times a factor each."""
     return scene._replace(
         F_fk=force * scene.F_fk,
         F_fs=force * scene.F_fs,

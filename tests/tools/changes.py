@@ -12,7 +12,7 @@ SWAPS: dict[type, str] = {
 
 
 def mutants(text: str) -> Iterator[tuple[int, str, str]]:
-    """Give every change of a source: its line, the line as it was, and the changed source."""
+    """Return every change of a source: its line, the line as it was, and the changed source."""
     lines = text.splitlines(keepends=True)
     for node in ast.walk(ast.parse(text)):
         for left, right, sign in gaps(node):
@@ -41,7 +41,7 @@ def mutants(text: str) -> Iterator[tuple[int, str, str]]:
 
 
 def gaps(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr, str]]:
-    """Give the neighbours of every operator, with what it becomes."""
+    """Return the neighbours of every operator, with what it becomes."""
     if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in SWAPS:
         yield node.left, node.comparators[0], SWAPS[type(node.ops[0])]
     elif isinstance(node, ast.BinOp) and type(node.op) in SWAPS:
@@ -51,5 +51,5 @@ def gaps(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr, str]]:
 
 
 def replaced(lines: list[str], row: int, line: str) -> str:
-    """Give the source with another line in a row."""
+    """Return the source with another line in a row."""
     return "".join([*lines[: row - 1], line, *lines[row:]])

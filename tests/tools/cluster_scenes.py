@@ -78,7 +78,7 @@ def written(folder: Path) -> Path:
 
 
 def table(folder: Path) -> bytes:
-    """Give the bytes of a table."""
+    """Return the bytes of a table."""
     return (folder / "transmissibility.csv").read_bytes()
 
 

@@ -10,7 +10,7 @@ from reference import RTOL
 
 
 def load_of(law, t):
-    """Give the normal force relative to its mean, and its rate, at time t [s]."""
+    """Return the normal force relative to its mean, and its rate, at time t [s]."""
     angle = law.omega * t + law.phase
     return (
         1.0 + law.variation * math.sin(angle),
@@ -90,7 +90,7 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=(), rtol=R
 
 
 def at(pieces, t):
-    """Give x_r and v_r of such a solution at times t [s]."""
+    """Return x_r and v_r of such a solution at times t [s]."""
     found = np.empty((2, len(t)))
     for begin, end, solution, _ in pieces:
         inside = (t >= begin) & (t <= end)

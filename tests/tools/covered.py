@@ -40,7 +40,7 @@ def covered(folder: Path) -> Known:
 
 
 def digests(home: Path) -> Iterator[tuple[Path, str]]:
-    """Give every file of tests, and a name for all that its answer depends on."""
+    """Return every file of tests, and a name for all that its answer depends on."""
     paths = [home / path for path in ORACLE]
     tests = [file for path in paths for file in sorted(path.rglob("test_*.py")) or [path]]
     beside = sorted((home / "tests").rglob("*.py"))

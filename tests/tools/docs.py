@@ -16,7 +16,7 @@ from pathlib import Path
 from mkdocs.commands.build import build
 from mkdocs.config import load_config
 
-from drysim.manual import SHELVES, pages
+from drysim.manual import SECTIONS, pages
 
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "scenarios" / "pictures"
@@ -29,7 +29,7 @@ def write_sources(folder: Path) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (folder / "index.md").write_text(LINK.sub(of_readme, readme), encoding="utf-8")
     for page in pages().values():
-        file = folder / page.shelf / page.file.name
+        file = folder / page.section / page.file.name
         file.parent.mkdir(exist_ok=True)
         file.write_text(LINK.sub(of_page, page.text), encoding="utf-8")
 
@@ -71,7 +71,7 @@ def build_site(out: Path) -> None:
                     {"drysim": "index.md"},
                     *(
                         {shelf: [{known[name].title: f"{shelf}/{name}.md"} for name in names]}
-                        for shelf, names in SHELVES.items()
+                        for shelf, names in SECTIONS.items()
                     ),
                 ],
             )

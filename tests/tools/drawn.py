@@ -79,12 +79,12 @@ class Scene(NamedTuple):
 
 
 def tens(low: float, high: float) -> st.SearchStrategy[float]:
-    """Give powers of ten between two exponents."""
+    """Return powers of ten between two exponents."""
     return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
 def signed(magnitudes: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
-    """Give both signs, and zero."""
+    """Return both signs, and zero."""
     return st.one_of(st.just(0.0), magnitudes, magnitudes.map(lambda value: -value))
 
 

@@ -29,7 +29,7 @@ MEMBERS = {
 
 
 def axes(**values):
-    """Give swept keys by the names above."""
+    """Return swept keys by the names above."""
     keys = {"frequency": FREQUENCY, "rms": RMS, "force": FORCE}
     return tuple(
         Axis(keys[name], UNITS[keys[name]], tuple(map(float, column)))
@@ -38,7 +38,7 @@ def axes(**values):
 
 
 def points(swept):
-    """Give the points of a grid; the first axis varies fastest."""
+    """Return the points of a grid; the first axis varies fastest."""
     for values in product(*(axis.values for axis in reversed(swept))):
         yield dict(zip((axis.key for axis in swept), reversed(values), strict=True))
 
@@ -48,7 +48,7 @@ def sine(f, rms):
 
 
 def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
-    """Give the row of a periodic orbit."""
+    """Return the row of a periodic orbit."""
     force = point.get(FORCE, force) * (approach != "viscous")
     law, motion = (
         CoulombLaw(force, force * ratio),
@@ -69,7 +69,7 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
 
 
 def sweep(*swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, **words):
-    """Give the table of a harmonic sweep, the reference last."""
+    """Return the table of a harmonic sweep, the reference last."""
     rows = [orbit_row("stick-slip", point, force, ratio, limit) for point in points(swept)]
     rest = tuple(axis for axis in swept if axis.key != FORCE)
     if reference:
@@ -81,7 +81,7 @@ def sweep(*swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, **wor
 
 
 def spoil(table, status, *numbers, note="because"):
-    """Give the table with some rows that have no metrics."""
+    """Return the table with some rows that have no metrics."""
     rows = [
         replace(row, metrics=UNKNOWN, status=status, note=note) if at in numbers else row
         for at, row in enumerate(table.rows)
@@ -90,7 +90,7 @@ def spoil(table, status, *numbers, note="because"):
 
 
 def random_rows(approach, swept, n, limit):
-    """Give rows and responses on random base motion that knows its displacement."""
+    """Return rows and responses on random base motion that knows its displacement."""
     rest = tuple(axis for axis in swept if approach != "viscous" or axis.key != FORCE)
     for point in points(rest):
         force = point.get(FORCE, 45.0) * (approach != "viscous")
@@ -103,7 +103,7 @@ def random_rows(approach, swept, n, limit):
 
 
 def comparison(names, *swept, n=4_000, limit=0.025, shown=None, verdict=("all agree",)):
-    """Give a comparison on random base motion; the last name is the yardstick."""
+    """Return a comparison on random base motion; the last name is the yardstick."""
     rows, responses = [], {}
     at = shown if shown is not None else next(points(swept))
     for name in dict.fromkeys([*names, "viscous"]):
@@ -116,7 +116,7 @@ def comparison(names, *swept, n=4_000, limit=0.025, shown=None, verdict=("all ag
 
 
 def orbits(names, frequency=5.0, rms=0.5, force=45.0):
-    """Give the comparison of one harmonic case, without a sweep."""
+    """Return the comparison of one harmonic case, without a sweep."""
     rows, responses = [], {}
     for name in dict.fromkeys([*names, "viscous"]):
         row = orbit_row(name, {FREQUENCY: frequency, RMS: rms, FORCE: force})
@@ -129,7 +129,7 @@ def orbits(names, frequency=5.0, rms=0.5, force=45.0):
 
 
 def magnification(f):
-    """Give T_a of the paper's oscillator without dry friction."""
+    """Return T_a of the paper's oscillator without dry friction."""
     s = 2j * pi * np.asarray(f)
     m, k, b = PAPER.m, PAPER.k_x, PAPER.b
     return abs((b * s + k) / (m * s**2 + b * s + k))

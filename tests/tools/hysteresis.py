@@ -27,19 +27,19 @@ class Bristles:
     turns: list[tuple[float, float]] = field(default_factory=list)
 
     def force(self, s: float) -> float:
-        """Give F_h [N] at a travel [m], by Masing's rule."""
+        """Return F_h [N] at a travel [m], by Masing's rule."""
         if not self.turns:
             return math.copysign(self.virgin(abs(s)), s)
         s_0, F_0 = self.turns[-1]
         return F_0 + self.way * 2.0 * self.virgin(abs(s - s_0) / 2.0)
 
     def virgin(self, s: float) -> float:
-        """Give the virgin curve [N] at a travel above zero [m]."""
+        """Return the virgin curve [N] at a travel above zero [m]."""
         return self.F_h * (1.0 - math.exp(-self.stiffness * s / self.F_h))
 
     @property
     def close(self) -> float:
-        """Give the travel [m] at which the present loop closes."""
+        """Return the travel [m] at which the present loop closes."""
         if len(self.turns) > 1:
             return self.turns[-2][0]
         return -self.turns[0][0] if self.turns else self.way * math.inf
@@ -56,7 +56,7 @@ class Bristles:
 
 
 def swing(law, plant, base, end, times, method="DOP853", rtol=RTOL):
-    """Give x_r [m] from rest at some times [s], the motion restarted at every event."""
+    """Return x_r [m] from rest at some times [s], the motion restarted at every event."""
     bristles = Bristles(law.sigma_0, law.F_h)
     d = -1 if base(1e-9) > 0.0 else 1
     bristles.way = d
@@ -84,7 +84,7 @@ def _piece(law, plant, base, bristles, d, t, state, end, method, rtol):
     """Integrate to the next event: the mass stops, the bristles stop, or a loop closes."""
 
     def left(v, F_h):
-        """Give 1 - sgn(F_h/s) |F_h/s|^n, what the bristles take of the speed [-]."""
+        """Return 1 - sgn(F_h/s) |F_h/s|^n, what the bristles take of the speed [-]."""
         curve = law.F_fk + (law.F_fs - law.F_fk) * math.exp(-((v / law.v_s) ** 2))
         return 1.0 - math.copysign(abs(F_h / curve) ** law.power, d * F_h)
 

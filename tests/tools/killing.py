@@ -26,7 +26,7 @@ def kills(act: Act) -> Iterator[int]:
 
 
 def steps(act: Act) -> list[int]:
-    """Give the lines of output/ before which `act` has changed the disk; the last ends it."""
+    """Return the lines of output/ before which `act` has changed the disk; the last ends it."""
     seen: list[tuple[int, object]] = []
     read, write = os.pipe()
 
@@ -46,7 +46,7 @@ def steps(act: Act) -> list[int]:
 
 
 def until(at: Callable[[int], object]) -> Callable[..., object]:
-    """Give a tracer that calls `at` before every line of output/, with its number."""
+    """Return a tracer that calls `at` before every line of output/, with its number."""
     passed = 0
 
     def trace(frame, event, _):
@@ -81,6 +81,6 @@ def ended(act: Act, trace: Callable[..., object]) -> int:
 
 
 def disk() -> list[tuple[str, int, bytes]]:
-    """Give every path below here with its identity and content."""
+    """Return every path below here with its identity and content."""
     paths = sorted(Path().rglob("*"))
     return [(str(p), p.stat().st_ino, p.read_bytes() if p.is_file() else b"") for p in paths]

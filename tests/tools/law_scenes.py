@@ -28,7 +28,7 @@ def sine(a_u: float, f: float, phase: float = 0.0) -> Sines:
 
 
 def noise(n: int, a_u: float, seed: int = 1) -> Samples:
-    """Give band-limited noise with no value in common with any law's constants."""
+    """Return band-limited noise with no value in common with any law's constants."""
     spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(n))
     f = np.fft.rfftfreq(n, STEP)
     spectrum[(f < 0.5) | (f > 10.0)] = 0.0
@@ -41,14 +41,14 @@ def solved(law, motion, start=REST, duration=None, plant=PAPER):
 
 
 def mirrored(motion: Sines | Samples) -> Sines | Samples:
-    """Give the same base motion with its sign turned."""
+    """Return the same base motion with its sign turned."""
     if isinstance(motion, Sines):
         return Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
     return Samples(-motion.u_dd, motion.dt)
 
 
 def doubled(motion: Sines | Samples) -> Sines | Samples:
-    """Give twice the same base motion."""
+    """Return twice the same base motion."""
     if isinstance(motion, Sines):
         return Sines(tuple(2 * A for A in motion.A), motion.f, motion.phase)
     return Samples(2 * motion.u_dd, motion.dt)

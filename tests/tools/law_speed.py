@@ -41,17 +41,17 @@ OMEGA = 2.0 * math.pi * MOTION.f[0]
 
 
 def base(t: float) -> float:
-    """Give ü [m/s²]."""
+    """Return ü [m/s²]."""
     return MOTION.A[0] * math.sin(OMEGA * t)
 
 
 def curve(law: DynamicLaw, v: float) -> float:
-    """Give the Stribeck curve [N]."""
+    """Return the Stribeck curve [N]."""
     return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-((v / law.v_s) ** 2))
 
 
 def bristles(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
-    """Give x_r [m] of bristles, whose motion has no events."""
+    """Return x_r [m] of bristles, whose motion has no events."""
     m, k_x, b = PAPER
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -64,7 +64,7 @@ def bristles(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
 
 
 def sliding(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
-    """Give x_r [m] under Stribeck's friction, restarted where the mass stops and starts."""
+    """Return x_r [m] under Stribeck's friction, restarted where the mass stops and starts."""
     m, k_x, b = PAPER
     now, x, d, path = 0.0, 0.0, 0, np.zeros(len(t))
     while now < END:
@@ -94,7 +94,7 @@ def sliding(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
 
 
 def break_away(law: DynamicLaw, x: float, now: float) -> tuple[float, int]:
-    """Give when a stuck mass breaks away [s], in closed form, and the direction it takes."""
+    """Return when a stuck mass breaks away [s], in closed form, and the direction it takes."""
     m, k_x, _ = PAPER
     found = [(END, 1)]
     for side in (1, -1):
@@ -108,14 +108,14 @@ def break_away(law: DynamicLaw, x: float, now: float) -> tuple[float, int]:
 
 
 def peer(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
-    """Give x_r [m] by scipy."""
+    """Return x_r [m] by scipy."""
     if law.kind == LEUVEN:
         return swing(law, PAPER, base, END, t, method, ERROR, 1e-12)
     return (sliding if law.kind == STRIBECK else bristles)(law, t, method)
 
 
 def tolerance_for(law: DynamicLaw, exact: np.ndarray) -> float:
-    """Give the coarsest tolerance whose motion is within the error."""
+    """Return the coarsest tolerance whose motion is within the error."""
     for tolerance in TOLERANCES:
         x_r = solved(law._replace(tolerance=tolerance), MOTION, duration=END).x_r
         if np.abs(x_r - exact).max() < ERROR * np.abs(exact).max():
@@ -124,7 +124,7 @@ def tolerance_for(law: DynamicLaw, exact: np.ndarray) -> float:
 
 
 def spent(job: Callable[[], object]) -> float:
-    """Give the time of the processor that a job takes [s]."""
+    """Return the time of the processor that a job takes [s]."""
     began = time.process_time()
     job()
     return time.process_time() - began

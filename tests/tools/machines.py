@@ -17,7 +17,7 @@ PATIENCE = 60.0
 
 
 def command(*words: object) -> list[str]:
-    """Give the words that start drysim."""
+    """Return the words that start drysim."""
     return [sys.executable, "-m", "drysim", *map(str, words)]
 
 
@@ -58,7 +58,7 @@ class Machines:
                 self._start(name, "worker", self.address, *words, *self.workers)
 
     def alive(self, name: str) -> bool:
-        """Tell whether a process runs; of a worker the nanny, who starts it anew."""
+        """Return whether a process runs; of a worker the nanny, who starts it anew."""
         return name in self.running and self.running[name].poll() is None
 
     def kill(self, name: str) -> None:

@@ -62,7 +62,7 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
 
 
 def tests_of(file: Path) -> tuple[str, ...]:
-    """Give the tests that a file of the core has to itself, if it has."""
+    """Return the tests that a file of the core has to itself, if it has."""
     return OWN.get(file.stem, ())
 
 

@@ -42,7 +42,7 @@ Known = tuple[dict[str, float], dict[str, dict[int, list[str]]]]
 
 
 def running(lines: dict[int, list[str]], source: str, row: int) -> set[str]:
-    """Give the tests that run a line; those of all functions for a line that is in none."""
+    """Return the tests that run a line; those of all functions for a line that is in none."""
     functions = [
         node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)
     ]
@@ -70,7 +70,7 @@ class Lines:
         return answer
 
     def known(self) -> Known:
-        """Give the seconds of every test, and the tests of every line of every file."""
+        """Return the seconds of every test, and the tests of every line of every file."""
         found = self.coverage.get_data()
         files = {
             str(Path(file).relative_to(self.folder)): file for file in found.measured_files()

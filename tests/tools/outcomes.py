@@ -20,19 +20,19 @@ STICKY = CoulombLaw(45.0, 54.0)
 
 
 def noise(n, rms=1.0):
-    """Give smooth base acceleration [m/s²] of a fixed seed."""
+    """Return smooth base acceleration [m/s²] of a fixed seed."""
     rough = np.random.Generator(np.random.PCG64(1)).standard_normal(n + 40)
     smooth = np.convolve(rough, np.hanning(41), "valid")
     return smooth * (rms / np.sqrt(np.mean(smooth**2)))
 
 
 def record(n, rms=1.0):
-    """Give a base motion that came from a file."""
+    """Return a base motion that came from a file."""
     return Samples(noise(n, rms), 2.5e-3, inputs=(Input("road.csv", "ab" * 32, 1234),))
 
 
 def stand_in(kind, limit=None, law=STICKY, **words):
-    """Give what reports ask of a scenario; further words replace or add attributes."""
+    """Return what reports ask of a scenario; further words replace or add attributes."""
     usual = {
         "name": "seat",
         "about": "A seat on its suspension.",
@@ -69,7 +69,7 @@ def outcome(
     warnings=(),
     **scenario,
 ):
-    """Give an outcome; further words become attributes of the scenario."""
+    """Return an outcome; further words become attributes of the scenario."""
     response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
     metrics = measure(response.trajectory, (0.0, (len(response.x_r) - 1) * response.dt), limit)
     kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
@@ -80,7 +80,7 @@ def outcome(
 
 
 def judgement(check, rows):
-    """Give the verdict of a check on the cases of a sweep, as pairs of point and metrics."""
+    """Return the verdict of a check on the cases of a sweep, as pairs of point and metrics."""
     points, metrics = zip(*rows, strict=True)
     keys = {one.key for one in check.conditions}
     here = {key: column([point.get(key) for point in points]) for key in keys}
@@ -92,10 +92,10 @@ def judgement(check, rows):
 
 
 def column(values):
-    """Give values as an array, NaN for not known."""
+    """Return values as an array, NaN for not known."""
     return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def names(folder):
-    """Give the names of the files in a folder."""
+    """Return the names of the files in a folder."""
     return sorted(path.name for path in Path(folder).iterdir())

@@ -31,7 +31,7 @@ def march_pressed(
         return m * base(t) + k_x * x
 
     def fresh(t, y):
-        """Give the mode that the rules ask for; a little later decides where limits vanish."""
+        """Return the mode by the rules; where limits vanish, a slightly later time decides."""
         if load(t + 1e-9) <= 0.0:
             return "free"
         if y[1] != 0.0:

@@ -72,7 +72,7 @@ def measured() -> dict[str, Panels]:
 
 
 def cell(cases: Panels, approach: str, setting: str, names: tuple[str, ...]) -> str:
-    """Give time and error of an entry on some cases that weigh alike."""
+    """Return time and error of an entry on some cases that weigh alike."""
     found = []
     for case in names:
         panel = next(panel for panel in cases if panel.scenario.name == case)
@@ -89,7 +89,7 @@ def cell(cases: Panels, approach: str, setting: str, names: tuple[str, ...]) -> 
 
 
 def table(benches: dict[str, Panels]) -> str:
-    """Give the table, a row an entry that is known on any of the works."""
+    """Return the table, a row an entry that is known on any of the works."""
     lines = [("", *(heading for heading, _, _ in WORKS)), ("---",) * (1 + len(WORKS))]
     for approach, setting in ENTRIES:
         cells = [cell(benches[name], approach, setting, names) for _, name, names in WORKS]

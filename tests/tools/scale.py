@@ -52,7 +52,7 @@ class Clock:
         return time.perf_counter(), time.process_time(), time.thread_time()
 
     def read(self) -> tuple[float, float, float]:
-        """Give what has passed."""
+        """Return what has passed."""
         wall, cpu, main = (b - a for a, b in zip(self._began, self._now(), strict=True))
         return wall, cpu, main
 
@@ -68,7 +68,7 @@ class Bench:
         self.case = prepare(load(file))
 
     def store(self) -> Store:
-        """Give an empty store."""
+        """Return an empty store."""
         return Store(self.folder / "cases", work_identity(self.case.scenario), resume=False)
 
     def threads(self, workers: int) -> tuple[float, float, float]:

@@ -18,10 +18,10 @@ measure: {steady: false, settle: 0, duration: 2}
 
 
 def dotted(words: Mapping[str, object]) -> dict[str, object]:
-    """Give overrides by their keys; a double underscore stands for the dot of a key."""
+    """Return overrides by their keys; a double underscore stands for the dot of a key."""
     return {key.replace("__", "."): value for key, value in words.items()}
 
 
 def rows_of(file: Path) -> list[dict[str, str]]:
-    """Give the rows of a CSV file by the names of their columns."""
+    """Return the rows of a CSV file by the names of their columns."""
     return list(csv.DictReader(Path(file).read_text(encoding="utf-8").splitlines()))

@@ -81,7 +81,7 @@ EXPLAINED = {
     (
         "trajectory.py",
         "if until <= begin or until < t[i]:",
-    ): "a stretch without length adds nothing",
+    ): "a segment without length adds nothing",
     ("taylor.py", "if slow > 0.0 and d * v < slow:"): (
         "no speed is the one from which friction has fallen to the last bit"
     ),
@@ -107,7 +107,7 @@ EXPLAINED = {
         "if far_from_zero(course, most_twist(clearance, segment.w, now, bound), bound, "
         "until + begin):",
     ): SLOWER,
-    ("trajectory.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
+    ("trajectory.py", "length = min(panel_length(active[0], active[-1], waves, s), hi - s)"): (
         "the last of two is the second"
     ),
     (
@@ -141,7 +141,7 @@ EXPLAINED = {
     ),
     ("model.py", "omega: float = 1.0"): "what does not vary has no frequency",
     ("march.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
-    ("trajectory.py", "span, g, r, u_0, slope = load_ramp_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
+    ("trajectory.py", "ramp, g, r, u_0, slope = load_ramp_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
         FIRST
     ),
     ("orbit.py", "if events <= 0 or events + SINES_LOG_RESERVE >= capacity:"): (
@@ -155,8 +155,11 @@ EXPLAINED = {
     ("taylor.py", "for iterations in range(1, MAX_ITERATIONS - 1):"): (
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
-    ("model.py", "MAX_KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
-    ("sampled.py", "if s < 1.0 or not low < x_r + way * path < high:"): SLOWER,
+    (
+        "model.py",
+        "MAX_CACHED = -1 << 20",
+    ): "what is not kept is made anew: the same, more slowly",
+    ("sampled.py", "if s < 1.0 or not low < x_r + direction * path < high:"): SLOWER,
     ("taylor.py", "limits = CoulombLaw(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
@@ -168,7 +171,10 @@ EXPLAINED = {
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
-    ("trajectory.py", "if segment.w * (h - turn) * (h - turn) < math.pi / math.pi:"): SLOWER,
+    (
+        "trajectory.py",
+        "if segment.w * (h - s_turn) * (h - s_turn) < math.pi / math.pi:",
+    ): SLOWER,
     ("trajectory.py", "low, high = (0.0, x_rM) if size <= x_rM else (x_rM, math.inf)"): (
         "at the very limit both sides end there"
     ),
@@ -180,8 +186,11 @@ EXPLAINED = {
         "taylor.py",
         "s = length if min(stay, horizon) > left else s + min(stay, horizon)",
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
-    ("events.py", "LOG_RESERVE = -3"): "trail and log have more room than a kernel may fill",
-    ("trajectory.py", "if t[middle] < at:"): "two stretches have one state where they meet",
+    (
+        "events.py",
+        "LOG_RESERVE = -3",
+    ): "segments and log have more capacity than a kernel may fill",
+    ("trajectory.py", "if t[middle] < at:"): "two segments have one state where they meet",
     ("roots.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
     ("roots.py", "if now.s - step >= h:"): "what is found behind the end is not told",
     (

@@ -70,7 +70,7 @@ from drysim.core.forcing import SCENE_COLUMNS, V_R, WAVE_COLUMNS, Waves
 from drysim.core.march import march_sines, march_sines_from_start, march_varying_limits
 from drysim.core.model import (
     BLOCK_SIZE,
-    MAX_KEPT,
+    MAX_CACHED,
     AnyState,
     CoulombLaw,
     Plant,
@@ -314,11 +314,11 @@ def solve_orbits(scenes: Floats) -> Floats:
         One answer per row, columns as defined there.
     """
     answers = as_engine_array(np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan))
-    room = (scenes.shape[1] - orbit.SINES) // 3 + 1
+    max_waves = (scenes.shape[1] - orbit.SINES) // 3 + 1
     orbit.solve_orbits(
         as_engine_array(np.ascontiguousarray(scenes)),
         answers,
-        as_engine_array(np.zeros(WAVE_COLUMNS * room)),
+        as_engine_array(np.zeros(WAVE_COLUMNS * max_waves)),
         *period_buffers(),
         MAX_PERIODS,
         empty_log(LOG_LENGTH),
@@ -556,7 +556,7 @@ def march_blocks(
     `whole` keeps all of it in memory as one block.
     """
     entry, closest_decision = initial_event(plant, law, motion, start)
-    size = max(last, 1) if whole or last <= MAX_KEPT else BLOCK_SIZE
+    size = max(last, 1) if whole or last <= MAX_CACHED else BLOCK_SIZE
     checkpoint = (start.x_r, start.v_r, entry.kind, math.nan)
     made = BlockMarch(plant, law, motion, make_waves(motion, law), last, size, [])
     turning_points = []

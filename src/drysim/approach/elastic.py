@@ -148,19 +148,30 @@ class ElasticTrajectory(piecewise.PiecewiseTrajectory):
 
 @dataclass(frozen=True, eq=False)
 class ElasticSineGrid(SineGrid):
-    """Grid points of such a solution under sines."""
+    """Grid points of a solution with an elastic contact under sines."""
 
     def part(self, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1."""
         plant, law, waves, _, _, segments = self.trajectory.scene
         n, size = last - first, table_size(waves.size)
         x_r, v_r, F_f = (as_engine_array(np.empty(n)) for _ in range(3))
-        d, bare, sprung = (
+        d, slip_table, hold_table = (
             as_engine_array(np.empty(n, dtype=np.int8)),
             *map(as_engine_array, np.empty((2, size))),
         )
         sample_elastic_grid(
-            plant, law, waves, segments, first, self.dt, bare, sprung, x_r, v_r, F_f, d
+            plant,
+            law,
+            waves,
+            segments,
+            first,
+            self.dt,
+            slip_table,
+            hold_table,
+            x_r,
+            v_r,
+            F_f,
+            d,
         )
         states = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
         return Points(*states, np.asarray(F_f))
@@ -331,8 +342,8 @@ def sampled_elastic_trajectory(
     x_0 = start[2] if len(start) > 2 else start.x_r
     mode, x_0 = initial_contact_mode(law, start.x_r, start.v_r, x_0)
     x_r[0], v_r[0], d[0] = start.x_r, start.v_r, mode
-    room = int(EVENTS_PER_SAMPLE * last) + 4 * MAX_EVENTS_PER_STEP
-    segments, log = empty_columns(Segments, room), empty_log(room)
+    capacity = int(EVENTS_PER_SAMPLE * last) + 4 * MAX_EVENTS_PER_STEP
+    segments, log = empty_columns(Segments, capacity), empty_log(capacity)
     write_first_row(segments, (0, 0.0, start.x_r, start.v_r, x_0, mode))
     F_L = plant.m * float(u_dd[0]) + plant.k_x * start.x_r
     write_first_row(log, (0, 0.0, mode, start.x_r, F_L))

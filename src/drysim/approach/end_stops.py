@@ -192,7 +192,7 @@ class EndStopTrajectory(piecewise.PiecewiseTrajectory):
         t, v_r = self.hits()
         struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
         lost = 0.5 * self.plant.m * (1.0 - self.law.e**2) * struck
-        return totals._replace(hits=float(lost))
+        return totals._replace(stop_work=float(lost))
 
 
 @dataclass(frozen=True, eq=False)

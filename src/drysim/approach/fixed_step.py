@@ -1,7 +1,7 @@
 """Fixed-step approaches: moreau, signum, smooth and switch.
 
 - Moreau: Moreau-Jean time stepping, set-valued and implicit (Acary and Brogliato 2008).
-- Signum: the bare sign of the velocity (Eqs. 3, 7).
+- Signum: the sign of the velocity, not regularised (Eqs. 3, 7).
 - Smooth: a continuous function in place of the sign of the velocity (Eq. 8).
 - Switch: the paper's fixed-step method with a velocity band (Eq. 10; Karnopp 1985).
 
@@ -23,8 +23,9 @@ from drysim.units import Quantity
 class Moreau(ApproachBase):
     """Set-valued sign at zero velocity, solved implicitly at every step.
 
-    Not to be confused with signum: the mass truly sticks, without chatter and without a band;
-    nor with stick-slip: stops fall on the grid, and static friction equals kinetic friction.
+    Not to be confused with signum: the mass sticks, without chatter and without a velocity
+    band; nor with stick-slip: stops fall on the grid, and static friction equals kinetic
+    friction.
     """
 
     approach: Literal["moreau"] = "moreau"
@@ -52,6 +53,7 @@ class Moreau(ApproachBase):
 
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
+"""Integrators in the order of their codes in `core.fixed_step`."""
 
 
 class Signum(ApproachBase):
@@ -111,6 +113,8 @@ class Signum(ApproachBase):
 
 
 FORMS = ("sign", "arctan", "tanh", "erf", "rational")
+"""Forms of the sign function in the order of their codes in `core.fixed_step`."""
+
 MAX_SUBSTEP_STIFFNESS = 0.15
 """Largest F_fk c Δt/m of a substep. RK4 is stable up to 2.8; at this value its error is
 negligible."""
@@ -194,12 +198,12 @@ class Smooth(ApproachBase):
             base = (as_engine_array(u_dd), as_engine_array(u_mid), dt)
             march_fixed_step(plant, law.F_fk, form, self.sharpness, RK4, *base, x_r, v_r)
             x, v = np.asarray(x_r), np.asarray(v_r)
-        share = as_engine_array(v.copy())
-        regularise_signs(form, self.sharpness, share)
+        signs = as_engine_array(v.copy())
+        regularise_signs(form, self.sharpness, signs)
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        why = f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
-        state = (x, v, law.F_fk * np.asarray(share), mode)
-        return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, why))
+        reason = f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
+        state = (x, v, law.F_fk * np.asarray(signs), mode)
+        return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, reason))
 
     def _adaptive(
         self,
@@ -230,15 +234,17 @@ class Smooth(ApproachBase):
             F_f = law.F_fk * regularised_sign(form, self.sharpness, state[1])
             return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
 
-        # The absolute tolerance scales with a rough size of the motion.
-        swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
-        found = solve_ivp(
+        # Order of magnitude of the motion, for the absolute tolerance.
+        scale = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
+        solution = solve_ivp(
             rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=ADAPTIVE_RTOL,
-            atol=ADAPTIVE_RTOL * 1e-3 * (swing or 1.0), max_step=10 * dt,
+            atol=ADAPTIVE_RTOL * 1e-3 * (scale or 1.0), max_step=10 * dt,
         )  # fmt: skip
-        if not found.success:
-            raise SolverError(f"smooth, adaptive: {found.message}", "use a smaller sharpness")
-        return found.y[0], found.y[1]
+        if not solution.success:
+            raise SolverError(
+                f"smooth, adaptive: {solution.message}", "use a smaller sharpness"
+            )
+        return solution.y[0], solution.y[1]
 
 
 class Switch(ApproachBase):

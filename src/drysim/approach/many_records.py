@@ -105,7 +105,7 @@ def can_batch(plant: Plant, law: object, dt: float) -> bool:
     This requires Coulomb friction with constant limits, and a step short enough for the
     trapezoidal rule.
     """
-    return type(law) is CoulombLaw and law.variation == 0.0 and lanes.served(plant, dt)
+    return type(law) is CoulombLaw and law.variation == 0.0 and lanes.is_accurate(plant, dt)
 
 
 def measure_batch(
@@ -132,45 +132,46 @@ def measure_batch(
     of a series does not depend on the others.
     """
     u_dd, dt, window, _ = batch
-    answers = np.empty((len(u_dd), lanes.FOUND))
-    turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_PER_STOP + EXTRA_STOPS))
+    answers = np.empty((len(u_dd), lanes.ANSWER_COLUMNS))
+    stops: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_PER_STOP + EXTRA_STOPS))
     steps = slip_steps(plant, law, dt)
-    rule = lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
-    scratch = lanes.Side(
-        np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
+    rule = lanes.make_end_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
+    work_space = lanes.LaneBuffers(
+        np.zeros(lanes.LANES_SIZE),
+        np.zeros(lanes.READ_BUFFER_SIZE * lanes.LANES // lanes.WIDTH),
         np.zeros(lanes.QUEUE_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
-        np.zeros((lanes.LANES, lanes.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
+        np.zeros((lanes.LANES, lanes.RESULT_COUNT)), np.zeros(lanes.LANES, dtype=np.int64),
         empty_log(LOG_LENGTH),
     )  # fmt: skip
     lanes.measure_records(
-        plant, law, steps, rule, u_dd, *window, start, scratch, turns, answers
+        plant, law, steps, rule, u_dd, *window, start, work_space, stops, answers
     )
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
-        return unpack_answers(batch, start, turns, answers)
+        return unpack_answers(batch, start, stops, answers)
 
 
 def unpack_answers(
-    batch: RecordBatch, start: State, turns: Floats, answers: Floats
+    batch: RecordBatch, start: State, stops: Floats, answers: Floats
 ) -> BatchResult:
     """Return the columns of the kernel's answers by name."""
     column, u2 = answers.T, cast(Any, batch.u2)
     first = State(column[lanes.X_BEGIN], column[lanes.V_BEGIN])
     last = State(column[lanes.X_END], column[lanes.V_END])
-    begins, ends = column[[lanes.BEGIN, lanes.TURNS]].astype(int)
+    begins, ends = column[[lanes.BEGIN, lanes.STOP_COUNT]].astype(int)
     x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2 = column[: lanes.INTEGRALS]
     ends_of = column[[lanes.X_BEGIN, lanes.X_END]].T
     paths = [
         np.concatenate((at[:1], row[b:e], at[1:]))
-        for at, row, b, e in zip(ends_of, turns, begins, ends, strict=True)
+        for at, row, b, e in zip(ends_of, stops, begins, ends, strict=True)
     ]
-    farthest = np.abs(column[[lanes.FAR, lanes.X_BEGIN, lanes.X_END]]).max(axis=0)
+    farthest = np.abs(column[[lanes.FARTHEST, lanes.X_BEGIN, lanes.X_END]]).max(axis=0)
     return BatchResult(
-        np.isfinite(last.x_r + last.v_r) & (ends <= turns.shape[1]),
+        np.isfinite(last.x_r + last.v_r) & (ends <= stops.shape[1]),
         Totals(x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2, u2),
         first,
         last,
         tuple(paths),
         np.maximum(farthest, abs(start.x_r)),
         column[lanes.EVENTS],
-        column[lanes.TIGHT],
+        column[lanes.CLOSEST],
     )

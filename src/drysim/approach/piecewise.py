@@ -184,9 +184,9 @@ def compute_trajectory_as(
         full = most + min(max(most, least), STEPS_PER_CALL)
         if len(segments.n) < full:
             segments, log = enlarge_columns(segments, 2 * full), enlarge_columns(log, 2 * full)
-        room = (segments, used, log, count, full)
+        buffers = (segments, used, log, count, full)
         n, s, *moved, used, count = march_kernel(
-            plant, law_numbers, waves, base, dt, *at, length, last, *state, *room
+            plant, law_numbers, waves, base, dt, *at, length, last, *state, *buffers
         )
         at, state = (n, s), tuple(moved)
         check_progress(count, n * dt + s, state)
@@ -247,11 +247,11 @@ class PiecewiseTrajectory(EventDriven):
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
         _, _, integrate = kernels(self.law)
-        x2, v2, x_dd2, power, sliding_distance, stuck, *hits = integrate(
+        x2, v2, x_dd2, power, sliding_distance, stuck, *stop_work = integrate(
             *self.scene, begin, end
         )
         squares = base_square_integrals(self.motion, self.waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares, *hits)
+        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares, *stop_work)
 
     @property
     def scene(self) -> tuple[Any, ...]:

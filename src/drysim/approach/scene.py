@@ -217,8 +217,8 @@ def empty_columns(kind: Any, size: int) -> Any:
 
 def empty_series_segments(size: int) -> SeriesSegments:
     """Return an uninitialised table of Taylor segments."""
-    trail: SeriesSegments = empty_columns(SeriesSegments, size)
-    return trail
+    segments: SeriesSegments = empty_columns(SeriesSegments, size)
+    return segments
 
 
 def empty_log(size: int) -> EventLog:
@@ -231,15 +231,15 @@ def empty_log(size: int) -> EventLog:
     return EventLog(n, s, kind, x_r, F_L)
 
 
-def write_first_row(room: Any, values: Iterable[Any]) -> None:
+def write_first_row(columns: Any, values: Iterable[Any]) -> None:
     """Write the first row of a table."""
-    for column, value in zip(room, values, strict=True):
+    for column, value in zip(columns, values, strict=True):
         column[0] = value
 
 
-def enlarge_columns(room: Any, size: int) -> Any:
+def enlarge_columns(columns: Any, size: int) -> Any:
     """Return a table with more rows and the same values."""
-    return type(room)(*(enlarge_column(column, size) for column in room))
+    return type(columns)(*(enlarge_column(column, size) for column in columns))
 
 
 def enlarge_column(column: Any, size: int) -> Any:

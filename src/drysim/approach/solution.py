@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from drysim.core.model import (
     BLOCK_SIZE,
-    MAX_KEPT,
+    MAX_CACHED,
     AnyLaw,
     AnyState,
     CoulombLaw,
@@ -412,14 +412,14 @@ class Response:
 
     def base(self, part: slice) -> Floats:
         """Return ü [m/s²] on a slice of the grid."""
-        if len(self) <= MAX_KEPT or "u_dd" in vars(self):
+        if len(self) <= MAX_CACHED or "u_dd" in vars(self):
             return self.u_dd[part]
         first, last, _ = part.indices(len(self))
         return self.grid.base(first, last)
 
     def points(self, part: slice) -> Points:
         """Return the points of a slice of the grid; a long response caches one slice."""
-        if len(self) <= MAX_KEPT or ALL_POINTS in self._cache:
+        if len(self) <= MAX_CACHED or ALL_POINTS in self._cache:
             return self.all_points.select(part)
         first, last, _ = part.indices(len(self))
         if (first, last) not in self._cache:

@@ -97,8 +97,8 @@ def find_orbit_with_stops(
     plant: Plant, law: EndStopLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Return the periodic orbit of a scene with end stops, which may not be reached at all."""
-    bare = coulomb.find_orbit(plant, law.coulomb, motion, start, period)
-    if bare.settled and bare.run_up_peak < law.x_rM:
+    without_stops = coulomb.find_orbit(plant, law.coulomb, motion, start, period)
+    if without_stops.settled and without_stops.run_up_peak < law.x_rM:
         decay = 0.5 * plant.b / plant.m * period
         periods = (
             STOP_SEARCH_PERIODS
@@ -109,7 +109,7 @@ def find_orbit_with_stops(
             plant, law.coulomb, motion, start, max(periods, 1) * period
         )
         if not end_stops.reaches_stops(path, law.x_rM):
-            return bare
+            return without_stops
     return find_orbit_by_marching(plant, law, motion, start, period)
 
 

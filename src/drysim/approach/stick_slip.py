@@ -34,7 +34,7 @@ class ApproachBase(Block):
 
 
 @cache
-def solver() -> Any:
+def exact_solvers() -> Any:
     """Return the module of the exact solvers; it and its kernels are imported on first use."""
     from drysim.approach import exact
 
@@ -80,7 +80,9 @@ class ExactApproach(ApproachBase):
             If events do not advance in time, or the motion is not finite.
         """
         law = self.effective_law(law)
-        response: Response = solver().solve(plant, law, motion, start, step, duration, True)
+        response: Response = exact_solvers().solve(
+            plant, law, motion, start, step, duration, True
+        )
         return response
 
     def solve_in_blocks(
@@ -94,7 +96,9 @@ class ExactApproach(ApproachBase):
     ) -> Response:
         """Return the response as `solve` does, with only one block of a long one in memory."""
         law = self.effective_law(law)
-        response: Response = solver().solve(plant, law, motion, start, step, duration, False)
+        response: Response = exact_solvers().solve(
+            plant, law, motion, start, step, duration, False
+        )
         return response
 
     def trajectory(
@@ -110,7 +114,7 @@ class ExactApproach(ApproachBase):
 
         Parameters and errors as in `solve`; under sines `step` is not used.
         """
-        trajectory: Trajectory = solver().compute_trajectory(
+        trajectory: Trajectory = exact_solvers().compute_trajectory(
             plant, self.effective_law(law), motion, start, duration
         )
         return trajectory

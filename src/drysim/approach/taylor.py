@@ -63,7 +63,7 @@ from drysim.core.forcing import Waves
 from drysim.core.model import (
     BLOCK_SIZE,
     LEUVEN,
-    MAX_KEPT,
+    MAX_CACHED,
     AnyState,
     ContactState,
     DynamicLaw,
@@ -105,7 +105,7 @@ def solve(
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
     grid: Grid = TaylorGrid(trajectory, dt, points)
-    if points <= MAX_KEPT:
+    if points <= MAX_CACHED:
         grid = StoredGrid(dt, grid.base(0, points), grid.part(0, points))
     error = relative_distance(
         grid, compute_trajectory(plant, coarsened_law(law), motion, start, duration)

@@ -49,9 +49,9 @@ class HardCaseResult(NamedTuple):
     Attributes
     ----------
     approach : str
-    word : str
+    verdict : str
         `held`, `wrong` or `failed`; `no checks` for the exact approach in a case without any.
-    how : str
+    reason : str
         The metric with the largest deviation and its deviation, or the reason of the failure.
     deviations : mapping
         Largest deviation of every compared metric [-], where known.
@@ -62,8 +62,8 @@ class HardCaseResult(NamedTuple):
     """
 
     approach: str
-    word: str
-    how: str
+    verdict: str
+    reason: str
     deviations: Mapping[str, float]
     checks: int
     passed: int
@@ -83,7 +83,7 @@ def judge(
     answer: CaseMetrics | str,
     time: float,
     exact: CaseMetrics | str,
-    free: CaseMetrics | str,
+    frictionless: CaseMetrics | str,
 ) -> HardCaseResult:
     """Return the verdict on one approach.
 
@@ -95,7 +95,7 @@ def judge(
         Its metrics, or the reason of its failure.
     time : float
         Its computing time [s].
-    exact, free : CaseMetrics or str
+    exact, frictionless : CaseMetrics or str
         The same of the exact approach, and of the oscillator without friction.
     """
     if isinstance(answer, str):
@@ -103,50 +103,56 @@ def judge(
     found = (answer.checks, answer.passed, time)
     if name == EXACT:
         failed = answer.checks - answer.passed
-        how = f"{failed} of {answer.checks} checks fail" if failed else ""
-        word = HELD if answer.checks else NO_CHECKS
-        return HardCaseResult(name, WRONG if failed else word, how, {}, *found)
+        reason = f"{failed} of {answer.checks} checks fail" if failed else ""
+        verdict = HELD if answer.checks else NO_CHECKS
+        return HardCaseResult(name, WRONG if failed else verdict, reason, {}, *found)
     if isinstance(exact, str):
         return HardCaseResult(
             name, FAILED, f"no exact solution to compare with: {exact}", {}, *found
         )
-    off = largest_deviations(answer, exact, free)
-    worst = max(off, key=lambda metric: abs(off[metric]), default="")
-    if not worst or abs(off[worst]) <= TOLERANCE:
-        return HardCaseResult(name, HELD, "", off, *found)
-    return HardCaseResult(name, WRONG, format_deviation(worst, off[worst]), off, *found)
+    deviations = largest_deviations(answer, exact, frictionless)
+    worst = max(deviations, key=lambda metric: abs(deviations[metric]), default="")
+    if not worst or abs(deviations[worst]) <= TOLERANCE:
+        return HardCaseResult(name, HELD, "", deviations, *found)
+    return HardCaseResult(
+        name, WRONG, format_deviation(worst, deviations[worst]), deviations, *found
+    )
 
 
 def largest_deviations(
-    answer: CaseMetrics, exact: CaseMetrics, free: CaseMetrics | str
+    answer: CaseMetrics, exact: CaseMetrics, frictionless_answer: CaseMetrics | str
 ) -> dict[str, float]:
     """Return the largest deviation of every compared metric over all points of a case [-].
 
     Where the exact value is zero, as for a mass that never slips, the deviation is relative to
     the value without friction.
     """
-    frees: list[Metrics] = (
-        [{} for _ in exact.metrics] if isinstance(free, str) else free.metrics
+    frictionless_metrics: list[Metrics] = (
+        [{} for _ in exact.metrics]
+        if isinstance(frictionless_answer, str)
+        else frictionless_answer.metrics
     )
     worst: dict[str, float] = {}
-    for own, reference, frictionless in zip(answer.metrics, exact.metrics, frees, strict=True):
+    for own, reference, frictionless in zip(
+        answer.metrics, exact.metrics, frictionless_metrics, strict=True
+    ):
         for metric in COMPARED_METRICS:
-            value, known = own.get(metric), reference.get(metric)
-            scale = known or frictionless.get(metric) or 1.0
-            if value is not None and known is not None:
-                off = (value - known) / scale
-                worst[metric] = max(worst.get(metric, 0.0), off, key=abs)
+            value, exact_value = own.get(metric), reference.get(metric)
+            scale = exact_value or frictionless.get(metric) or 1.0
+            if value is not None and exact_value is not None:
+                deviation = (value - exact_value) / scale
+                worst[metric] = max(worst.get(metric, 0.0), deviation, key=abs)
     return worst
 
 
-def format_deviation(metric: str, off: float) -> str:
+def format_deviation(metric: str, deviation: float) -> str:
     """Format a deviation, e.g. `T_a +84 %`."""
-    word = metric.replace("x_r_peak", "peak").replace("x_r_rms", "x_r")
-    if off > BLOW_UP_ABOVE:
+    label = metric.replace("x_r_peak", "peak").replace("x_r_rms", "x_r")
+    if deviation > BLOW_UP_ABOVE:
         return "blows up"
-    if off > FACTOR_ABOVE:
-        return f"{word} ×{format_number(1.0 + off, digits=2)}"
-    return f"{word} {'+' if off > 0.0 else ''}{format_number(100.0 * off, '%', 2)}"
+    if deviation > FACTOR_ABOVE:
+        return f"{label} ×{format_number(1.0 + deviation, digits=2)}"
+    return f"{label} {'+' if deviation > 0.0 else ''}{format_number(100.0 * deviation, '%', 2)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,12 +172,12 @@ class HardCases:
 
     def exit_code(self) -> int:
         """Return the exit code: 3 if the exact approach failed, 1 if it was wrong, else 0."""
-        words = {
-            one.word for case in self.cases for one in case.results if one.approach == EXACT
+        verdicts = {
+            one.verdict for case in self.cases for one in case.results if one.approach == EXACT
         }
-        if FAILED in words:
+        if FAILED in verdicts:
             return EXIT_NUMERICS_FAILED
-        return EXIT_CHECK_FAILED if WRONG in words else EXIT_OK
+        return EXIT_CHECK_FAILED if WRONG in verdicts else EXIT_OK
 
 
 def load_scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
@@ -222,10 +228,10 @@ def run_case(scenario: Scenario, patience: float, finished: Callable[[], None]) 
         answer = try_within(partial(solve_case, scenario, name), patience)
         answers[name] = answer, perf_counter() - begin
         finished()
-    exact, free = answers[EXACT][0], answers["viscous"][0]
+    exact, frictionless = answers[EXACT][0], answers["viscous"][0]
     return HardCase(
         scenario,
-        tuple(judge(name, *found, exact, free) for name, found in answers.items()),
+        tuple(judge(name, *found, exact, frictionless) for name, found in answers.items()),
     )
 
 
@@ -236,8 +242,8 @@ def solve_case(scenario: Scenario, name: str) -> CaseMetrics:
     motions, checks = MotionCache(), []
     found: list[Metrics] = []
     for point in iter_points(scenario.sweep):
-        own = scenario.at(point).with_approach(name)
-        outcome = solve(assemble(own, motions.of(own)))
+        scenario_at_point = scenario.at(point).with_approach(name)
+        outcome = solve(assemble(scenario_at_point, motions.of(scenario_at_point)))
         found.append(outcome.metrics)
         checks += [verdict for verdict in outcome.checks if verdict.passed is not None]
     return CaseMetrics(found, len(checks), sum(verdict.passed is True for verdict in checks))

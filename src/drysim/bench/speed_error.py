@@ -95,40 +95,40 @@ def load_scenarios(file: str | None, changes: Sequence[str], swept: bool) -> lis
     return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
 
 
-def time_history_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
+def time_history_bench(inputs: Sequence[Scenario], options: BenchOptions) -> PreparedBench:
     """Prepare the benchmark of one time history per scenario."""
-    works = [make_work(one, terms.samples) for one in inputs]
+    works = [make_work(one, options.samples) for one in inputs]
     cases = [
         {"name": work.scenario.name, "samples": work.samples, "step": work.step,
-         "entries": len(entries(work, terms))}
+         "entries": len(entries(work, options))}
         for work in works
     ]  # fmt: skip
     warnings = [warning for work in works for warning in work.warnings]
-    return PreparedBench(cases, warnings, bench_runner(bench_case, works, terms))
+    return PreparedBench(cases, warnings, bench_runner(bench_case, works, options))
 
 
-def steady_state_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
+def steady_state_bench(inputs: Sequence[Scenario], options: BenchOptions) -> PreparedBench:
     """Prepare the benchmark of the steady states in the sweep of every scenario."""
     ready = [prepare_sweep(one) for one in inputs]
     cases = [
         {"name": case.scenario.name, "steady_states": count_points(case.scenario.sweep),
-         "entries": count_entries(case, terms)}
+         "entries": count_entries(case, options)}
         for case in ready
     ]  # fmt: skip
     warnings = [warning for case in ready for warning in case.warnings]
-    return PreparedBench(cases, warnings, bench_runner(steady_bench_case, ready, terms))
+    return PreparedBench(cases, warnings, bench_runner(steady_bench_case, ready, options))
 
 
 def bench_runner(
     make_case: Callable[[Any, BenchOptions, Job], BenchCase],
     inputs: Sequence[object],
-    terms: BenchOptions,
+    options: BenchOptions,
 ) -> Callable[[Job], Bench]:
     """Return the function that runs a benchmark, with one case per input."""
 
     def run(finished: Job) -> Bench:
         choose_engine(MAX_PLAIN_STEPS + 1)
-        cases = tuple(make_case(one, terms, finished) for one in inputs)
+        cases = tuple(make_case(one, options, finished) for one in inputs)
         return Bench(cases, engine())
 
     return run
@@ -137,29 +137,29 @@ def bench_runner(
 # Time histories.
 
 
-def entries(work: Work, terms: BenchOptions) -> list[Entry]:
+def entries(work: Work, options: BenchOptions) -> list[Entry]:
     """Return all entries on a work: the exact one first, the reference last."""
     own = list(score.entries(work))
     return (
         own
         if unsupported_law(work.law)
-        else [*own, *peer_entries(work, terms), reference_entry()]
+        else [*own, *peer_entries(work, options), reference_entry()]
     )
 
 
-def peer_entries(work: Work, terms: BenchOptions) -> Iterator[Entry]:
+def peer_entries(work: Work, options: BenchOptions) -> Iterator[Entry]:
     """Yield the entries of all peers."""
-    for peer in terms.peers:
+    for peer in options.peers:
         yield from peer.entries(work)
 
 
-def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
+def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
     """Time and score all entries on one work.
 
     Parameters
     ----------
     work : Work
-    terms : BenchOptions
+    options : BenchOptions
     finished : callable
         Called after the preparation of every entry.
 
@@ -168,28 +168,31 @@ def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
     SolverError
         If the exact approach fails; the failure of any other entry is its verdict.
     """
-    all_entries, reference = entries(work, terms), Reference.of(work)
+    all_entries, reference = entries(work, options), Reference.of(work)
     last = None if unsupported_law(work.law) else all_entries[-1]
     scores: list[Score] = []
     ready: list[TimedEntry] = []
     stated_error: float | None = None
     for entry in all_entries:
-        one = try_entry(entry, work, terms)
-        scores.append(score_answer(entry, one, reference))
-        if isinstance(one, ReadyEntry) and entry is last:
-            scores[-1] = with_uncertainty(scores[-1], one, reference)
+        prepared = try_entry(entry, work, options)
+        scores.append(score_answer(entry, prepared, reference))
+        if isinstance(prepared, ReadyEntry) and entry is last:
+            scores[-1] = with_uncertainty(scores[-1], prepared, reference)
         # Only the score is kept, to free the memory of the answer.
-        if isinstance(one, ReadyEntry):
-            stated_error = one.answer.error if entry is all_entries[0] else stated_error
-            ready.append(TimedEntry(one.run, one.once, scores[-1]))
+        if isinstance(prepared, ReadyEntry):
+            stated_error = prepared.answer.error if entry is all_entries[0] else stated_error
+            ready.append(TimedEntry(prepared.run, prepared.once, scores[-1]))
         finished()
-    lfilter_time, timed = time_entries(work, ready, terms)
-    in_turn = iter(timed)
-    scores = [next(in_turn) if score.samples else score for score in scores]
+    lfilter_time, timed = time_entries(work, ready, options)
+    timed_scores = iter(timed)
+    scores = [next(timed_scores) if score.samples else score for score in scores]
     reference_score = scores[-1] if last else None
     scores[0] = score_exact(scores[0], reference_score, stated_error)
-    said = (*work_warnings(work, all_entries), *reference_warnings(scores[0], reference_score))
-    found = (tuple(scores), lfilter_time, reference_score, said)
+    warnings = (
+        *work_warnings(work, all_entries),
+        *reference_warnings(scores[0], reference_score),
+    )
+    found = (tuple(scores), lfilter_time, reference_score, warnings)
     return BenchCase(
         work.scenario, work.motion, tuple(describe_work(work, lfilter_time)), *found
     )
@@ -211,43 +214,43 @@ def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     )
 
 
-def score_answer(entry: Entry, one: ReadyEntry | str, reference: Reference) -> Score:
+def score_answer(entry: Entry, prepared: ReadyEntry | str, reference: Reference) -> Score:
     """Return the score of an entry, without its time."""
     score = Score(entry.approach, entry.setting, entry.own, entry.step, 0)
-    if isinstance(one, str):
-        return replace(score, verdict=f"failed, {one}")
-    score = replace(score, samples=one.work.samples)
+    if isinstance(prepared, str):
+        return replace(score, verdict=f"failed, {prepared}")
+    score = replace(score, samples=prepared.work.samples)
     try:
-        errors = reference.errors(one.work, one.answer)
+        errors = reference.errors(prepared.work, prepared.answer)
     except DrysimError as fault:
         return replace(score, verdict=f"failed, {fault}")
-    scene = (one.work, one.answer)
+    scene = (prepared.work, prepared.answer)
     words = verdict(errors, reference.symptoms(*scene), bool(entry.omitted))
-    off, T_a = errors
+    error_x_r, error_T_a = errors
     return replace(
         score,
-        error_x_r=off,
-        error_T_a=T_a,
+        error_x_r=error_x_r,
+        error_T_a=error_T_a,
         energy_residual=energy_residual_of(*scene),
         verdict=words,
     )
 
 
-def with_uncertainty(score: Score, one: ReadyEntry, reference: Reference) -> Score:
+def with_uncertainty(score: Score, ready: ReadyEntry, reference: Reference) -> Score:
     """Return the score of the reference with its uncertainty from a second run.
 
     If both runs agree with each other but not with the exact approach, the verdict also has the
     numbers of stops.
     """
-    again = try_within(lambda: second_run(one.work), TIME_LIMIT)
-    if isinstance(again, str):
-        words = f"failed, second run: {again}"
+    second = try_within(lambda: second_run(ready.work), TIME_LIMIT)
+    if isinstance(second, str):
+        words = f"failed, second run: {second}"
         return replace(score, error_x_r=None, error_T_a=None, verdict=words)
-    score = replace(score, uncertainty=reference.max_difference(one.answer, again))
+    score = replace(score, uncertainty=reference.max_difference(ready.answer, second))
     if score.in_doubt:
         return replace(score, verdict=f"in doubt, {describe_difference(score)}")
-    own, exact = one.answer.stops, int((reference.stops <= one.work.end).sum())
-    if (score.error_x_r or 0.0) <= EXACT_BELOW or own == exact or not one.work.law.F_fk:
+    own, exact = ready.answer.stops, int((reference.stops <= ready.work.end).sum())
+    if (score.error_x_r or 0.0) <= EXACT_BELOW or own == exact or not ready.work.law.F_fk:
         return score
     return replace(score, verdict=f"{score.verdict}; {own} stops, {exact} by stick-slip")
 
@@ -272,9 +275,9 @@ def score_exact(
         words = f"in doubt, {describe_difference(reference_score)}"
         return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
     if reference_score is not None and reference_score.error_x_r is not None:
-        off, T_a = reference_score.error_x_r, reference_score.error_T_a
-        words = verdict((off, T_a), (False, False), False)
-        return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
+        own_error, T_a = reference_score.error_x_r, reference_score.error_T_a
+        words = verdict((own_error, T_a), (False, False), False)
+        return replace(exact, error_x_r=own_error, error_T_a=T_a, verdict=words)
     if stated_error is not None:
         word = verdict((stated_error, None), (False, False), False).partition(",")[0]
         words = f"{word}, by its own error bound"
@@ -420,41 +423,41 @@ def prepare_sweep(scenario: Scenario) -> Case:
     return case
 
 
-def steady_entries(work: Work, terms: BenchOptions) -> list[Entry]:
+def steady_entries(work: Work, options: BenchOptions) -> list[Entry]:
     """Return the integrating entries: drysim's at one step per sample, peers, the reference."""
     own = [one for one in score.entries(work) if one.points == 1 and one.approach != EXACT]
     return (
         own
         if unsupported_law(work.law)
-        else [*own, *peer_entries(work, terms), reference_entry()]
+        else [*own, *peer_entries(work, options), reference_entry()]
     )
 
 
-def count_entries(case: Case, terms: BenchOptions) -> int:
+def count_entries(case: Case, options: BenchOptions) -> int:
     """Return the number of integrating entries of a sweep."""
     known = next(steady_cases(case), None)
-    return 0 if known is None else len(steady_entries(known.work, terms))
+    return 0 if known is None else len(steady_entries(known.work, options))
 
 
-def steady_bench_case(case: Case, terms: BenchOptions, finished: Job) -> BenchCase:
+def steady_bench_case(case: Case, options: BenchOptions, finished: Job) -> BenchCase:
     """Time and score all entries on one sweep; parameters as of `bench_case`."""
-    scenario, known = case.scenario, list(steady_cases(case))
-    all_entries = list(zip(*(steady_entries(one.work, terms) for one in known), strict=True))
+    scenario, steady = case.scenario, list(steady_cases(case))
+    all_entries = list(zip(*(steady_entries(one.work, options) for one in steady), strict=True))
     tried = []
     for variants in all_entries:
-        tried.append(try_steady_entry(variants, known, terms))
+        tried.append(try_steady_entry(variants, steady, options))
         finished()
     total = count_points(scenario.sweep)
-    marches = [one for one in tried if isinstance(one, TimedEntry)]
+    timed = [one for one in tried if isinstance(one, TimedEntry)]
     lfilter_time, scores = time_entries(
-        known[0].work, [time_orbit_search(case, total), *marches], terms
+        steady[0].work, [time_orbit_search(case, total), *timed], options
     )
-    reference_score = None if unsupported_law(case.law) else follow_orbits(known)
+    reference_score = None if unsupported_law(case.law) else follow_orbits(steady)
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [score_exact(scores[0], reference_score), *scores[1:], *failed]
-    words = tuple(describe_steady_work(case, [one.work for one in known], total, lfilter_time))
-    said = work_warnings(known[0].work, [variants[0] for variants in all_entries])
-    warnings = (*said, *reference_warnings(scores[0], reference_score))
+    words = tuple(describe_steady_work(case, [one.work for one in steady], total, lfilter_time))
+    warnings_of_work = work_warnings(steady[0].work, [variants[0] for variants in all_entries])
+    warnings = (*warnings_of_work, *reference_warnings(scores[0], reference_score))
     return BenchCase(
         scenario, None, words, tuple(scores), lfilter_time, reference_score, warnings
     )
@@ -498,10 +501,10 @@ def time_orbit_search(case: Case, total: int) -> TimedEntry:
 
 
 def try_steady_entry(
-    variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
+    variants: Sequence[Entry], known: Sequence[SteadyCase], options: BenchOptions
 ) -> TimedEntry | Score:
     """Integrate an entry through as many cases as time permits; return a score if it fails."""
-    found = try_within(lambda: march_entry(variants, known, terms), STEADY_TIME_LIMIT)
+    found = try_within(lambda: march_entry(variants, known, options), STEADY_TIME_LIMIT)
     if isinstance(found, TimedEntry):
         return found
     first = variants[0]
@@ -519,20 +522,22 @@ def require_short_time(entry: Entry, work: Work) -> None:
 
 
 def march_entry(
-    variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
+    variants: Sequence[Entry], known: Sequence[SteadyCase], options: BenchOptions
 ) -> TimedEntry:
     """Integrate an entry through as many cases as time permits, and score the last periods."""
     first = variants[0]
     require_short_time(first, known[0].work)
     _, once = time_once(first.ready(known[0].work))
-    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, MIN_JOB_TIME))))
+    count = max(
+        1, min(len(known), int(options.patience * len(known) / max(once, MIN_JOB_TIME)))
+    )
     runs = [one.ready(scene.work) for one, scene in zip(variants, known, strict=True)][:count]
     off, T_a, chatters, moves = 0.0, 0.0, False, False
     for scene, ready in zip(known, runs, strict=False):
         last = scene.last(ready())
-        error, error_T_a = scene.orbit.errors(scene.period, last)
+        error, case_error_T_a = scene.orbit.errors(scene.period, last)
         symptoms = scene.orbit.symptoms(scene.period, last)
-        off, T_a = max(off, error or 0.0), max(T_a, error_T_a or 0.0, key=abs)
+        off, T_a = max(off, error or 0.0), max(T_a, case_error_T_a or 0.0, key=abs)
         chatters, moves = chatters or symptoms[0], moves or symptoms[1]
     words = verdict((off, T_a), (chatters, moves), bool(first.omitted))
     samples = count * SETTLING_PERIODS * SAMPLES_PER_PERIOD

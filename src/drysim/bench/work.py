@@ -128,8 +128,8 @@ class Work:
         points = int(min(self.end * max(f) * POINTS_PER_PERIOD, MAX_EXTREMUM_POINTS))
         t = np.linspace(0.0, self.end, points + 2)
         rises = base_acceleration(rate, t) > 0.0
-        turns = np.flatnonzero(rises[1:] != rises[:-1])
-        low, high, rose = t[turns], t[turns + 1], rises[turns]
+        changes = np.flatnonzero(rises[1:] != rises[:-1])
+        low, high, rose = t[changes], t[changes + 1], rises[changes]
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             before = (base_acceleration(rate, middle) > 0.0) == rose

@@ -1,4 +1,4 @@
-"""Commands over many seeds or cases: ensembles, where a sweep is computed, dry runs.
+"""Computation of ensembles and sweeps for the commands, and dry runs.
 
 A sweep is computed by threads of this process or on a Dask cluster.
 """
@@ -64,8 +64,8 @@ def solve_ensemble(
     from drysim.study.ensemble import make_ensemble, solve
     from drysim.study.store import Journal, work_identity
 
-    what = work_identity(case.scenario) | {"of": "seeds"}
-    with Journal(file, what, resume) as journal:
+    identity = work_identity(case.scenario) | {"of": "seeds"}
+    with Journal(file, identity, resume) as journal:
         done = dict(journal.done)
         with terminal.progress(max_seeds(case.scenario) - len(done), "seeds", quiet) as advance:
 
@@ -116,10 +116,10 @@ def sweep_executor(
             "--workers cannot be combined with the address of a cluster",
             "a cluster has the workers that were started; --cluster local takes --workers",
         )
-    own, warn = Certificates(*certificates), terminal.print_stderr
-    with connect(cluster, workers, mode.print_status, warn, own) as link:
+    all_certificates, warn = Certificates(*certificates), terminal.print_stderr
+    with connect(cluster, workers, mode.print_status, warn, all_certificates) as client:
         yield lambda case, store, finished: solve_on_cluster(
-            case, link, store, finished=finished
+            case, client, store, finished=finished
         )
 
 
@@ -138,7 +138,7 @@ def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputM
     scenario = case.scenario
     cases = count_points(scenario.sweep)
     swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
-    each = f", each {many}" if (many := describe_seeds(case)) else ""
+    each = f", each {seeds}" if (seeds := describe_seeds(case)) else ""
     what = f"{format_count(cases, 'case')} by {join_words(words)}{each}"
     first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
     fields = plan_fields(case, folder) | {

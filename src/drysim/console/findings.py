@@ -124,7 +124,7 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
     )
     print_labelled(console, "held", rule)
     without_checks = [
-        one.scenario.name for one in result.cases if one.results[0].word == NO_CHECKS
+        one.scenario.name for one in result.cases if one.results[0].verdict == NO_CHECKS
     ]
     if without_checks:
         names = ", ".join(without_checks)
@@ -132,9 +132,9 @@ def show_hard_cases(result: HardCases, folder: Path | None = None) -> None:
         print_labelled(console, NO_CHECKS, sentence, "bold red")
     for case in result.cases:
         for one in case.results:
-            if one.word == FAILED or (one.approach == EXACT and one.word == WRONG):
-                words = f"{one.approach} on {case.scenario.name}: {one.how}"
-                print_labelled(console, one.word, words, "bold red")
+            if one.verdict == FAILED or (one.approach == EXACT and one.verdict == WRONG):
+                words = f"{one.approach} on {case.scenario.name}: {one.reason}"
+                print_labelled(console, one.verdict, words, "bold red")
     show_folder(console, folder)
 
 
@@ -144,11 +144,11 @@ def hard_case_columns(result: HardCases) -> list[list[str]]:
     table = [["case", *(case.scenario.name for case in result.cases), "held"]]
     for at, name in enumerate(names):
         results = [case.results[at] for case in result.cases]
-        count = sum(one.word == HELD for one in results)
+        count = sum(one.verdict == HELD for one in results)
         table.append([name, *map(result_cell, results), f"{count} of {len(results)}"])
     return table
 
 
-def result_cell(trial: HardCaseResult) -> str:
+def result_cell(result: HardCaseResult) -> str:
     """Return the table cell of one approach in one case."""
-    return trial.how if trial.how and trial.word != FAILED else trial.word
+    return result.reason if result.reason and result.verdict != FAILED else result.verdict

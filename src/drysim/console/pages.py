@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from drysim.console import terminal
-from drysim.manual import SHELVES, Page, for_terminal, pages
+from drysim.manual import SECTIONS, Page, for_terminal, pages
 from drysim.manual.words import Entry
 
 WIDEST = 100
@@ -24,11 +24,11 @@ def show_page(page: Page) -> None:
 
 
 def list_pages() -> None:
-    """Show the names and titles of all pages, by shelf."""
+    """Show the names and titles of all pages, by section."""
     known = pages()
     width = 2 + max(map(len, known))
-    for shelf, names in SHELVES.items():
-        terminal.print_stdout(shelf)
+    for section, names in SECTIONS.items():
+        terminal.print_stdout(section)
         for name in names:
             terminal.print_stdout(f"  {name:<{width}}{known[name].title}")
 

@@ -394,7 +394,7 @@ def show_folder(console: AnyConsole, folder: Path | None) -> None:
 
 
 def show_warnings(warnings: Sequence[WarningMessage]) -> None:
-    """Print warnings on stderr, one paragraph each; at a terminal with the way to read more."""
+    """Print warnings on stderr, one paragraph each; with a hint at a terminal."""
     console = stderr()
     for warning in warnings:
         if console.is_terminal:

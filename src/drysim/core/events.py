@@ -21,11 +21,11 @@ FORCE_ROUNDING = 1e-15
 """Relative rounding error of a limit force: of the product, the sum and the state."""
 
 MAX_EVENTS_PER_STEP = 4096
-"""Most events in one step; more than this is a motion that double precision does not
-resolve."""
+"""Maximum number of events in one step; more than this is a motion that double precision does
+not resolve."""
 
 LOG_RESERVE = 3
-"""Events and segments that one step may add to their logs, and one spare place."""
+"""Events and segments that one step may add to their logs, and one spare entry."""
 
 
 class EventLog(NamedTuple):
@@ -187,6 +187,6 @@ def initial_mode(plant, law, x_r, v_r, u_dd):
     if v_r != 0.0:
         return sign(v_r), F_L, math.inf
     F_fs = law.F_fs * load
-    hold = F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    limit = F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
     margin = decision_margin(F_L, F_fs) if F_L != 0.0 else math.inf
-    return 0 if abs(F_L) <= hold else -sign(F_L), F_L, margin
+    return 0 if abs(F_L) <= limit else -sign(F_L), F_L, margin

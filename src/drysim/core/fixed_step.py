@@ -25,34 +25,34 @@ EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
 
 
 @compiled
-def regularised_sign(form, c, v_r):
+def regularised_sign(form, sharpness, v_r):
     """Return the friction force relative to F_fk [-].
 
     Parameters
     ----------
     form : int
         `SIGN` (sign(0) = 0) or one of the smooth forms.
-    c : float
-        Sharpness of the smooth forms [s/m].
+    sharpness : float
+        Sharpness c of the smooth forms [s/m].
     v_r : float
         Relative velocity [m/s].
     """
     if form == SIGN:
         return 1.0 if v_r > 0.0 else (-1.0 if v_r < 0.0 else 0.0)
     if form == TANH:
-        return math.tanh(c * v_r)
+        return math.tanh(sharpness * v_r)
     if form == ARCTAN:
-        return 2.0 / math.pi * math.atan(c * v_r)
+        return 2.0 / math.pi * math.atan(sharpness * v_r)
     if form == ERF:
-        return math.erf(c * v_r)
-    return c * v_r / (1.0 + c * abs(v_r))
+        return math.erf(sharpness * v_r)
+    return sharpness * v_r / (1.0 + sharpness * abs(v_r))
 
 
 @compiled
-def regularise_signs(form, c, values):
+def regularise_signs(form, sharpness, values):
     """Replace velocities [m/s] by the friction force relative to F_fk [-], in place."""
     for n in range(len(values)):
-        values[n] = regularised_sign(form, c, values[n])
+        values[n] = regularised_sign(form, sharpness, values[n])
 
 
 @compiled
@@ -147,7 +147,7 @@ def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
         v_out[n] = v
         F_out[n] = F
         d_out[n] = d
-        if d != 0:
+        if d != 0:  # semi-implicit Euler
             v -= dt * (u_dd[n] + (b * v + k_x * x + F) / m)
             x += dt * v
 
@@ -166,24 +166,27 @@ def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     m, k_x, b = plant
     c = b / m
     w = k_x / m
-    weight = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
-    impulse_limit = dt * F_fk / (m * weight)
+    # The trapezoidal rule for spring and damper gives a linear equation for the final velocity:
+    # inertia·v_next = inertia·v_free - impulse/m. The impulse that minimises |v_next| follows
+    # from clipping.
+    inertia = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
+    impulse_limit = dt * F_fk / (m * inertia)
     x = x_out[0]
     v = v_out[0]
     F_out[0] = sign(v) * F_fk
     d_out[0] = sign(v)
     for n in range(len(u_dd) - 1):
-        push = 0.5 * (u_dd[n] + u_dd[n + 1])
-        free = ((2.0 - weight) * v - dt * (w * x + push)) / weight
-        if free > impulse_limit:
-            after = free - impulse_limit
-        elif free < -impulse_limit:
-            after = free + impulse_limit
+        mean_u_dd = 0.5 * (u_dd[n] + u_dd[n + 1])
+        v_free = ((2.0 - inertia) * v - dt * (w * x + mean_u_dd)) / inertia
+        if v_free > impulse_limit:
+            v_next = v_free - impulse_limit
+        elif v_free < -impulse_limit:
+            v_next = v_free + impulse_limit
         else:
-            after = 0.0
-        x += 0.5 * dt * (v + after)
-        v = after
+            v_next = 0.0
+        x += 0.5 * dt * (v + v_next)
+        v = v_next
         x_out[n + 1] = x
         v_out[n + 1] = v
-        F_out[n + 1] = (free - after) * m * weight / dt
+        F_out[n + 1] = (v_free - v_next) * m * inertia / dt
         d_out[n + 1] = sign(v)

@@ -8,7 +8,7 @@ Method
     - One lane per record: all lanes are at the same sample, and each quantity is a row of one
       array, so that the compiler vectorises over the lanes.
     - All lanes take four steps as if no event occurred. A bound on what a step may hide
-      (`pace_of`) finds the lanes in which an event is possible; they keep their state.
+      (`step_constants`) finds the lanes in which an event is possible; they keep their state.
     - These lanes are gathered into full registers and advance step by step. A step with one
       event is solved in vector form. Any other case (two events in a step, a velocity that only
       touches zero, a root search that fails) is left to the march of a single record. The lanes
@@ -40,247 +40,257 @@ from drysim.core.oscillator import DIP_SAFETY, AffineMap
 from drysim.core.sampled import make_substeps, step_through_events
 from drysim.core.trajectory import integrate_linear_segment
 
-X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
+X2, V2, X_DD2, POWER, DISTANCE, STUCK, U_DD2, INTEGRALS = range(8)
 """Integrals, as in `Totals`, and how many."""
 
-EVENTS, TIGHT, FAR, KEPT = range(INTEGRALS, INTEGRALS + 4)
-"""What is kept of every lane after the integrals: its events, its tightest stop decision, and
-the greatest |x_r| at a stop. KEPT is how many numbers that is."""
+EVENTS, CLOSEST, FARTHEST, RESULT_COUNT = range(INTEGRALS, INTEGRALS + 4)
+"""Results of a lane after the integrals: number of events, margin of the closest stop decision,
+and greatest |x_r| at a stop; and the number of results."""
 
-X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, FOUND = range(KEPT, KEPT + 7)
-"""Columns of an answer after what is kept: the states at both ends of the window; stops before
-the window, and in all. FOUND is their number."""
+X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, STOP_COUNT, ANSWER_COLUMNS = range(
+    RESULT_COUNT, RESULT_COUNT + 7
+)
+"""Columns of an answer after the results: states at both ends of the window; number of stops
+before the window, and in total; and the number of columns."""
 
 LANES = 128
-"""Most records that are marched together: so few that they stay near the processor, so many
-that those which wait for an event fill whole registers."""
+"""Maximum number of records marched together: few enough to stay in the cache, and enough for
+those that wait for an event to fill whole registers."""
 
 WIDTH = 8
-"""Numbers in the widest register; lanes come in such groups."""
+"""Numbers in the widest register; lanes are processed in groups of this size."""
 
 STRIDE = 4
 """Steps that are taken at once."""
 
-SEEN = STRIDE + 2
-"""Samples that tell of a stride: those in it, at both ends, and the one before."""
+SAMPLES_PER_STRIDE = STRIDE + 2
+"""Samples that a stride reads: those in it, at both ends, and the one before."""
 
-FETCHED = 256
-"""Samples that are fetched at a time: a whole number of strides."""
+SAMPLES_PER_READ = 256
+"""Samples read at a time: a whole number of strides."""
 
-PLACES = (FETCHED + 2) * WIDTH
-"""Of a group of lanes in what is fetched: ü at the sample before, at the first one and so on,
-each of all its lanes."""
+READ_BUFFER_SIZE = (SAMPLES_PER_READ + 2) * WIDTH
+"""Size of the buffer of samples of a group of lanes: ü at the sample before, at the first one
+and so on, for all lanes of the group."""
 
 X, V, D, AHEAD = (row * LANES for row in range(4))
-"""Rows of the lanes and of those that wait: x_r, v_r and direction; ü at the samples that a
-stride sees, each in a row of its own."""
+"""Rows of the lanes and of the queue: x_r, v_r and direction; ü at the samples that a stride
+reads, one row each."""
 
-SUMS = AHEAD + SEEN * LANES
-KINDS = 12
-"""Rows of sums over samples, and how many, see `summed`; of those that wait KEPT rows, of what
-they add to what is kept."""
+SUMS = AHEAD + SAMPLES_PER_STRIDE * LANES
+SUM_COUNT = 12
+"""First row and number of sums over samples, see `integrals_from_sums`; in the queue
+`RESULT_COUNT` rows, with the additions to the results."""
 
-WAITS = SUMS + KINDS * LANES
-"""Row of the lanes: whether the lane waits."""
+WAITS = SUMS + SUM_COUNT * LANES
+"""Row: whether the lane waits for the search of an event."""
 
-SIZE = WAITS + LANES
-"""Numbers of all lanes together."""
+LANES_SIZE = WAITS + LANES
+"""Size of the array of all lanes."""
 
-DONE, HERE, U, U_1, X_STOP, STOPS, PLAIN = (SUMS + row * LANES for row in range(KEPT, KEPT + 7))
-"""Rows of those that wait: how many steps of the stride are done. What is found: whether a lane
-stands before an event, and ü at both ends of that step; x_r where it stops, whether it does,
-and whether all that holds."""
+DONE, AT_EVENT, U, U_1, X_STOP, STOPS, HANDLED = (
+    SUMS + row * LANES for row in range(RESULT_COUNT, RESULT_COUNT + 7)
+)
+"""Rows of the queue: number of finished steps of the stride; whether the next step may hold an
+event, and ü at its ends; x_r at the stop, whether there is one, and whether it converged."""
 
-QUEUE_SIZE = PLAIN + LANES
-"""Numbers of all that wait together."""
+QUEUE_SIZE = HANDLED + LANES
+"""Size of the queue."""
 
 
-class Side(NamedTuple):
-    """What the lanes of a march share as scratch, and what is kept of each; arrays.
+class LaneBuffers(NamedTuple):
+    """Work space shared by the lanes of a march, and results of each lane; arrays.
 
     Attributes
     ----------
-    at : array, shape (SIZE,)
+    at : array, shape (LANES_SIZE,)
         The lanes.
-    base : array, shape (PLACES * LANES / WIDTH,)
-        ü as it is fetched.
+    base : array, shape (READ_BUFFER_SIZE * LANES / WIDTH,)
+        Samples of ü.
     queue : array, shape (QUEUE_SIZE,)
-        Those that wait.
+        The lanes that wait for the search of an event.
     lane : array of int, shape (LANES,)
-        Which they are.
-    kept : array, shape (LANES, KEPT)
-        What is kept of every lane.
-    turns : array of int, shape (LANES,)
-        How many stops were written of every lane.
-    log : Log
-        Of a step that is solved by itself.
+        Numbers of these lanes.
+    results : array, shape (LANES, RESULT_COUNT)
+        Results of every lane.
+    stop_counts : array of int, shape (LANES,)
+        Number of stops written for every lane.
+    log : EventLog
+        Log of a step that is solved without the other lanes.
     """
 
     at: Any
     base: Any
     queue: Any
     lane: Any
-    kept: Any
-    turns: Any
+    results: Any
+    stop_counts: Any
     log: EventLog
 
 
 @compiled
 def measure_records(
-    plant, law, steps, rule, records, begin, end, start, side, turns, answers
+    plant, law, steps, rule, records, begin, end, start, buffers, stops, answers
 ):  # fmt: skip
     """March and measure every record.
 
     Parameters
     ----------
     plant, law, steps
-        Steps that the rule serves.
-    rule : Trapezia
-        Of such a step.
+        Steps for which `is_accurate` holds.
+    rule : EndForms
+        End forms of such a step.
     records : array, shape (records, samples)
         Base acceleration [m/s²].
     begin, end : int
         Samples at which the window begins and ends.
     start : State
-    side : Side
-        Scratch.
-    turns : array, shape (records, places)
-        Written: x_r at every stop up to the end of the window [m], as far as there are places.
-    answers : array, shape (records, FOUND)
-        Written: the columns named above; no numbers where the numerics fail.
+    buffers : LaneBuffers
+    stops : array, shape (records, n)
+        Written: x_r at the first n stops up to the end of the window [m].
+    answers : array, shape (records, ANSWER_COLUMNS)
+        Written: the columns named above; NaN where the numerics fail.
     """
     for first in range(0, len(records), LANES):
         count = min(LANES, len(records) - first)
-        set_out(plant, law, records, first, count, start, side)
-        march_abreast(plant, law, steps, rule, records, first, count, 0, begin, side, turns)
-        note_begin(steps, rule, records, begin, side, answers, first, count)
-        march_abreast(plant, law, steps, rule, records, first, count, begin, end, side, turns)
-        note_end(steps, rule, records, end, side, answers, first, count)
+        initialise_lanes(plant, law, records, first, count, start, buffers)
+        march_lanes(plant, law, steps, rule, records, first, count, 0, begin, buffers, stops)
+        note_begin(steps, rule, records, begin, buffers, answers, first, count)
+        march_lanes(plant, law, steps, rule, records, first, count, begin, end, buffers, stops)
+        note_end(steps, rule, records, end, buffers, answers, first, count)
 
 
 @inlined
-def lanes_of(count):
-    """Give how many lanes so many records take: whole registers."""
+def lane_count(count):
+    """Return the number of lanes for a number of records, a multiple of `WIDTH`."""
     return (count + WIDTH - 1) // WIDTH * WIDTH
 
 
 @compiled
-def set_out(plant, law, records, first, count, start, side):
-    """Begin with every record; lanes that are left over follow the last one."""
-    at = side.at
-    for i in range(KINDS * LANES):
+def initialise_lanes(plant, law, records, first, count, start, buffers):
+    """Set the start of every record; surplus lanes repeat the last record."""
+    at = buffers.at
+    for i in range(SUM_COUNT * LANES):
         at[SUMS + i] = 0.0
-    for lane in range(lanes_of(count)):
+    for lane in range(lane_count(count)):
         u_dd = records[first + min(lane, count - 1), 0]
         at[X + lane], at[V + lane] = start.x_r, start.v_r
         at[D + lane] = initial_direction(plant, law, start.x_r, start.v_r, u_dd)
-        side.turns[lane] = 0
-        for i in range(KEPT):
-            side.kept[lane, i] = 0.0
-        side.kept[lane, TIGHT] = math.inf
+        buffers.stop_counts[lane] = 0
+        for i in range(RESULT_COUNT):
+            buffers.results[lane, i] = 0.0
+        buffers.results[lane, CLOSEST] = math.inf
 
 
 @compiled
-def note_begin(steps, rule, records, begin, side, answers, first, count):
-    """Note the beginning of the window, and sum from there on."""
-    at = side.at
-    for lane in range(lanes_of(count)):
+def note_begin(steps, rule, records, begin, buffers, answers, first, count):
+    """Store the state at the beginning of the window, and restart the sums."""
+    at = buffers.at
+    for lane in range(lane_count(count)):
         for i in range(INTEGRALS):
-            side.kept[lane, i] = 0.0
+            buffers.results[lane, i] = 0.0
     for lane in range(count):
         answer, u_dd = answers[first + lane], records[first + lane, begin]
-        # What comes before is out of the window: the sums begin as if ü had not changed.
-        end_of_window(steps, rule, side, lane, -1.0, u_dd, u_dd)
+        # The sums begin as if ü had been constant before the window.
+        end_of_window(steps, rule, buffers, lane, -1.0, u_dd, u_dd)
         answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
-        answer[BEGIN] = side.turns[lane]
+        answer[BEGIN] = buffers.stop_counts[lane]
 
 
 @compiled
-def note_end(steps, rule, records, end, side, answers, first, count):
-    """Note the end of the window and what has been found."""
-    at = side.at
+def note_end(steps, rule, records, end, buffers, answers, first, count):
+    """Store the state at the end of the window, and the results."""
+    at = buffers.at
     for lane in range(count):
-        answer, kept, u_dd = answers[first + lane], side.kept[lane], records[first + lane]
-        end_of_window(steps, rule, side, lane, 1.0, u_dd[end - 1], u_dd[end])
+        answer, results, u_dd = (
+            answers[first + lane],
+            buffers.results[lane],
+            records[first + lane],
+        )
+        end_of_window(steps, rule, buffers, lane, 1.0, u_dd[end - 1], u_dd[end])
         answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
-        answer[TURNS] = side.turns[lane]
-        for i in range(KEPT):
-            answer[i] = kept[i]
+        answer[STOP_COUNT] = buffers.stop_counts[lane]
+        for i in range(RESULT_COUNT):
+            answer[i] = results[i]
 
 
 @inlined
-def end_of_window(steps, rule, side, lane, way, u_b, u):
-    """Add half a sample at the end of the window; take it off at its beginning.
+def end_of_window(steps, rule, buffers, lane, sign, u_b, u):
+    """Add half a sample at the end of the window; subtract it at the beginning.
 
-    There ü is `u`, and `u_b` at the sample before.
+    `u` is ü there, `u_b` at the sample before.
     """
-    at, kept = side.at, side.kept[lane]
+    at, results = buffers.at, buffers.results[lane]
     x, v, d = at[X + lane], at[V + lane], at[D + lane]
-    felt = steps.c * v + (steps.w * x + d * steps.f)
-    half = halves(rule, d, x, felt, u, v)
-    end = ends(rule, d, x, felt, u, v, (u - u_b) / steps.dt)
+    minus_x_dd = steps.c * v + (steps.w * x + d * steps.f)
+    half = half_sample(rule, d, x, minus_x_dd, u, v)
+    end = end_corrections(rule, d, x, minus_x_dd, u, v, (u - u_b) / steps.dt)
     for i in range(INTEGRALS):
-        kept[i] += way * (half[i] + end[i])
+        results[i] += sign * (half[i] + end[i])
 
 
 @compiled
-def march_abreast(plant, law, steps, rule, records, first, count, n, end, side, turns):
-    """March records from sample n to sample `end`, and sum."""
-    lanes, before = lanes_of(count), n
-    parts, pace = make_substeps(steps), pace_of(plant, law, steps)
+def march_lanes(plant, law, steps, rule, records, first, count, n, end, buffers, stops):
+    """March records from sample n to sample `end`, and update their integrals."""
+    lanes, before = lane_count(count), n
+    parts, constants = make_substeps(steps), step_constants(plant, law, steps)
     while n < end:
-        length = min(FETCHED, end - n)
-        fetch(side.base, records, first, count, lanes, n, length, before)
+        length = min(SAMPLES_PER_READ, end - n)
+        read_samples(buffers.base, records, first, count, lanes, n, length, before)
         for k in range(0, length, STRIDE):
             left = min(STRIDE, length - k)
-            look_ahead(side.at, side.base, lanes, k)
+            gather_stride_samples(buffers.at, buffers.base, lanes, k)
             if left == STRIDE:
-                stride(pace, side.at, lanes)
+                stride(constants, buffers.at, lanes)
             else:
                 # Less than a stride is left: all lanes wait.
                 for lane in range(lanes):
-                    side.at[WAITS + lane] = 1.0
-            some = gather(side.at, lanes, side.queue, side.lane)
-            for group in range(0, some, WIDTH):
-                waiting = side.queue[group:]
-                while walk(pace, rule, waiting, left) > 0:
+                    buffers.at[WAITS + lane] = 1.0
+            waiting_count = gather_waiting(buffers.at, lanes, buffers.queue, buffers.lane)
+            for group in range(0, waiting_count, WIDTH):
+                waiting = buffers.queue[group:]
+                while advance_waiting(constants, rule, waiting, left) > 0:
                     if steps.brief:
-                        eight(plant, law, steps, pace, rule, waiting)
+                        advance_events(plant, law, steps, constants, rule, waiting)
                     else:
-                        leave(waiting)
-                    settle(plant, law, steps, parts, rule, side, group, turns, first)
-            put_back(side, some)
+                        defer_events(waiting)
+                    finish_event_steps(
+                        plant, law, steps, parts, rule, buffers, group, stops, first
+                    )
+            restore_lanes(buffers, waiting_count)
         n += length
         before = n - 1
-        gather_sums(rule, pace, side, lanes)
+        gather_sums(rule, constants, buffers, lanes)
 
 
 @compiled
-def gather_sums(rule, pace, side, lanes):
-    """Add the sums to what is kept of a whole window: so rounding does not grow with them."""
-    at = side.at
+def gather_sums(rule, constants, buffers, lanes):
+    """Add the sums to the results. Restarting the sums often limits their rounding."""
+    at = buffers.at
     for lane in range(lanes):
         i = SUMS + lane
         z = (
             at[i], at[i + LANES], at[i + 2 * LANES], at[i + 3 * LANES], at[i + 4 * LANES],
             at[i + 5 * LANES], at[i + 6 * LANES], at[i + 7 * LANES], at[i + 8 * LANES],
         )  # fmt: skip
-        total = summed(rule, pace, z, at[i + 11 * LANES], at[i + 9 * LANES], at[i + 10 * LANES])
+        total = integrals_from_sums(
+            rule, constants, z, at[i + 11 * LANES], at[i + 9 * LANES], at[i + 10 * LANES]
+        )
         for k in range(INTEGRALS):
-            side.kept[lane, k] += total[k]
-    for i in range(KINDS * LANES):
+            buffers.results[lane, k] += total[k]
+    for i in range(SUM_COUNT * LANES):
         at[SUMS + i] = 0.0
 
 
 @compiled
-def fetch(base, records, first, count, lanes, n, length, before):
-    """Fetch ü from sample n to n + length; lanes that are left over follow the last record.
+def read_samples(base, records, first, count, lanes, n, length, before):
+    """Copy ü from sample n to n + length; surplus lanes repeat the last record.
 
-    `before` is the sample that comes before: n itself where nothing does.
+    `before` is the index of the sample before n, or n at the first sample.
     """
     last = first + count - 1
     for lane in range(0, lanes, WIDTH):
-        r, places = first + lane, base[lane // WIDTH * PLACES :]
+        r, places = first + lane, base[lane // WIDTH * READ_BUFFER_SIZE :]
         a, b = records[min(r, last)], records[min(r + 1, last)]
         c, d = records[min(r + 2, last)], records[min(r + 3, last)]
         e, f = records[min(r + 4, last)], records[min(r + 5, last)]
@@ -292,11 +302,11 @@ def fetch(base, records, first, count, lanes, n, length, before):
 
 
 @compiled
-def look_ahead(at, base, lanes, k):
-    """Put ü at the samples that a stride from the k-th one fetched on sees side by side."""
+def gather_stride_samples(at, base, lanes, k):
+    """Copy ü at the samples of a stride from the k-th sample in the buffer, one row each."""
     for lane in range(0, lanes, WIDTH):
-        seen, there = base[lane // WIDTH * PLACES + k * WIDTH :], at[AHEAD + lane :]
-        for row in range(SEEN):
+        seen, there = base[lane // WIDTH * READ_BUFFER_SIZE + k * WIDTH :], at[AHEAD + lane :]
+        for row in range(SAMPLES_PER_STRIDE):
             i, j = row * WIDTH, row * LANES
             a, b, c, d = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
             e, f, g, h = seen[i + 4], seen[i + 5], seen[i + 6], seen[i + 7]
@@ -314,17 +324,17 @@ EVER = 1e300
 """In place of that bound: then every step is looked at closely. Times nothing it is nothing."""
 
 
-class Pace(NamedTuple):
-    """What a step takes, should nothing happen in it: mass, spring and friction, its map.
+class StepConstants(NamedTuple):
+    """Constants of a step without an event.
 
     Attributes
     ----------
     m, k_x, F_fs : float
     c, w, f : float
         b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
-    one : Map
+    step_map : AffineMap
     x_0, x_1, v_0, v_1 : float
-        As in `Steps`.
+        As in `SlipSteps`.
     steep, fast : float
         A step hides no dip of |v_r| to zero above steep |change of ü| + fast |v_r|.
     """
@@ -345,8 +355,8 @@ class Pace(NamedTuple):
 
 
 @compiled
-def pace_of(plant, law, steps):
-    """Give what a step takes.
+def step_constants(plant, law, steps):
+    """Return the constants of a step.
 
     Notes
     -----
@@ -357,14 +367,14 @@ def pace_of(plant, law, steps):
     c, w, dt = steps.c, steps.w, steps.dt
     tame = 1.0 - (c + 0.5 * w * dt) * dt
     steep = DIP_SAFETY * 0.125 * dt / tame if tame > TAME else EVER
-    return Pace(
+    return StepConstants(
         plant.m, plant.k_x, law.F_fs, c, w, steps.f, steps.step_map,
         steps.x_0, steps.x_1, steps.v_0, steps.v_1, steep, steep * (c + w * dt),
     )  # fmt: skip
 
 
-class Grip(NamedTuple):
-    """What does not change in a lane during a stride.
+class StrideConstants(NamedTuple):
+    """Constants of a lane during a stride.
 
     Attributes
     ----------
@@ -372,9 +382,9 @@ class Grip(NamedTuple):
         Direction of sliding, 0 where it sticks.
     slides : bool
     pull, x_f, v_f : float
-        Friction per mass [m/s²], and what it takes from x_r and v_r in a step.
+        Friction per mass [m/s²], and its effect on x_r and v_r over a step.
     F_k, hold : float
-        Force of the spring and what the contact bears [N], of a stuck lane.
+        Spring force and static limit [N], for a stuck lane.
     """
 
     d: float
@@ -387,32 +397,42 @@ class Grip(NamedTuple):
 
 
 @inlined_with_fma
-def grip_of(pace, x, d):
-    """Give what does not change in a lane during a stride that begins there."""
-    F_k = pace.k_x * x
-    hold = pace.F_fs + FORCE_ROUNDING * (pace.F_fs + abs(F_k))
-    return Grip(
-        d, d != 0.0, pace.f * d, pace.step_map.x_f * d, pace.step_map.v_f * d, F_k, hold
+def stride_constants(constants, x, d):
+    """Return the per-record constants of the next four steps, from the state at their start."""
+    F_k = constants.k_x * x
+    hold = constants.F_fs + FORCE_ROUNDING * (constants.F_fs + abs(F_k))
+    return StrideConstants(
+        d,
+        d != 0.0,
+        constants.f * d,
+        constants.step_map.x_f * d,
+        constants.step_map.v_f * d,
+        F_k,
+        hold,
     )
 
 
 @inlined_with_fma
-def step(pace, grip, x, v, u, u_1):
-    """Give the state at the end of a step, and minus x_dd at its start where it slides."""
-    # What the state takes part in comes last: the next step waits for it.
-    step_map = pace.step_map
-    x_1 = step_map.x_x * x + (step_map.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
-    v_1 = step_map.v_v * v + (step_map.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
-    felt = pace.c * v + (pace.w * x + grip.pull)
-    return x_1 if grip.slides else x, v_1 if grip.slides else 0.0, felt
+def step(constants, fixed, x, v, u, u_1):
+    """Return the state at the end of a step, and -x_dd at its start where the mass slides."""
+    # Terms with the state come last, because the next step depends on them.
+    step_map = constants.step_map
+    x_1 = step_map.x_x * x + (
+        step_map.x_v * v - (constants.x_0 * u + (constants.x_1 * u_1 + fixed.x_f))
+    )
+    v_1 = step_map.v_v * v + (
+        step_map.v_x * x - (constants.v_0 * u + (constants.v_1 * u_1 + fixed.v_f))
+    )
+    minus_x_dd = constants.c * v + (constants.w * x + fixed.pull)
+    return x_1 if fixed.slides else x, v_1 if fixed.slides else 0.0, minus_x_dd
 
 
 @inlined_with_fma
-def added(z, x, v, felt, u, bend):
-    """Add a sample to sums of products; `bend` is what the change of ü changes by there."""
+def add_sample(z, x, v, minus_x_dd, u, bend):
+    """Add a sample to the sums of products; `bend` is the second difference of ü there."""
     return (
-        x * x + z[0], v * v + z[1], felt * felt + z[2], u * v + z[3], v + z[4], u * u + z[5],
-        x * bend + z[6], v * bend + z[7], u * bend + z[8],
+        x * x + z[0], v * v + z[1], minus_x_dd * minus_x_dd + z[2], u * v + z[3], v + z[4],
+        u * u + z[5], x * bend + z[6], v * bend + z[7], u * bend + z[8],
     )  # fmt: skip
 
 
@@ -421,39 +441,39 @@ NOTHING = (0.0,) * 9
 
 
 @compiled
-def stride(pace, at, lanes):
-    """Let every lane stride on, or wait where a step may hold an event."""
+def stride(constants, at, lanes):
+    """Advance every lane by four steps, or mark it as waiting if a step may hold an event."""
     for first in range(0, lanes, WIDTH):
-        stride_of_eight(pace, at[first:])
+        stride_register(constants, at[first:])
 
 
 @inlined_with_fma
-def stride_of_eight(pace, at):
-    """Let as many lanes as a register holds stride on, or wait."""
+def stride_register(constants, at):
+    """Advance one register of lanes; see `stride`."""
     for i in range(WIDTH):
         x, v, d = at[X + i], at[V + i], at[D + i]
         u_b, u, u_1 = at[AHEAD + i], at[AHEAD + LANES + i], at[AHEAD + 2 * LANES + i]
         u_2, u_3 = at[AHEAD + 3 * LANES + i], at[AHEAD + 4 * LANES + i]
         u_4 = at[AHEAD + 5 * LANES + i]
         r_0, r_1, r_2, r_3, r_4 = u - u_b, u_1 - u, u_2 - u_1, u_3 - u_2, u_4 - u_3
-        grip = grip_of(pace, x, d)
-        slides, F_k, hold = grip.slides, grip.F_k, grip.hold
-        x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
-        z = added(NOTHING, x, v, felt, u, r_1 - r_0)
-        x_2, v_2, felt = step(pace, grip, x_1, v_1, u_1, u_2)
-        z = added(z, x_1, v_1, felt, u_1, r_2 - r_1)
-        x_3, v_3, felt = step(pace, grip, x_2, v_2, u_2, u_3)
-        z = added(z, x_2, v_2, felt, u_2, r_3 - r_2)
-        x_4, v_4, felt = step(pace, grip, x_3, v_3, u_3, u_4)
-        z = added(z, x_3, v_3, felt, u_3, r_4 - r_3)
+        fixed = stride_constants(constants, x, d)
+        slides, F_k, hold = fixed.slides, fixed.F_k, fixed.hold
+        x_1, v_1, minus_x_dd = step(constants, fixed, x, v, u, u_1)
+        z = add_sample(NOTHING, x, v, minus_x_dd, u, r_1 - r_0)
+        x_2, v_2, minus_x_dd = step(constants, fixed, x_1, v_1, u_1, u_2)
+        z = add_sample(z, x_1, v_1, minus_x_dd, u_1, r_2 - r_1)
+        x_3, v_3, minus_x_dd = step(constants, fixed, x_2, v_2, u_2, u_3)
+        z = add_sample(z, x_2, v_2, minus_x_dd, u_2, r_3 - r_2)
+        x_4, v_4, minus_x_dd = step(constants, fixed, x_3, v_3, u_3, u_4)
+        z = add_sample(z, x_3, v_3, minus_x_dd, u_3, r_4 - r_3)
         # Whether any of these steps may hold an event is asked of all of them at once.
         s_0, s_1, s_2, s_3, s_4 = d * v, d * v_1, d * v_2, d * v_3, d * v_4
         slow = min(min(min(s_0, s_1), min(s_2, s_3)), s_4)
         fast = max(max(max(s_0, s_1), max(s_2, s_3)), s_4)
         change = max(max(abs(r_1), abs(r_2)), max(abs(r_3), abs(r_4)))
         low, high = min(min(u_1, u_2), min(u_3, u_4)), max(max(u_1, u_2), max(u_3, u_4))
-        stops = slow <= pace.steep * change + pace.fast * (fast + fast)
-        breaks = pace.m * high + F_k > hold or pace.m * low + F_k < -hold
+        stops = slow <= constants.steep * change + constants.fast * (fast + fast)
+        breaks = constants.m * high + F_k > hold or constants.m * low + F_k < -hold
         waits = stops if slides else breaks
         at[X + i], at[V + i] = x if waits else x_4, v if waits else v_4
         at[WAITS + i] = 1.0 if waits else 0.0
@@ -474,57 +494,58 @@ def stride_of_eight(pace, at):
         at[j + 11 * LANES] = at[j + 11 * LANES] if waits else at[j + 11 * LANES] + d * bend
 
 
-# Lanes that wait: gathered, walked to the step they wait for, led through it, and put back.
+# Lanes that wait for an event: gathered, advanced to and through the step with it, restored.
 #
-# `walk` and `eight` are kernels of their own: what is fused is compiled into its callers.
+# `advance_waiting` and `advance_events` are separate kernels, because functions with FMA are
+# inlined in their callers.
 
 
 @compiled
-def gather(at, count, queue, whose):
-    """Gather the lanes that wait among the first `count`; gives how many there are.
+def gather_waiting(at, count, queue, lane_numbers):
+    """Gather the waiting lanes among the first `count`; return their number.
 
-    Which they are is written to `whose`, and they themselves to `queue`: what is found is
-    nothing yet; a group is filled up with lanes that are done.
+    Their numbers are written to `lane_numbers`, their states to `queue`, with empty results.
+    The last register is filled up with lanes that are done.
     """
-    some = 0
+    waiting = 0
     for lane in range(count):
-        whose[some] = lane
-        some += 1 if at[WAITS + lane] > 0.0 else 0
-    for i in range(some):
-        lane = whose[i]
+        lane_numbers[waiting] = lane
+        waiting += 1 if at[WAITS + lane] > 0.0 else 0
+    for i in range(waiting):
+        lane = lane_numbers[i]
         queue[X + i], queue[V + i] = at[X + lane], at[V + lane]
         queue[D + i] = at[D + lane]
-        for k in range(SEEN):
+        for k in range(SAMPLES_PER_STRIDE):
             queue[AHEAD + k * LANES + i] = at[AHEAD + k * LANES + lane]
-    filled = lanes_of(some)
+    filled = lane_count(waiting)
     for i in range(filled):
-        queue[DONE + i] = 0.0 if i < some else STRIDE
-    for k in range(KEPT):
-        nothing = math.inf if k == TIGHT else 0.0
+        queue[DONE + i] = 0.0 if i < waiting else STRIDE
+    for k in range(RESULT_COUNT):
+        initial = math.inf if k == CLOSEST else 0.0
         for i in range(filled):
-            queue[SUMS + k * LANES + i] = nothing
-    return some
+            queue[SUMS + k * LANES + i] = initial
+    return waiting
 
 
 @inlined_with_fma
-def may_hold(pace, grip, v, v_1, felt, u, u_1):
-    """Tell whether a step from one state to another may hold an event."""
-    along, along_1 = grip.d * v, grip.d * v_1
-    doubt = pace.steep * abs(u_1 - u) + pace.fast * (along + along_1)
-    dips = min(along, along_1) <= doubt and grip.d * (felt + u) > 0.0
-    stops, breaks = along_1 <= 0.0 or dips, abs(pace.m * u_1 + grip.F_k) > grip.hold
-    return stops if grip.slides else breaks
+def may_hold_event(constants, fixed, v, v_1, minus_x_dd, u, u_1):
+    """Return whether a step from one state to another may hold an event."""
+    along, along_1 = fixed.d * v, fixed.d * v_1
+    margin = constants.steep * abs(u_1 - u) + constants.fast * (along + along_1)
+    dips = min(along, along_1) <= margin and fixed.d * (minus_x_dd + u) > 0.0
+    stops, breaks = along_1 <= 0.0 or dips, abs(constants.m * u_1 + fixed.F_k) > fixed.hold
+    return stops if fixed.slides else breaks
 
 
 @inlined_with_fma
-def one_on(pace, grip, state, u_b, u, u_1, going, z):
-    """Give what a step of a lane that is going leads to, and whether it stands before it."""
+def advance_lane(constants, fixed, state, u_b, u, u_1, going, z):
+    """Return the result of one step of an advancing lane, and whether it is before an event."""
     x, v, done, bends = state
-    x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
-    event = may_hold(pace, grip, v, v_1, felt, u, u_1)
+    x_1, v_1, minus_x_dd = step(constants, fixed, x, v, u, u_1)
+    event = may_hold_event(constants, fixed, v, v_1, minus_x_dd, u, u_1)
     goes, here = going and not event, going and event
     bend = (u_1 - u) - (u - u_b)
-    counted = added(z, x, v, felt if grip.slides else u, u, bend)
+    counted = add_sample(z, x, v, minus_x_dd if fixed.slides else u, u, bend)
     z = (
         counted[0] if going else z[0], counted[1] if going else z[1],
         counted[2] if going else z[2], counted[3] if going else z[3],
@@ -541,41 +562,41 @@ def one_on(pace, grip, state, u_b, u, u_1, going, z):
 
 
 @compiled
-def walk(pace, rule, at, length):
-    """Let as many of those that wait as a register holds walk on, to an event or to the end.
+def advance_waiting(constants, rule, at, length):
+    """Advance one register of waiting lanes, to an event or to the end of the stride.
 
-    Gives how many stand before an event. `length` is that of the stride in steps.
+    Returns the number of lanes before an event. `length` is that of the stride in steps.
     """
-    return walk_of_eight(pace, rule, at, float(length))
+    return advance_waiting_register(constants, rule, at, float(length))
 
 
 @inlined_with_fma
-def walk_of_eight(pace, rule, at, length):
-    """Walk; see `walk`."""
+def advance_waiting_register(constants, rule, at, length):
+    """Walk; see `advance_waiting`."""
     events = 0
     for i in range(WIDTH):
         x, v, d, done = at[X + i], at[V + i], at[D + i], at[DONE + i]
         u_b, u, u_1 = at[AHEAD + i], at[AHEAD + LANES + i], at[AHEAD + 2 * LANES + i]
         u_2, u_3 = at[AHEAD + 3 * LANES + i], at[AHEAD + 4 * LANES + i]
         u_4 = at[AHEAD + (STRIDE + 1) * LANES + i]
-        grip, first = grip_of(pace, x, d), done
+        fixed, first = stride_constants(constants, x, d), done
         state = x, v, done, 0.0
-        state, h_1, z = one_on(
-            pace, grip, state, u_b, u, u_1, done == 0.0 and length > 0.0, NOTHING
+        state, h_1, z = advance_lane(
+            constants, fixed, state, u_b, u, u_1, done == 0.0 and length > 0.0, NOTHING
         )
-        state, h_2, z = one_on(
-            pace, grip, state, u, u_1, u_2, state[2] == 1.0 and length > 1.0, z
+        state, h_2, z = advance_lane(
+            constants, fixed, state, u, u_1, u_2, state[2] == 1.0 and length > 1.0, z
         )
-        state, h_3, z = one_on(
-            pace, grip, state, u_1, u_2, u_3, state[2] == 2.0 and length > 2.0, z
+        state, h_3, z = advance_lane(
+            constants, fixed, state, u_1, u_2, u_3, state[2] == 2.0 and length > 2.0, z
         )
-        state, h_4, z = one_on(
-            pace, grip, state, u_2, u_3, u_4, state[2] == 3.0 and length > 3.0, z
+        state, h_4, z = advance_lane(
+            constants, fixed, state, u_2, u_3, u_4, state[2] == 3.0 and length > 3.0, z
         )
-        here, slides = (h_1 or h_2) or (h_3 or h_4), grip.slides
+        here, slides = (h_1 or h_2) or (h_3 or h_4), fixed.slides
         reached = state[2] - first + (1.0 if here else 0.0)
-        total = summed(
-            rule, pace,
+        total = integrals_from_sums(
+            rule, constants,
             (
                 z[0], z[1], z[2], z[3], d * z[4], z[5],
                 z[6] if slides else 0.0, z[7], z[8] if slides else 0.0,
@@ -583,7 +604,7 @@ def walk_of_eight(pace, rule, at, length):
             d * state[3], 0.0 if slides else z[8], 0.0 if slides else reached,
         )  # fmt: skip
         at[X + i], at[V + i], at[DONE + i] = state[0], state[1], state[2]
-        at[HERE + i] = 1.0 if here else 0.0
+        at[AT_EVENT + i] = 1.0 if here else 0.0
         at[U + i] = u if h_1 else (u_1 if h_2 else (u_2 if h_3 else u_3))
         at[U_1 + i] = u_1 if h_1 else (u_2 if h_2 else (u_3 if h_3 else u_4))
         at[SUMS + i] += total[0]
@@ -613,7 +634,7 @@ speed, rate = (
 
 @inlined_with_fma
 def first_guess(q, h):
-    """Give where the parabola through the start of a fall is zero, mended by two terms."""
+    """Return the root of the quadratic part of a velocity series, corrected by two terms."""
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
     root = math.sqrt(square if square > 0.0 else 1.0)
     down = root > q[1]
@@ -625,8 +646,8 @@ def first_guess(q, h):
 
 
 @inlined_with_fma
-def fall_abreast(q, h):
-    """Give where a velocity that ends below zero is zero, and whether that holds."""
+def stop_time(q, h):
+    """Return the root of a velocity that ends below zero, and whether it has converged."""
     s, good = first_guess(q, h)
     a = rate(q, s)
     good = good and a < 0.0 and s > 0.0
@@ -636,20 +657,20 @@ def fall_abreast(q, h):
     step -= step * step * (bend - (2.0 * bend * bend - twist) * step)
     step = step if good else 0.0
     s += step
-    # A root that strays may be anywhere; what is made of it shall stay among the numbers.
+    # An iteration that diverges may end anywhere; the result is limited to stay finite.
     good = good and abs(step) <= NEARLY * s and abs(bend * step) <= NEARLY
     return min(max(s, 0.0), h), good
 
 
 @compiled
-def eight(plant, law, steps, pace, rule, at):
-    """Carry as many lanes as a register holds through the step that they stand before."""
-    through_of_eight(plant, law, steps, pace, rule, at)
+def advance_events(plant, law, steps, constants, rule, at):
+    """Advance one register of lanes through the step with an event."""
+    advance_events_register(plant, law, steps, constants, rule, at)
 
 
 @inlined_with_fma
-def through_of_eight(plant, law, steps, pace, rule, at):
-    """Carry them; see `eight`."""
+def advance_events_register(plant, law, steps, constants, rule, at):
+    """See `advance_events`."""
     h, c, w, f = steps.dt, steps.c, steps.w, steps.f
     m, k_x, F_fs = plant.m, plant.k_x, law.F_fs
     per_h, per_m = 1.0 / h, 1.0 / m
@@ -657,20 +678,20 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         x, v, d, u, u_1 = at[X + i], at[V + i], at[D + i], at[U + i], at[U_1 + i]
         slides = d != 0.0
         slope = (u_1 - u) * per_h
-        x_1, v_1, felt = step(pace, grip_of(pace, x, d), x, v, u, u_1)
-        v_end, felt_1 = d * v_1, c * v_1 + (w * x_1 + d * f)
-        a = -d * (u + felt)
+        x_1, v_1, minus_x_dd = step(constants, stride_constants(constants, x, d), x, v, u, u_1)
+        v_end, minus_x_dd_1 = d * v_1, c * v_1 + (w * x_1 + d * f)
+        a = -d * (u + minus_x_dd)
         q = series(steps.factors, d * v, a, -d * slope - c * a - w * (d * v))
-        stop, good = fall_abreast(q, h)
+        stop, good = stop_time(q, h)
         # A short step holds one extremum at most.
-        none = slides and v_end > 0.0 and (a >= 0.0 or d * (u_1 + felt_1) >= 0.0)
+        none = slides and v_end > 0.0 and (a >= 0.0 or d * (u_1 + minus_x_dd_1) >= 0.0)
         # Break-away: F_L is linear in time, so it meets the limit at a quotient.
         F_0, climb = m * u + k_x * x, m * slope
         F_out = F_fs if F_0 + climb * h >= 0.0 else -F_fs
         meets = (F_out - F_0) / (climb if climb != 0.0 else 1.0)
         stop = stop if slides else min(max(meets, 0.0), h)
-        way = distance(q, stop)
-        x_s, u_s = x + d * way, u + slope * stop
+        path = distance(q, stop)
+        x_s, u_s = x + d * path, u + slope * stop
         F_L = m * u_s + k_x * x_s
         hold = F_fs + FORCE_ROUNDING * (F_fs + abs(k_x * x_s))
         sticks = slides and abs(F_L) <= hold
@@ -680,12 +701,12 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         a_2 = 0.0 if sticks else abs(F_L) * per_m - f
         q_2 = series(steps.factors, 0.0, a_2, 0.0 if sticks else -d_2 * slope - c * a_2)
         rest = h - stop
-        way_2, v_2 = distance(q_2, rest), d_2 * speed(q_2, rest)
-        x_2 = x_s + d_2 * way_2
+        path_2, v_2 = distance(q_2, rest), d_2 * speed(q_2, rest)
+        x_2 = x_s + d_2 * path_2
         bears = abs(m * u_1 + k_x * x_s) <= hold
         fine = bears if sticks else d_2 * v_2 > 0.0 and (not slides or d * F_L > 0.0)
         fine = fine and ((good and v_end <= 0.0) if slides else climb != 0.0)
-        here = at[HERE + i] > 0.0
+        here = at[AT_EVENT + i] > 0.0
         goes_on, counts = here and none, here and fine and not none
         stops = counts and slides
         larger = max(abs(F_L), F_fs)
@@ -693,23 +714,30 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         # Sums count what the rule makes of the step; the integrals take its place.
         a_s = -(d * F_L * per_m + f) if slides else 0.0
         back = series(steps.factors, 0.0, a_s, -d * slope - c * a_s)
-        felt_2 = c * v_2 + (w * x_2 + d_2 * f)
-        step_map = beside(steps, back, x_s, d, u_s, slope, -stop, x, v, felt, u)
-        two = beside(steps, q_2, x_s, d_2, u_s, slope, rest, x_2, v_2, felt_2, u_1)
-        p, r = halves(rule, d, x, felt, u, v), halves(rule, d_2, x_2, felt_2, u_1, v_2)
-        b = ends(rule, d, x, felt, u, v, slope)
-        e = ends(rule, d_2, x_2, felt_2, u_1, v_2, slope)
+        minus_x_dd_2 = c * v_2 + (w * x_2 + d_2 * f)
+        step_map = integrate_beside_event(
+            steps, back, x_s, d, u_s, slope, -stop, x, v, minus_x_dd, u
+        )
+        two = integrate_beside_event(
+            steps, q_2, x_s, d_2, u_s, slope, rest, x_2, v_2, minus_x_dd_2, u_1
+        )
+        p, r = (
+            half_sample(rule, d, x, minus_x_dd, u, v),
+            half_sample(rule, d_2, x_2, minus_x_dd_2, u_1, v_2),
+        )
+        b = end_corrections(rule, d, x, minus_x_dd, u, v, slope)
+        e = end_corrections(rule, d_2, x_2, minus_x_dd_2, u_1, v_2, slope)
         still = (0.0 if slides else stop) + (rest if sticks else 0.0)
         x2 = step_map[0] + two[0] - ((p[0] + r[0]) + (e[0] - b[0]))
         v2 = step_map[1] + two[1] - ((p[1] + r[1]) + (e[1] - b[1]))
         x_dd2 = step_map[2] + two[2] - ((p[2] + r[2]) + (e[2] - b[2]))
         power = step_map[3] + two[3] - ((p[3] + r[3]) + (e[3] - b[3]))
-        rub = way + way_2 - ((p[4] + r[4]) + (e[4] - b[4]))
+        slid = path + path_2 - ((p[4] + r[4]) + (e[4] - b[4]))
         at[SUMS + i] += x2 if counts else 0.0
         at[SUMS + LANES + i] += v2 if counts else 0.0
         at[SUMS + 2 * LANES + i] += x_dd2 if counts else 0.0
         at[SUMS + 3 * LANES + i] += power if counts else 0.0
-        at[SUMS + 4 * LANES + i] += rub if counts else 0.0
+        at[SUMS + 4 * LANES + i] += slid if counts else 0.0
         at[SUMS + 5 * LANES + i] += still - (p[5] + r[5]) if counts else 0.0
         x_2, v_2 = x_1 if none else x_2, v_1 if none else v_2
         moves = goes_on or counts
@@ -717,132 +745,135 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         at[D + i] = d_2 if counts else d
         at[X_STOP + i], at[STOPS + i] = x_s, 1.0 if stops else 0.0
         at[SUMS + EVENTS * LANES + i] += 1.0 if counts else 0.0
-        closest = at[SUMS + TIGHT * LANES + i]
-        at[SUMS + TIGHT * LANES + i] = min(closest, tight if stops else math.inf)
-        farthest = at[SUMS + FAR * LANES + i]
-        at[SUMS + FAR * LANES + i] = max(farthest, abs(x_s) if stops else 0.0)
+        closest = at[SUMS + CLOSEST * LANES + i]
+        at[SUMS + CLOSEST * LANES + i] = min(closest, tight if stops else math.inf)
+        farthest = at[SUMS + FARTHEST * LANES + i]
+        at[SUMS + FARTHEST * LANES + i] = max(farthest, abs(x_s) if stops else 0.0)
         at[DONE + i] += 1.0 if moves else 0.0
-        at[PLAIN + i] = 1.0 if moves or not here else 0.0
+        at[HANDLED + i] = 1.0 if moves or not here else 0.0
 
 
 @compiled
-def leave(at):
-    """Leave as many lanes as a register holds before the steps that they stand before."""
+def defer_events(at):
+    """Mark the event steps of one register of lanes as not handled."""
     for i in range(WIDTH):
-        at[STOPS + i], at[PLAIN + i] = 0.0, 0.0 if at[HERE + i] > 0.0 else 1.0
+        at[STOPS + i], at[HANDLED + i] = 0.0, 0.0 if at[AT_EVENT + i] > 0.0 else 1.0
 
 
 @inlined
-def settle(plant, law, steps, parts, rule, side, first, turns, record):
-    """Note the stops of a group of those that wait, and solve by themselves the odd ones."""
-    found, last = side.queue[first:], len(turns) - 1
+def finish_event_steps(plant, law, steps, parts, rule, buffers, first, stops, record):
+    """Record the stops of one register of lanes, and solve unhandled steps one by one."""
+    queue, last = buffers.queue[first:], len(stops) - 1
     for i in range(WIDTH):
-        lane = side.lane[first + i]
-        # Lanes that are left over follow the last record, so they write what it writes.
-        mine = turns[min(record + lane, last)]
-        if found[STOPS + i] > 0.0:
-            stops(mine, side.turns, lane, found[X_STOP + i])
-        if found[PLAIN + i] == 0.0:
-            by_itself(plant, law, steps, parts, rule, side, first + i, lane, mine)
+        lane = buffers.lane[first + i]
+        # Surplus lanes repeat the last record, so they write the same values.
+        row = stops[min(record + lane, last)]
+        if queue[STOPS + i] > 0.0:
+            record_stop(row, buffers.stop_counts, lane, queue[X_STOP + i])
+        if queue[HANDLED + i] == 0.0:
+            solve_single_step(plant, law, steps, parts, rule, buffers, first + i, lane, row)
 
 
 @inlined
-def stops(mine, turns, lane, x_r):
-    """Note a stop of a lane."""
-    n = turns[lane]
-    if n < len(mine):
-        mine[n] = x_r
-    turns[lane] = n + 1
+def record_stop(stops, stop_counts, lane, x_r):
+    """Record a stop of a lane."""
+    n = stop_counts[lane]
+    if n < len(stops):
+        stops[n] = x_r
+    stop_counts[lane] = n + 1
 
 
 @compiled
-def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
-    """Carry the i-th of those that wait through a step that holds any number of events."""
-    at, log, kept = side.queue, side.log, side.kept[lane]
+def solve_single_step(plant, law, steps, parts, rule, buffers, i, lane, stops):
+    """Advance the i-th waiting lane through a step with any number of events."""
+    at, log, results = buffers.queue, buffers.log, buffers.results[lane]
     x, v, d = at[X + i], at[V + i], int(at[D + i])
     u_0, u_1 = at[U + i], at[U_1 + i]
     at[DONE + i] += 1.0
     x_end, v_end, _, d_end, count, closest = step_through_events(
-        plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, kept[TIGHT]
+        plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, results[CLOSEST]
     )
     if count < 0:
         at[X + i], at[V + i] = float("nan"), float("nan")
         return
     at[X + i], at[V + i], at[D + i] = x_end, v_end, float(d_end)
-    kept[TIGHT] = closest
-    kept[EVENTS] += count
+    results[CLOSEST] = closest
+    results[EVENTS] += count
     slope, start = (u_1 - u_0) / steps.dt, 0.0
-    replace(rule, steps, kept, x, v, d, u_0, slope, -1.0)
-    replace(rule, steps, kept, x_end, v_end, d_end, u_1, slope, 1.0)
+    add_end_correction(rule, steps, results, x, v, d, u_0, slope, -1.0)
+    add_end_correction(rule, steps, results, x_end, v_end, d_end, u_1, slope, 1.0)
     for k in range(count + 1):
         end = log.s[k] if k < count else steps.dt
         part = integrate_linear_segment(steps, u_0 + slope * start, slope, x, v, d, end - start)
         for i in range(5):
-            kept[i] += part[i]
-        kept[STUCK] += end - start if d == 0 else 0.0
+            results[i] += part[i]
+        results[STUCK] += end - start if d == 0 else 0.0
         if k < count:
             start, x, v, d = end, log.x_r[k], 0.0, direction_after(log.kind[k])
             if abs(log.kind[k]) != SLIP:
-                stops(turns, side.turns, lane, x)
-                kept[FAR] = max(kept[FAR], abs(x))
+                record_stop(stops, buffers.stop_counts, lane, x)
+                results[FARTHEST] = max(results[FARTHEST], abs(x))
 
 
 @inlined
-def replace(rule, steps, kept, x, v, d, u, slope, side):
-    """Take off what sums make of an end of a step; the end has side 1, the beginning -1."""
-    felt = steps.c * v + (steps.w * x + d * steps.f)
-    half, end = halves(rule, d, x, felt, u, v), ends(rule, d, x, felt, u, v, slope)
+def add_end_correction(rule, steps, results, x, v, d, u, slope, sign):
+    """Subtract the contribution of the sums at the end of a step, or at its start (sign -1)."""
+    minus_x_dd = steps.c * v + (steps.w * x + d * steps.f)
+    half, end = (
+        half_sample(rule, d, x, minus_x_dd, u, v),
+        end_corrections(rule, d, x, minus_x_dd, u, v, slope),
+    )
     for k in range(6):
-        kept[k] -= half[k] + side * end[k]
+        results[k] -= half[k] + sign * end[k]
 
 
 @compiled
-def put_back(side, count):
-    """Put the lanes that waited back to where they are, with what they came to."""
-    at, found = side.at, side.queue
+def restore_lanes(buffers, count):
+    """Copy the waiting lanes back, and add their results."""
+    at, queue = buffers.at, buffers.queue
     for i in range(count):
-        lane = side.lane[i]
-        at[X + lane], at[V + lane] = found[X + i], found[V + i]
-        at[D + lane] = found[D + i]
-        kept = side.kept[lane]
+        lane = buffers.lane[i]
+        at[X + lane], at[V + lane] = queue[X + i], queue[V + i]
+        at[D + lane] = queue[D + i]
+        results = buffers.results[lane]
         for k in range(EVENTS + 1):
-            kept[k] += found[SUMS + k * LANES + i]
-        kept[TIGHT] = min(kept[TIGHT], found[SUMS + TIGHT * LANES + i])
-        kept[FAR] = max(kept[FAR], found[SUMS + FAR * LANES + i])
+            results[k] += queue[SUMS + k * LANES + i]
+        results[CLOSEST] = min(results[CLOSEST], queue[SUMS + CLOSEST * LANES + i])
+        results[FARTHEST] = max(results[FARTHEST], queue[SUMS + FARTHEST * LANES + i])
 
 
 # Integrals over many steps, from sums over samples.
 
 
-TERMS = 18
-"""Of the series: each is a tenth of the one before where a step is as long as it may be."""
+SERIES_TERMS = 18
+"""Terms of the Euler-Maclaurin series. At the longest step each is a tenth of the last one."""
 
-LONGEST = 1.0
-"""Radians (or decays) a step may hold for these terms."""
+MAX_STEP_RADIANS = 1.0
+"""Longest step for this number of terms, in radians (or decays) of the oscillator."""
 
-SCENES = 16
-"""Whose forms are kept: each block of a scene asks for them."""
+MAX_CACHED_FORMS = 16
+"""Number of steps whose forms are cached: each block of a scene needs them."""
 
-X_R, FELT, BASE, SPEED, RATE, SLOPE = range(6)
-"""What a step of sliding is made of: x_r, minus x_dd, ü, v_r and its rate, the slope of ü."""
+X_R, MINUS_X_DD, BASE, SPEED, RATE, SLOPE = range(6)
+"""Variables of a sliding step: x_r, -x_dd, ü, v_r and its rate, the slope of ü."""
 
 
-class Trapezia(NamedTuple):
-    """The forms at the ends of a step.
+class EndForms(NamedTuple):
+    """Quadratic forms at the ends of a step: the corrections of the trapezoidal rule.
 
     Attributes
     ----------
     h : float
         Length of a step [s].
     x2, x_dd2 : tuple of float, shape (8,)
-        Of x_r (minus x_dd) times v, a and s; of v times v, a and s; of a times a and s. Here v
-        is v_r, a its rate and s the slope of ü.
+        Coefficients of x_r (-x_dd) times v, a and s; of v times v, a and s; of a times a and
+        s. Here v is v_r, a its rate and s the slope of ü.
     v2 : tuple of float, shape (5,)
         The last five of these.
     power : tuple of float, shape (5,)
         Of ü times v, a and s; of v times s; of a times s.
-    rub : tuple of float, shape (2,)
-        Of v and a, in the direction of sliding.
+    distance : tuple of float, shape (2,)
+        Coefficients of v and a in the distance slid.
     """
 
     h: float
@@ -850,20 +881,20 @@ class Trapezia(NamedTuple):
     v2: tuple[float, ...]
     x_dd2: tuple[float, ...]
     power: tuple[float, ...]
-    rub: tuple[float, ...]
+    distance: tuple[float, ...]
 
 
-def served(plant, dt):
-    """Tell whether the rule serves steps of length dt [s]."""
-    return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= LONGEST)
+def is_accurate(plant, dt):
+    """Return whether the quadrature rule is accurate for steps of length dt [s]."""
+    return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= MAX_STEP_RADIANS)
 
 
-@lru_cache(maxsize=SCENES)
-def trapezia(c, w, h):
-    """Give the forms of a step of length h [s] of a plant with b/m [1/s] and k_x/m [1/s²]."""
+@lru_cache(maxsize=MAX_CACHED_FORMS)
+def make_end_forms(c, w, h):
+    """Return the end forms of a step h [s] for b/m = c [1/s] and k_x/m = w [1/s²]."""
     rates = np.zeros((6, 6))
     rates[X_R, SPEED] = rates[BASE, SLOPE] = rates[SPEED, RATE] = 1.0
-    rates[FELT, [SPEED, RATE]] = w, c
+    rates[MINUS_X_DD, [SPEED, RATE]] = w, c
     rates[RATE, [SPEED, RATE, SLOPE]] = -w, -c, -1.0
     rest = ((SPEED, SPEED), (SPEED, RATE), (SPEED, SLOPE), (RATE, RATE), (RATE, SLOPE))
 
@@ -874,18 +905,18 @@ def trapezia(c, w, h):
     def beside(row):
         return (row, SPEED), (row, RATE), (row, SLOPE)
 
-    return Trapezia(
+    return EndForms(
         float(h),
         of(X_R, X_R, (*beside(X_R), *rest)),
         of(SPEED, SPEED, rest),
-        of(FELT, FELT, (*beside(FELT), *rest)),
+        of(MINUS_X_DD, MINUS_X_DD, (*beside(MINUS_X_DD), *rest)),
         of(BASE, SPEED, (*beside(BASE), (SPEED, SLOPE), (RATE, SLOPE))),
         line_form(rates, h),
     )
 
 
 def end_form(rates, h, step_map, other):
-    """Give the form at the end of a step for the product of two things, its pairs added up."""
+    """Return the quadratic form at a step end for the product of two variables, symmetrised."""
     form, found = np.zeros((6, 6)), np.zeros((6, 6))
     form[step_map, other] = 1.0
     for k, weight in enumerate(series_weights(), 1):
@@ -898,7 +929,7 @@ def end_form(rates, h, step_map, other):
 
 
 def line_form(rates, h):
-    """Give what v_r and its rate have at the end of a step for the way."""
+    """Return the weights of v_r and its rate at the end of a step in the distance slid."""
     line, found = np.zeros(6), np.zeros(6)
     line[SPEED] = 1.0
     for k, weight in enumerate(series_weights(), 1):
@@ -909,25 +940,25 @@ def line_form(rates, h):
 
 
 def series_weights():
-    """Give B_2k/(2k)! for k = 1, 2 ..., B_2k being the numbers of Bernoulli."""
+    """Return B_2k/(2k)! for k = 1, 2, ... (Euler-Maclaurin), with Bernoulli numbers B_2k."""
     terms = [1.0]  # of z/(e^z - 1), whose odd ones but the first vanish
-    factorials = np.cumprod([1.0, *range(1, 2 * TERMS + 2)])
-    for n in range(1, 2 * TERMS + 1):
+    factorials = np.cumprod([1.0, *range(1, 2 * SERIES_TERMS + 2)])
+    for n in range(1, 2 * SERIES_TERMS + 1):
         terms.append(-sum(terms[k] / factorials[n - k + 1] for k in range(n)))
     return terms[2::2]
 
 
 @inlined_with_fma
-def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
-    """Give the integrals that sums over samples come to.
+def integrals_from_sums(rule, constants, sums, d_bend, stuck_bend, stuck):
+    """Return the integrals that follow from sums over samples.
 
     Parameters
     ----------
-    rule : Trapezia
-    pace : Pace
+    rule : EndForms
+    constants : StepConstants
     sums : tuple of float, shape (9,)
-        Those of x_r², v_r², x_dd², ü v_r, |v_r| and ü²; of x_r, v_r and ü times what the
-        change of ü changes by at the sample, the first and the last where it slides.
+        Sums of x_r², v_r², x_dd², ü v_r, |v_r| and ü²; of x_r, v_r and ü times the second
+        difference of ü, the first and the last where the mass slides.
     d_bend, stuck_bend, stuck : float
         Those of the direction times that, and of ü times that where it sticks; how many
         samples there are where it sticks.
@@ -938,13 +969,13 @@ def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
     """
     h = rule.h
     xs, vs, us = -sums[6] / h, -sums[7] / h, -sums[8] / h
-    felt_s = pace.w * xs + pace.c * vs - pace.f * d_bend / h
-    as_ = -(felt_s + us)
+    minus_x_dd_s = constants.w * xs + constants.c * vs - constants.f * d_bend / h
+    as_ = -(minus_x_dd_s + us)
     p, q, r, t = rule.x2, rule.v2, rule.x_dd2, rule.power
     return (
         h * sums[0] + (p[2] * xs + p[5] * vs + p[7] * as_),
         h * sums[1] + (q[2] * vs + q[4] * as_),
-        h * sums[2] + (r[2] * felt_s + r[5] * vs + r[7] * as_) + h / 6.0 * stuck_bend,
+        h * sums[2] + (r[2] * minus_x_dd_s + r[5] * vs + r[7] * as_) + h / 6.0 * stuck_bend,
         h * sums[3] + (t[2] * us + t[3] * vs + t[4] * as_),
         h * sums[4],
         h * stuck,
@@ -953,15 +984,15 @@ def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
 
 
 @inlined_with_fma
-def ends(rule, d, x_r, felt, u_dd, v_r, slope):
-    """Give what the end of a step adds to its integrals, and what its beginning takes off.
+def end_corrections(rule, d, x_r, minus_x_dd, u_dd, v_r, slope):
+    """Return the end correction of a step: added at its end, subtracted at its start.
 
     Parameters
     ----------
-    rule : Trapezia
+    rule : EndForms
     d : float
         Direction of sliding, 0 where it sticks.
-    x_r, felt, u_dd, v_r : float
+    x_r, minus_x_dd, u_dd, v_r : float
         Displacement [m]; minus x_dd where it slides, and ü [m/s²]; velocity [m/s].
     slope : float
         Of ü within the step [m/s³].
@@ -972,13 +1003,13 @@ def ends(rule, d, x_r, felt, u_dd, v_r, slope):
     """
     slides = d != 0.0
     base = -rule.h * rule.h / 6.0 * u_dd * slope
-    a = -(felt + u_dd) if slides else 0.0
+    a = -(minus_x_dd + u_dd) if slides else 0.0
     s = slope if slides else 0.0
     vv, va, vs, aa, as_ = v_r * v_r, v_r * a, v_r * s, a * a, a * s
-    p, q, r, t, o = rule.x2, rule.v2, rule.x_dd2, rule.power, rule.rub
+    p, q, r, t, o = rule.x2, rule.v2, rule.x_dd2, rule.power, rule.distance
     x2 = x_r * (p[0] * v_r + p[1] * a + p[2] * s)
     x2 += p[3] * vv + p[4] * va + p[5] * vs + p[6] * aa + p[7] * as_
-    x_dd2 = felt * (r[0] * v_r + r[1] * a + r[2] * s)
+    x_dd2 = minus_x_dd * (r[0] * v_r + r[1] * a + r[2] * s)
     x_dd2 += r[3] * vv + r[4] * va + r[5] * vs + r[6] * aa + r[7] * as_
     return (
         x2,
@@ -992,17 +1023,17 @@ def ends(rule, d, x_r, felt, u_dd, v_r, slope):
 
 
 @inlined_with_fma
-def halves(rule, d, x_r, felt, u_dd, v_r):
-    """Give what half of a sample counts in every integral; parameters as in `ends`."""
+def half_sample(rule, d, x_r, minus_x_dd, u_dd, v_r):
+    """Return the contribution of half a sample; parameters as in `end_corrections`."""
     half = 0.5 * rule.h
-    x_dd = felt if d != 0.0 else u_dd
+    x_dd = minus_x_dd if d != 0.0 else u_dd
     return (
         half * (x_r * x_r), half * (v_r * v_r), half * (x_dd * x_dd), half * (u_dd * v_r),
         half * (d * v_r), 0.0 if d != 0.0 else half, half * (u_dd * u_dd),
     )  # fmt: skip
 
 
-# Integrals over what lies on either side of an event within a short step.
+# Integrals over both parts of a short step with an event.
 
 
 INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
@@ -1010,17 +1041,17 @@ INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
 WEIGHTS = (0.2722222222222222, 0.35555555555555557, 0.2722222222222222)
 
 OUTER = 0.05
-"""Of Gauss and Lobatto for five points, of which two are known: as exact as four of Gauss and
-Legendre, which exhaust double precision on a short stretch."""
+"""Gauss-Lobatto rule with five nodes. The values at both ends are known, and it is as accurate
+as Gauss-Legendre with four nodes, which reaches double precision on a short step."""
 
 
 @inlined_with_fma
-def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
-    """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
+def integrate_beside_event(steps, q, x_s, d, u_s, slope, s, x_e, v_e, minus_x_dd_e, u_e):
+    """Return the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
 
     Parameters
     ----------
-    steps : Steps
+    steps : SlipSteps
     q : tuple of float
         Series of the speed from the event on, or back from it.
     x_s, u_s : float
@@ -1031,19 +1062,19 @@ def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
         Of ü [m/s³].
     s : float
         Time from the event to the end [s]; below 0 to the beginning of the step.
-    x_e, v_e, felt_e, u_e : float
+    x_e, v_e, minus_x_dd_e, u_e : float
         What is there: x_r, v_r, minus x_dd where it slides, and ü.
     """
     c, w, pull, slides = steps.c, steps.w, d * steps.f, d != 0.0
     first = w * x_s + pull if slides else u_s
-    last = felt_e if slides else u_e
+    last = minus_x_dd_e if slides else u_e
     x2 = OUTER * (x_s * x_s + x_e * x_e)
     v2, power = OUTER * (v_e * v_e), OUTER * (u_e * v_e)
     x_dd2 = OUTER * (first * first + last * last)
     for i in range(len(INNER)):
         t = s * INNER[i]
-        way, speed_there = away_from(q, t)
-        x, v, u = x_s + d * way, d * speed_there, u_s + slope * t
+        path, speed_there = distance_and_speed(q, t)
+        x, v, u = x_s + d * path, d * speed_there, u_s + slope * t
         x_dd = w * x + c * v + pull if slides else u
         x2 += WEIGHTS[i] * (x * x)
         v2 += WEIGHTS[i] * (v * v)
@@ -1054,8 +1085,8 @@ def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
 
 
 @inlined_with_fma
-def away_from(q, s):
-    """Give distance and speed at time s from an event, at which the speed is 0."""
+def distance_and_speed(q, s):
+    """Return distance and speed at time s from an event, where the speed is 0."""
     s_2 = s * s
     s_4 = s_2 * s_2
     v = (q[1] + q[2] * s) + s_2 * (q[3] + q[4] * s)

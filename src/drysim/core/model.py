@@ -178,7 +178,7 @@ class DynamicLaw(NamedTuple):
     power : float
         Exponent of the transition from pre-sliding to sliding of `LEUVEN`, above 0.
     depth : int
-        Most reversals that the hysteresis of `LEUVEN` remembers.
+        Maximum number of reversals stored by the hysteresis of `LEUVEN`.
     tolerance : float
         Relative change of the motion that one step of the solution may neglect [-].
     """
@@ -341,7 +341,7 @@ class Totals(NamedTuple):
         Integral of ü² [m²/s³].
     u2 : float or None
         Integral of u² [m²s]; None where u is not known.
-    hits : float
+    stop_work : float
         Work done by the mass on the end stops [J].
     """
 
@@ -353,7 +353,7 @@ class Totals(NamedTuple):
     stuck: float
     u_dd2: float
     u2: float | None
-    hits: float = 0.0
+    stop_work: float = 0.0
 
 
 # The motion of the base.
@@ -361,9 +361,9 @@ class Totals(NamedTuple):
 BLOCK_SIZE = 65_536
 """Numbers processed at a time: half a megabyte per array, which stays in the cache."""
 
-MAX_KEPT = 1 << 20
-"""Most numbers of a recomputable signal that are kept: some megabytes. A longer motion is
-solved in parts that are recomputed on demand, which costs a tenth of writing them to disk."""
+MAX_CACHED = 1 << 20
+"""Maximum length of a recomputable signal that is cached, 8 MB. A longer motion is solved in
+parts that are recomputed on demand, which costs a tenth of writing them to disk."""
 
 HALF_GAUSS_RULE = (
     (0.0694318442029737, 0.1739274225687269),
@@ -373,7 +373,7 @@ HALF_GAUSS_RULE = (
 cubic."""
 
 STEPS_PER_SUM = 8192
-"""Steps whose squares are summed at once: few enough that BLAS starts no threads."""
+"""Maximum number of steps summed by one dot product, so that BLAS starts no threads."""
 
 
 class Signal(Protocol):
@@ -457,8 +457,8 @@ def acceleration_at(motion: Sines | Samples, t: NDArray[np.float64]) -> NDArray[
     n = np.minimum((t / motion.dt).astype(np.intp), len(motion.u_dd) - 2)
     u_dd = motion.u_dd[:]
     q = t / motion.dt - n
-    between: NDArray[np.float64] = (1.0 - q) * u_dd[n] + q * u_dd[n + 1]
-    return between
+    interpolated: NDArray[np.float64] = (1.0 - q) * u_dd[n] + q * u_dd[n + 1]
+    return interpolated
 
 
 def interpolate_displacement(
@@ -468,8 +468,10 @@ def interpolate_displacement(
     assert motion.u is not None, "u must be known"
     p = 1.0 - q
     u_dd = motion.u_dd[:]
-    bend = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
-    u: NDArray[np.float64] = p * motion.u[n] + q * motion.u[n + 1] + motion.dt**2 / 6.0 * bend
+    curvature = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
+    u: NDArray[np.float64] = (
+        p * motion.u[n] + q * motion.u[n + 1] + motion.dt**2 / 6.0 * curvature
+    )
     return u
 
 
@@ -479,7 +481,8 @@ def integrate_base_squares(
     """Return the integrals of ü² and, where u is known, of u² over a window of samples."""
     dt = motion.dt
     first, last = int(begin / dt), min(math.ceil(end / dt), len(motion.u_dd) - 1)
-    # Steps cut by the window are integrated by quadrature, whole steps by closed forms.
+    # Whole steps lo to hi - 1 are integrated by closed forms, the one or two steps cut by the
+    # window by quadrature.
     lo = first + (first * dt < begin)
     hi = max(last - (last * dt > end), lo)
     u_dd2, u2 = 0.0, 0.0
@@ -516,20 +519,20 @@ def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, f
     """Return the integrals of ü² and u² over the steps between two samples."""
     u_dd, dt = motion.u_dd[first : last + 1], motion.dt
     a_0, a_1 = u_dd[:-1], u_dd[1:]
-    own, next_to = np.dot(a_0, a_0), np.dot(a_0, a_1)
+    same, neighbour = np.dot(a_0, a_0), np.dot(a_0, a_1)
     ends = float(u_dd[-1]) ** 2 - float(u_dd[0]) ** 2
-    u_dd2 = dt / 3.0 * (2.0 * own + ends + next_to)
+    u_dd2 = dt / 3.0 * (2.0 * same + ends + neighbour)
     if motion.u is None:
         return float(u_dd2), 0.0
-    path = motion.u[first : last + 1]
-    x_0, x_1 = path[:-1], path[1:]
-    bend = dt * dt / 6.0
+    u = motion.u[first : last + 1]
+    x_0, x_1 = u[:-1], u[1:]
+    scale = dt * dt / 6.0
     # Closed-form integrals of the squared cubics over a step, scaled to unit length.
     squares = (np.dot(x_0, x_0) + np.dot(x_0, x_1) + np.dot(x_1, x_1)) / 3.0
-    bent = (np.dot(x_0, a_0) + np.dot(x_1, a_1)) * 4.0 / 15.0
-    bent += (np.dot(x_0, a_1) + np.dot(x_1, a_0)) * 7.0 / 30.0
-    bends = (2.0 * own + ends) * 8.0 / 105.0 + next_to * 31.0 / 210.0
-    return float(u_dd2), float(dt * (squares - bend * bent + bend * bend * bends))
+    mixed = (np.dot(x_0, a_0) + np.dot(x_1, a_1)) * 4.0 / 15.0
+    mixed += (np.dot(x_0, a_1) + np.dot(x_1, a_0)) * 7.0 / 30.0
+    curvature = (2.0 * same + ends) * 8.0 / 105.0 + neighbour * 31.0 / 210.0
+    return float(u_dd2), float(dt * (squares - scale * mixed + scale * scale * curvature))
 
 
 def blocks(signal: Signal, size: int = BLOCK_SIZE) -> Iterator[NDArray[np.float64]]:

@@ -102,18 +102,19 @@ def locate_stop(c, w, v, a, r, h):
         return NEVER
     j = r - c * a - w * v
     end = first_extremum(c, w, a, j)
-    square = w - 0.25 * c * c
-    gap = math.pi / math.sqrt(square) if square > 0.0 else NEVER  # between neighbouring extrema
+    omega_d_square = w - 0.25 * c * c
+    # Time between neighbouring extrema.
+    spacing = math.pi / math.sqrt(omega_d_square) if omega_d_square > 0.0 else NEVER
     begin = 0.0
     if a > 0.0 or (a == 0.0 and j > 0.0):
         begin = end
-        end = begin + gap
+        end = begin + spacing
     while begin < h:
         until = min(end, h)
         if velocity_and_acceleration(c, w, v, a, r, until)[0] <= 0.0:
             return bracketed_newton(c, w, v, a, r, begin, until)
-        begin = end + gap
-        end = begin + gap
+        begin = end + spacing
+        end = begin + spacing
     return NEVER
 
 
@@ -134,8 +135,10 @@ def never_stops(c, w, v, a, r):
         return False
     if a * a < v * (2.0 * r - w * v):
         return True
-    square = 0.25 * c * c - w
-    return square >= 0.0 and r >= 0.0 and a + (0.5 * c + math.sqrt(square)) * v >= 0.0
+    discriminant = 0.25 * c * c - w
+    return (
+        discriminant >= 0.0 and r >= 0.0 and a + (0.5 * c + math.sqrt(discriminant)) * v >= 0.0
+    )
 
 
 @compiled
@@ -144,20 +147,22 @@ def first_extremum(c, w, a, j):
 
     `a` and `j` are acceleration [m/s²] and jerk [m/s³] at time 0; the forcing is linear.
     """
-    square = w - 0.25 * c * c
-    lean = j + 0.5 * c * a
-    if square > 0.0:
-        omega_d = math.sqrt(square)
-        # Solve a cos + (lean/omega_d) sin = 0. Roots are π apart; take the first above zero.
-        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
+    omega_d_square = w - 0.25 * c * c
+    # a(s) = exp(-c s/2) (a cos(omega_d s) + rate/omega_d sin(omega_d s)); above critical
+    # damping, with cosh and sinh instead.
+    rate = j + 0.5 * c * a
+    if omega_d_square > 0.0:
+        omega_d = math.sqrt(omega_d_square)
+        # Roots are π apart; take the first above zero.
+        angle = math.atan2(-a * omega_d, rate) if a != 0.0 else math.pi
         return (angle if angle > 0.0 else angle + math.pi) / omega_d
-    if a == 0.0 or a * lean >= 0.0:
+    if a == 0.0 or a * rate >= 0.0:
         return NEVER
-    kappa = math.sqrt(-square)
-    reach = -a * kappa / lean
-    if reach >= 1.0:
+    kappa = math.sqrt(-omega_d_square)
+    tanh_end = -a * kappa / rate
+    if tanh_end >= 1.0:
         return NEVER
-    return math.atanh(reach) / kappa if reach > 0.0 else -a / lean
+    return math.atanh(tanh_end) / kappa if tanh_end > 0.0 else -a / rate
 
 
 @compiled
@@ -200,7 +205,7 @@ def bracketed_newton(c, w, v, a, r, lo, hi):
 # Safe steps, and Newton's method once the observable is proved monotone.
 
 MONOTONE_FACTOR = 3.0
-"""Ratio of |slope| to its largest loss up to 1.5 times the root of the quadratic Taylor
+"""Ratio of |slope| to its largest decrease up to 1.5 times the root of the quadratic Taylor
 polynomial. At 3 the slope keeps two thirds of its value, which suffices to reach zero there."""
 
 MAX_NEWTON_ROUNDS = 20
@@ -213,8 +218,8 @@ SMALL_STEP_SHARE = 0.01
 """Share of the longest step below which `safe_step` is also tried without a positive jerk."""
 
 MAX_HALVINGS = 60
-"""Most halvings of the longest step. Where a slow wave drives an overdamped mass, the safe step
-may be a millionth of it."""
+"""Maximum number of halvings of the longest step. Where a slow wave drives an overdamped mass,
+the safe step may be a millionth of it."""
 
 
 @inlined
@@ -243,21 +248,21 @@ def safe_step(v, a, j, snap, growth, max_step):
     if j > 0.0:
         # Largest h up to which j h²/2 outweighs the remainder, so that P >= v + a h.
         divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
-        rises = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
-        return rises if a >= 0.0 else min(rises, -v / a)
+        safe = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
+        return safe if a >= 0.0 else min(safe, -v / a)
     # P is concave and below the quadratic, whose root bounds the step from above.
-    behind = min(parabola_root(v, a, -j), max_step)
-    low = lower_envelope(v, a, j, third, twelfth, behind)
+    outer = min(parabola_root(v, a, -j), max_step)
+    low = lower_envelope(v, a, j, third, twelfth, outer)
     if low > 0.0:
-        return behind
+        return outer
     for _ in range(MAX_HALVINGS):
-        before = 0.5 * behind
-        high = lower_envelope(v, a, j, third, twelfth, before)
+        inner = 0.5 * outer
+        high = lower_envelope(v, a, j, third, twelfth, inner)
         if high > 0.0:
-            return before + (behind - before) * high / (high - min(low, 0.0))
-        behind, low = before, high
-    # The remainder up to `behind`, as a bound on the second derivative.
-    return min(behind, parabola_root(v, a, (third + twelfth * behind) * behind - j))
+            return inner + (outer - inner) * high / (high - min(low, 0.0))
+        outer, low = inner, high
+    # The remainder up to `outer`, as a bound on the second derivative.
+    return min(outer, parabola_root(v, a, (third + twelfth * outer) * outer - j))
 
 
 @inlined
@@ -549,8 +554,8 @@ def third_derivative_bound(observable, w, load_bound, now):
 @inlined
 def is_far_from_zero(derivatives, third_bound, growth, h):
     """Return whether an observable provably stays above zero for h [s]."""
-    loses = max(-derivatives.curvature, 0.0) + h * (third_bound + h * growth)
-    return derivatives.value > h * (max(-derivatives.rate, 0.0) + h * loses)
+    fall_rate = max(-derivatives.curvature, 0.0) + h * (third_bound + h * growth)
+    return derivatives.value > h * (max(-derivatives.rate, 0.0) + h * fall_rate)
 
 
 # Break-away under waves.
@@ -845,8 +850,8 @@ def path_and_velocity(steps, v, a, r, s):
 # First root of a power series.
 
 MAX_SHORTENINGS = 6
-"""Most reductions of the interval over which the curvature is bounded, before the series is
-shifted."""
+"""Maximum number of reductions of the interval over which the curvature is bounded, before the
+series is shifted."""
 
 
 @compiled

@@ -602,8 +602,8 @@ def step_through_events(
     -----
     `x_end` and `v_end` are the state at the end of the step if no further event follows. A
     reversal adds the response to the jump of the friction force in the rest of the step,
-    because the motion between events is linear. In a long step `slip_long_step` finds this
-    state on its way.
+    because the motion between events is linear. In a long step `slip_long_step` returns
+    this state as well.
     """
     h, f = steps.dt, steps.f
     max_count = count + MAX_EVENTS_PER_STEP
@@ -618,8 +618,8 @@ def step_through_events(
     else:
         a = carried[0]
         if len(substeps) == 0:
-            way, v_end = slip_by_series(steps, d * v_r, d * a, -d * slope, h)
-            x_end, v_end = x_r + d * way, d * v_end
+            distance, v_end = slip_by_series(steps, d * v_r, d * a, -d * slope, h)
+            x_end, v_end = x_r + d * distance, d * v_end
     while count < max_count:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
@@ -634,17 +634,17 @@ def step_through_events(
             a = d * (law.F_fs - law.F_fk) * per_m
             v_r = 0.0
             if len(substeps) == 0:
-                way, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
-                x_end, v_end = x_r + d * way, d * v_end
+                distance, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
+                x_end, v_end = x_r + d * distance, d * v_end
         if len(substeps) == 0:
-            stop, way = stop_in_short_step(
+            stop, distance = stop_in_short_step(
                 steps, d * v_r, d * a, -d * slope, d * v_end, h - begin
             )
         else:
-            stop, way, v_end, a_end = slip_long_step(
+            stop, distance, v_end, a_end = slip_long_step(
                 steps, substeps, d * v_r, d * a, -d * slope, h - begin
             )
-            x_end, v_end = x_r + d * way, d * v_end
+            x_end, v_end = x_r + d * distance, d * v_end
         if stop == NEVER:
             # The search and the end state round differently where v_r is next to zero.
             if d * v_end < 0.0:
@@ -657,7 +657,7 @@ def step_through_events(
                 return x_end, v_end, math.nan, d, count, closest
             return x_end, v_end, d * a_end, d, count, closest
         # A stop: Eq. (9) decides between stick and slip.
-        x_r += d * way
+        x_r += d * distance
         v_r = 0.0
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
@@ -672,12 +672,12 @@ def step_through_events(
         a = -(F_L + d * law.F_fk) * per_m
         count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
         if reverses and len(substeps) == 0:
-            way, v = slip_by_series(steps, 0.0, jump, 0.0, h - begin)
-            x_end += way
+            distance, v = slip_by_series(steps, 0.0, jump, 0.0, h - begin)
+            x_end += distance
             v_end += v
             if abs(v_end) < MIN_REMAINDER * abs(v):
-                way, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
-                x_end, v_end = x_r + d * way, d * v_end
+                distance, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
+                x_end, v_end = x_r + d * distance, d * v_end
     return x_r, v_r, a, d, -1, closest
 
 
@@ -719,13 +719,13 @@ def stop_in_short_step(steps, v, a, r, v_end, h):
     c, w = steps.c, steps.w
     j = r - c * a - w * v
     if steps.brief:
-        stop, way = stop_by_series(velocity_series(steps.factors, v, a, j), v_end, h)
+        stop, distance = stop_by_series(velocity_series(steps.factors, v, a, j), v_end, h)
     else:
-        stop, way = stop_by_series(
+        stop, distance = stop_by_series(
             long_velocity_series(steps.factors, steps.more, v, a, j), v_end, h
         )
     if stop > 0.0:
-        return stop, way
+        return stop, distance
     return stop_by_flow(c, w, v, a, r, v_end, h)
 
 
@@ -797,16 +797,16 @@ def slip_long_step(steps, substeps, v, a, r, h):
 
     Returns
     -------
-    stop, way, v_end, a_end : float
+    stop, distance, v_end, a_end : float
         Time of the stop [s], infinity for none; distance until then or until the end [m];
         velocity [m/s] and, at the end, acceleration there [m/s²].
     """
     c, w = steps.c, steps.w
-    s, way = 0.0, 0.0
+    s, distance = 0.0, 0.0
     until = 0.0 if never_stops(c, w, v, a, r) else min(h, MAX_SUBSTEPS * substeps.h)
     while s < until:
         s, path, v, a = skip_substeps(steps, substeps, v, a, r, s, until)
-        way += path
+        distance += path
         length = min(substeps.h_short, until - s)
         q = long_velocity_series(steps.factors, steps.more, v, a, r - c * a - w * v)
         v_end = series_velocity(q, length)
@@ -814,8 +814,8 @@ def slip_long_step(steps, substeps, v, a, r, h):
         if not stop > 0.0:
             stop, path = stop_by_flow(c, w, v, a, r, v_end, length)
         if stop != NEVER:
-            return s + stop, way + path, 0.0, a
-        way += series_distance(q, length)
+            return s + stop, distance + path, 0.0, a
+        distance += series_distance(q, length)
         a = series_acceleration(q, length)
         v = max(v_end, 0.0)
         s += length
@@ -827,10 +827,10 @@ def slip_long_step(steps, substeps, v, a, r, h):
         if not never_stops(c, w, v, a, r):
             stop, path = stop_by_flow(c, w, v, a, r, v_end, left)
             if stop != NEVER:
-                return until + stop, way + path, 0.0, a
-        way += v * y + p * Y + r * YY
+                return until + stop, distance + path, 0.0, a
+        distance += v * y + p * Y + r * YY
         v, a = v_end, a * y_d + (r - w * v) * y
-    return NEVER, way, v, a
+    return NEVER, distance, v, a
 
 
 @inlined
@@ -838,18 +838,18 @@ def skip_substeps(steps, substeps, v, a, r, s, h):
     """Skip the substeps from s up to h without a stop; return s, distance, v and a there."""
     c, w = steps.c, steps.w
     length, (y, y_d, Y, YY) = substeps.h, substeps.whole
-    way, coarse = 0.0, True
+    distance, coarse = 0.0, True
     while True:
         p = a + c * v
         v_1 = v * y_d + p * y + r * Y
         a_1 = a * y_d + (r - w * v) * y
         if s + length > h or v_1 <= 0.0 or (a < 0.0 < a_1 and not never_stops(c, w, v, a, r)):
             if not coarse:
-                return s, way, v, a
+                return s, distance, v, a
             coarse = False
             length, (y, y_d, Y, YY) = substeps.h_short, substeps.short
             continue
-        way += v * y + p * Y + r * YY
+        distance += v * y + p * Y + r * YY
         v, a = v_1, a_1
         s += length
 
@@ -1028,26 +1028,38 @@ def advance_hold(steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_
     x_f, v_f = step_map.x_f * f, step_map.v_f * f
     u_0 = u_dd[n]
     a = -(u_0 + c * v_r + w * x_r + f)
-    way = 1.0 if v_r > 0.0 else -1.0
+    direction = 1.0 if v_r > 0.0 else -1.0
     while n < until:
         u_1 = u_dd[n + 1]
         x = step_map.x_x * x_r + step_map.x_v * v_r - (x_0 * u_0 + x_1 * u_1 + x_f)
         v = step_map.v_x * x_r + step_map.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
         a_end = -(u_1 + c * v + w * x + f)
-        if way * v <= 0.0 or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
+        if (
+            direction * v <= 0.0
+            or (direction * a < 0.0 and direction * a_end > 0.0)
+            or not low < x < high
+        ):
             if v == 0.0 or not low < x < high:
                 break
-            reverses = way * v < 0.0
+            reverses = direction * v < 0.0
             inside = low < x_r + v_r * dt < high and (reverses or low < x - v * dt < high)
-            if way * a >= 0.0 or not inside:
+            if direction * a >= 0.0 or not inside:
                 if not reverses:
                     break
-                r = -way * (u_1 - u_0) * steps.per_dt
-                s, path = turning_point(steps, way * v_r, way * a, r, way * v, way * a_end, dt)
-                if s < 0.0 or not low < x_r + way * path < high:
+                r = -direction * (u_1 - u_0) * steps.per_dt
+                s, path = turning_point(
+                    steps,
+                    direction * v_r,
+                    direction * a,
+                    r,
+                    direction * v,
+                    direction * a_end,
+                    dt,
+                )
+                if s < 0.0 or not low < x_r + direction * path < high:
                     break
             if reverses:
-                way = -way
+                direction = -direction
         n += 1
         u_0, x_r, v_r, a = u_1, x, v, a_end
         x_out[n] = x_r
@@ -1097,12 +1109,12 @@ def elastic_step_through_events(
             a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
             # A velocity that has just reached zero does not grow again by rounding of forces.
             a = 0.0 if stopped * a > 0.0 else a
-        way = motion_direction(v_r, a, -slope)
-        if way == 0:
+        direction = motion_direction(v_r, a, -slope)
+        if direction == 0:
             return x_r, v_r, x_0, mode, at, count
-        v, push, r = way * v_r, way * a, -way * slope
+        v, push, r = direction * v_r, direction * a, -direction * slope
         if holding:
-            gap = x_limit - way * (x_r - x_0) if mode != way * AT_LIMIT else 0.0
+            gap = x_limit - direction * (x_r - x_0) if mode != direction * AT_LIMIT else 0.0
             stop, path, v_end = (
                 next_stop(hold_steps, v, push, r, left) if gap > 0.0 else (0.0, 0.0, v)
             )
@@ -1113,26 +1125,26 @@ def elastic_step_through_events(
                     s, v = next_crossing(
                         hold_steps, v, push, r, gap, path, v_end, min(stop, left)
                     )
-                    x_next = x_0 + way * x_limit
+                    x_next = x_0 + direction * x_limit
                     a, stopped = math.nan, 0
                 begin = min(begin + s, h)
-                x_r, v_r, mode = x_next, way * v, way
+                x_r, v_r, mode = x_next, direction * v, direction
                 at = record_segment(segments, at, n, begin, x_r, v_r, x_0, mode)
                 F_L = limit_force(plant, x_r, u_0 + slope * begin)
-                count = record_event(log, count, n, begin, way * SLIP, x_r, F_L)
+                count = record_event(log, count, n, begin, direction * SLIP, x_r, F_L)
                 continue
             mode = HOLD
-        elif way != mode:
+        elif direction != mode:
             stop, path, v_end = 0.0, 0.0, 0.0
         else:
             stop, path, v_end = next_stop(yield_steps, v, push, r, left)
-        x_r += way * path
-        v_r = way * v_end
+        x_r += direction * path
+        v_r = direction * v_end
         if stop == NEVER:
             return x_r, v_r, x_0, mode, at, count
         begin = min(begin + stop, h)
         if stop > 0.0:
-            a, stopped = math.nan, way
+            a, stopped = math.nan, direction
         if not holding:
             # The mass stops: the contact holds, exactly at its limit.
             F_L = limit_force(plant, x_r, u_0 + slope * begin)
@@ -1180,7 +1192,7 @@ def advance_between_stops(
     x_1, v_1 = YY / dt, Y / dt
     x_0, v_0 = Y - x_1, y - v_1
     a = -(u_dd[n] + c * v_r + w * xi + f)
-    way = 1.0 if v_r > 0.0 else -1.0
+    direction = 1.0 if v_r > 0.0 else -1.0
     threshold = cancellation_speed(c, w)
     while n < end and at < full:
         u_0 = u_dd[n]
@@ -1188,8 +1200,8 @@ def advance_between_stops(
         x = step_map.x_x * xi + step_map.x_v * v_r - (x_0 * u_0 + x_1 * u_1 + step_map.x_f * f)
         v = step_map.v_x * xi + step_map.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + step_map.v_f * f)
         a_end = -(u_1 + c * v + w * x + f)
-        is_slow = way * v <= threshold * (abs(f) + w * abs(x))
-        if is_slow or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
+        is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
+        if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
             break
         at = record_segment(segments, at, n, 0.0, xi, v_r, z, mode)
         n += 1

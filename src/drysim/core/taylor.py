@@ -436,7 +436,7 @@ def begin_step(
 
 @inlined
 def step_extent(
-    plant, law, series, last, direction, step, settled, creeping, slow, v_tolerance
+    plant, law, series, last, direction, step, quasi_steady, creeping, slow, v_tolerance
 ):
     """Return the length over which a series is used [s], and what ends it there.
 
@@ -444,8 +444,9 @@ def step_extent(
     ----------
     plant, law, series, last, direction, step
         The series of degree `last`, the direction of motion, and its valid length [s].
-    settled, creeping : bool
-        Whether it is quasi-steady, or of a mass too slow for the Stribeck curve to have fallen.
+    quasi_steady, creeping : bool
+        Whether the series is quasi-steady; whether the mass is too slow for the Stribeck curve
+        to have fallen.
     slow : float
         Speed below which the mass creeps [m/s].
     v_tolerance : float
@@ -459,7 +460,7 @@ def step_extent(
     """
     step = curve_valid_length(law, series, last, direction, step, slow)
     stop = first_series_root(series.v, last, direction, step)
-    if settled and stop != NEVER:
+    if quasi_steady and stop != NEVER:
         # Near v_r = 0 the slow manifold does not exist: approach it, then use the full series.
         step, stop = 0.5 * stop, NEVER
     end, cause = NEVER, 0
@@ -612,8 +613,8 @@ def set_forcing(series, waves, u_0, slope, t):
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
         amplitude, omega = waves.values[at + A], waves.values[at + OMEGA]
-        turns = (waves.values[at + FREQUENCY] * t) % 1.0
-        angle = 2.0 * math.pi * turns + waves.values[at + PHASE]
+        cycles = (waves.values[at + FREQUENCY] * t) % 1.0
+        angle = 2.0 * math.pi * cycles + waves.values[at + PHASE]
         sine = amplitude * math.sin(angle)
         cosine = amplitude * math.cos(angle)
         for n in range(ORDER + 1):
@@ -778,8 +779,8 @@ def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_toleran
         if rate * h < STIFF_RATIO or (iterations > 2 and not change < 0.5 * before):
             return 0, h, 0
         if change <= 1.0:
-            settled = abs(series.z[0] - z) <= z_tolerance
-            return last, h, (iterations if settled else 0)
+            converged = abs(series.z[0] - z) <= z_tolerance
+            return last, h, (iterations if converged else 0)
     return 0, h, 0
 
 

@@ -292,7 +292,7 @@ def write_direction(d, at, rows, v_out, d_out):
 
 @compiled
 def sample_elastic_grid(
-    plant, law, waves, segments, first, dt, bare, sprung, x_out, v_out, F_out, d_out
+    plant, law, waves, segments, first, dt, slip_table, hold_table, x_out, v_out, F_out, d_out
 ):
     """Write a solution with an elastic contact under waves at the grid points n·dt.
 
@@ -302,13 +302,13 @@ def sample_elastic_grid(
         The first one starts at or before the first grid point.
     first, dt
         As in `sample_coulomb_grid`.
-    bare, sprung : array, shape (`table_size`,)
+    slip_table, hold_table : array, shape (`table_size`,)
         Work space for the tables of the oscillator without and with the contact stiffness.
     x_out, v_out, F_out, d_out : array, shape (n,)
         Written: x_r [m], v_r [m/s], contact force [N] and direction of motion.
     """
     last = first + len(x_out)
-    n, filled, filled_sprung = first, 0, 0
+    n, filled_slip, filled_hold = first, 0, 0
     for i in range(len(segments.s)):
         until = last
         if i + 1 < len(segments.s):
@@ -324,13 +324,15 @@ def sample_elastic_grid(
             # Whether a steady response is usable depends on the stiffness.
             set_phases(waves, effective, law, t, d)
             if is_holding(mode):
-                table = sprung
-                filled_sprung = fill_table(
-                    effective, waves, dt, sprung, filled_sprung, end - start
+                table = hold_table
+                filled_hold = fill_table(
+                    effective, waves, dt, hold_table, filled_hold, end - start
                 )
             else:
-                table = bare
-                filled = fill_table(effective, waves, dt, bare, filled, end - start)
+                table = slip_table
+                filled_slip = fill_table(
+                    effective, waves, dt, slip_table, filled_slip, end - start
+                )
             write_segment(
                 effective,
                 law,
@@ -406,9 +408,9 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
             x_r -= values[at + STEADY_X]
             v_r -= values[at + STEADY_V]
         else:
-            swing, rate, _, _, _ = response_from_rest(c, w, values, at, s, y, y_d)
-            x += swing
-            v += rate
+            x_wave, v_wave, _, _, _ = response_from_rest(c, w, values, at, s, y, y_d)
+            x += x_wave
+            v += v_wave
     push = g - w * x_r
     return x + x_r + v_r * y + push * Y, v + v_r * y_d + push * y
 
@@ -620,10 +622,10 @@ def integrate_coulomb_steps(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = (first + n) * dt
         start, x, v, mode = 0.0, x_r[n], v_r[n], d[n]
-        going = True
-        while going:
-            going = event < len(log.n) and log.n[event] == n
-            stop = log.s[event] if going else dt
+        has_event = True
+        while has_event:
+            has_event = event < len(log.n) and log.n[event] == n
+            stop = log.s[event] if has_event else dt
             lo = max(begin - t - start, 0.0)
             hi = min(end - t, stop) - start
             if hi > lo:
@@ -634,7 +636,7 @@ def integrate_coulomb_steps(
                 sums = add_sums(sums, part)
                 if mode == 0:
                     stuck += hi - lo
-            if going:
+            if has_event:
                 start, x, v, mode = stop, log.x_r[event], 0.0, direction_after(log.kind[event])
                 event += 1
     return *sums, stuck
@@ -690,8 +692,8 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:
-        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck mass has no free motion
-        length = min(panel_length(own[0], own[1], waves, s), hi - s)
+        active = (c, w) if d != 0 else (0.0, 0.0)  # a stuck mass has no free motion
+        length = min(panel_length(active[0], active[1], waves, s), hi - s)
         for i in range(len(TWELVE_NODES)):
             at = s + length * TWELVE_NODES[i]
             weight = length * TWELVE_WEIGHTS[i]
@@ -1073,34 +1075,36 @@ def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
     The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
     where the exponentials nearly cancel. Returns as `integrate_elastic_segments`.
     """
-    middle = g / w  # static equilibrium without waves
-    x_transient, rate = x_r - middle, v_r
+    x_mean = g / w  # static equilibrium without waves
+    x_transient, rate = x_r - x_mean, v_r
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
         if waves.values[at + A] != 0.0:
             x_transient -= waves.values[at + STEADY_X]
             rate -= waves.values[at + STEADY_V]
     length = hi - lo
-    x2, v2, x_dd2, power = middle * middle * length, 0.0, 0.0, 0.0
+    x2, v2, x_dd2, power = x_mean * x_mean * length, 0.0, 0.0, 0.0
     for i in range(waves.base + 1):
         root, x, u_dd = exponential_term(c, w, waves, x_transient, rate, i, lo)
-        turn = cmath.exp(root * length)
+        end_value = cmath.exp(root * length)
         v, x_dd = root * x, -(w + c * root) * x
-        x2 += 2.0 * middle * (x * integral_of_exponential(root, turn, length)).real
+        x2 += 2.0 * x_mean * (x * integral_of_exponential(root, end_value, length)).real
         for k in range(i + 1):
-            twice, other, x_k, u_k, turn_k = 1.0, root, x, u_dd, turn
+            multiplicity, other, x_k, u_k, end_value_k = 1.0, root, x, u_dd, end_value
             if k < i:
                 other, x_k, u_k = exponential_term(c, w, waves, x_transient, rate, k, lo)
-                twice, turn_k = 2.0, cmath.exp(other * length)
+                multiplicity, end_value_k = 2.0, cmath.exp(other * length)
             v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
             # Re(x e^pt) Re(y e^qt) = Re(x y e^(p + q)t + x y* e^(p + q*)t)/2, * the conjugate.
-            both = 0.5 * integral_of_exponential(root + other, turn * turn_k, length)
+            both = 0.5 * integral_of_exponential(root + other, end_value * end_value_k, length)
             against = 0.5 * integral_of_exponential(
-                root + other.conjugate(), turn * turn_k.conjugate(), length
+                root + other.conjugate(), end_value * end_value_k.conjugate(), length
             )
-            x2 += twice * (x * x_k * both + x * x_k.conjugate() * against).real
-            v2 += twice * (v * v_k * both + v * v_k.conjugate() * against).real
-            x_dd2 += twice * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
+            x2 += multiplicity * (x * x_k * both + x * x_k.conjugate() * against).real
+            v2 += multiplicity * (v * v_k * both + v * v_k.conjugate() * against).real
+            x_dd2 += (
+                multiplicity * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
+            )
             power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
             if k < i:
                 power += (v * (u_k * both + u_k.conjugate() * against)).real
@@ -1127,11 +1131,11 @@ def exponential_term(c, w, waves, x_transient, rate, i, s):
     at = WAVE_COLUMNS * i
     omega = waves.values[at + OMEGA]
     angle = omega * s + waves.values[at + THETA]
-    turn = complex(math.cos(angle), math.sin(angle))
-    u_dd = complex(0.0, -waves.values[at + A]) * turn
+    rotation = complex(math.cos(angle), math.sin(angle))
+    u_dd = complex(0.0, -waves.values[at + A]) * rotation
     x = complex(0.0, 0.0)
     if waves.values[at + A] != 0.0:
-        x = complex(waves.values[at + QUADRATURE], -waves.values[at + IN_PHASE]) * turn
+        x = complex(waves.values[at + QUADRATURE], -waves.values[at + IN_PHASE]) * rotation
     return complex(0.0, omega), x, u_dd
 
 
@@ -1189,11 +1193,11 @@ def evaluate_stops(
 def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
     """Integrate a motion between end stops from `begin` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, sliding_distance, stuck and hits as in `Totals`. `hits` does
-    not include the energy lost in rigid impacts, which has no duration.
+    Returns x2, v2, x_dd2, power, sliding_distance, stuck and stop_work as in `Totals`.
+    `stop_work` does not include the energy lost in rigid impacts, which have no duration.
     """
     m, k_x, b = plant
-    x2, v2, x_dd2, power, sliding_distance, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x2, v2, x_dd2, power, sliding_distance, stuck, stop_work = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(segments.n)):
         s, hi = segment_window(segments, dt, i, begin, end)
         if hi <= s or segments.d[i] == ARRIVAL:
@@ -1231,9 +1235,9 @@ def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
                 x_dd2 += weight * x_dd * x_dd
                 power += weight * u * v
                 sliding_distance += weight * load * abs(v)
-                hits += weight * F * v
+                stop_work += weight * F * v
             s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, sliding_distance, stuck, hits
+    return x2, v2, x_dd2, power, sliding_distance, stuck, stop_work
 
 
 @compiled
@@ -1251,15 +1255,15 @@ def friction_and_stop_forces(plant, law, mode, z, xi, v_r, u_dd, load):
     At rest against a rigid stop only their sum is determined: friction then carries as much as
     its static limit allows, the stop the rest.
     """
-    touch, d = decode_stop_state(mode), decode_direction(mode)
+    stop_state, d = decode_stop_state(mode), decode_direction(mode)
     if d != 0:
-        return d * law.F_fk * load, bumper_force(law, touch, xi, v_r)
-    F_L = plant.m * u_dd + restoring_force(plant, law, touch, z, xi)
+        return d * law.F_fk * load, bumper_force(law, stop_state, xi, v_r)
+    F_L = plant.m * u_dd + restoring_force(plant, law, stop_state, z, xi)
     if rigid_stop_side(law, z, xi) != 0:
-        hold = law.F_fs * load
-        F_f = min(max(-F_L, -hold), hold)
+        limit = law.F_fs * load
+        F_f = min(max(-F_L, -limit), limit)
         return F_f, -F_L - F_f
-    return -F_L, bumper_force(law, touch, xi, 0.0)
+    return -F_L, bumper_force(law, stop_state, xi, 0.0)
 
 
 PEAK_SUBDIVISIONS = 40.0
@@ -1282,16 +1286,16 @@ def peak_bumper_force(plant, law, waves, u_dd, dt, segments, begin, end):
             continue
         c, w, g, r, _, _ = resume_stops(plant, law, waves, u_dd, dt, segments, i)
         side = 1.0 if decode_stop_state(mode) > 0 else -1.0
-        push, rate = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, s)
-        greatest = max(greatest, push)
+        force, rate = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, s)
+        greatest = max(greatest, force)
         while s < hi:
             length = min(panel_length(c, w, waves, s) / PEAK_SUBDIVISIONS, hi - s)
             until = s + length if length < hi - s else hi
-            push, after = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, until)
-            greatest = max(greatest, push)
+            force, after = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, until)
+            greatest = max(greatest, force)
             if rate > 0.0 and after < 0.0:
-                push = local_force_peak(c, w, waves, law, xi, v, g, r, side, s, until)
-                greatest = max(greatest, push)
+                force = local_force_peak(c, w, waves, law, xi, v, g, r, side, s, until)
+                greatest = max(greatest, force)
             s, rate = until, after
     return greatest
 
@@ -1323,15 +1327,18 @@ def local_force_peak(c, w, waves, law, xi, v_r, g, r, side, low, high):
 def evaluate_normal_force(
     plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
 ):
-    """Write the motion at ascending times t [s], as `evaluate_stops` does; z is 0."""
+    """Write a motion under a varying normal force at ascending times; as `evaluate_elastic`.
+
+    `z_out` is 0.
+    """
     c, w = plant.b / plant.m, plant.k_x / plant.m
     i = 0
     known = -1
-    span, g, r, u_0, slope = load_ramp_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
+    ramp, g, r, u_0, slope = load_ramp_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
         if known != i:
-            span, g, r, u_0, slope = resume_normal_force(
+            ramp, g, r, u_0, slope = resume_normal_force(
                 plant, law, waves, u_dd, dt, segments, i
             )
             known = i
@@ -1345,7 +1352,7 @@ def evaluate_normal_force(
         if s != 0.0:
             x, v, _, _ = motion_at(c, w, waves, x, v, g, r, s)
         x_out[k], v_out[k] = x, v
-        F_out[k] = law.F_fk * relative_friction(law, waves, span, mode, s)
+        F_out[k] = law.F_fk * relative_friction(law, waves, ramp, mode, s)
         d_out[k] = slip_direction(mode)
         if mode == LIFTED_OFF:
             d_out[k] = -1 if v < 0.0 else 1
@@ -1353,7 +1360,10 @@ def evaluate_normal_force(
 
 @compiled
 def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Integrate such a motion from `begin` to `end` [s]; returns as `integrate_elastic`."""
+    """Integrate a motion under a varying normal force from `begin` to `end` [s].
+
+    Returns as `integrate_elastic`.
+    """
     c, w = plant.b / plant.m, plant.k_x / plant.m
     x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(segments.n)):
@@ -1367,15 +1377,15 @@ def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
             hi = min(hi, between)
         if hi <= s:
             continue
-        span, g, r, u_0, slope = resume_normal_force(plant, law, waves, u_dd, dt, segments, i)
+        ramp, g, r, u_0, slope = resume_normal_force(plant, law, waves, u_dd, dt, segments, i)
         mode, x_r, v_r = segments.d[i], segments.x_r[i], segments.v_r[i]
         if mode == STUCK:
             stuck += hi - s
             x2 += x_r * x_r * (hi - s)
         while s < hi:
             # A stuck mass has no free motion.
-            own = (0.0, 0.0) if mode == STUCK else (c, w)
-            length = min(panel_length(own[0], own[1], waves, s), hi - s)
+            active = (0.0, 0.0) if mode == STUCK else (c, w)
+            length = min(panel_length(active[0], active[1], waves, s), hi - s)
             for k in range(len(TWELVE_NODES)):
                 at = s + length * TWELVE_NODES[k]
                 weight = length * TWELVE_WEIGHTS[k]
@@ -1384,7 +1394,7 @@ def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
                     x_dd2 += weight * u_now * u_now
                     continue
                 x, v, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, at)
-                share = relative_friction(law, waves, span, mode, at)
+                share = relative_friction(law, waves, ramp, mode, at)
                 x_dd = -(w * x + c * v + law.F_fk / plant.m * share)
                 x2 += weight * x * x
                 v2 += weight * v * v
@@ -1401,24 +1411,24 @@ def resume_normal_force(plant, law, waves, u_dd, dt, segments, i):
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     d = slip_direction(segments.d[i])
     set_phases(waves, plant, law, t, d)
-    span = load_ramp_at(law, t)
+    ramp = load_ramp_at(law, t)
     f = d * law.F_fk / plant.m
-    return span, -u_0 - f * span.load, -slope - f * span.rate, u_0, slope
+    return ramp, -u_0 - f * ramp.load, -slope - f * ramp.rate, u_0, slope
 
 
 @compiled
-def relative_friction(law, waves, span, mode, s):
+def relative_friction(law, waves, ramp, mode, s):
     """Return the friction force of sliding relative to F_fk [-] at time s of a segment."""
     if mode == LIFTED_OFF:
         return 0.0
-    return slip_direction(mode) * max(load_at(law, waves, span, s)[0], 0.0)
+    return slip_direction(mode) * max(load_at(law, waves, ramp, s)[0], 0.0)
 
 
 # Peaks, crossings and excursions from the turning points.
 
 
 MAX_NEWTON_STEPS = 100
-"""Newton's method needs about 5 steps; repeated bisection reaches one float after 60."""
+"""Newton's method needs about 5 steps; bisection reaches adjacent floats after about 60."""
 
 
 @compiled
@@ -1509,8 +1519,8 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
     if side != 0:
         left += end
     # On an orbit, an excursion across the end of the period counts once.
-    seam = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
-    return times - seam, first, left - entered
+    across_end = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
+    return times - across_end, first, left - entered
 
 
 @compiled
@@ -1599,13 +1609,13 @@ def write_turning_points(
         c, w, f = begin_segment(plant, law, waves, mode, segments.z[i], t + s)
         segment = start_segment(c, w, waves, x_r, v_r, -u_0 - f, -slope)
         left = lengths[i] - s
-        direction, turn, x_turn = (
+        direction, s_turn, x_turn = (
             motion_direction(segment.v_r, segment.a, segment.j),
             NEVER,
             x_r,
         )
         if direction != 0:
-            turn, x_turn = slip_exit_time(
+            s_turn, x_turn = slip_exit_time(
                 c,
                 w,
                 waves,
@@ -1618,17 +1628,19 @@ def write_turning_points(
                 direction,
                 left,
             )
-        if turn >= left or not t + s + turn > t + s:
+        if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
-        t_out[count], x_out[count] = t + s + turn, x_turn
+        t_out[count], x_out[count] = t + s + s_turn, x_turn
         far = half_cycle_extreme(far, x_turn)
         count += 1
-        until = turn
+        until = s_turn
         if only and is_holding(mode):
             x_end = segments.x_r[i + 1]
-            until = uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, left)
-        if until > turn:
+            until = uneventful_until(
+                law, waves, segment, x_turn, far, x_end, x_rM, s_turn, left
+            )
+        if until > s_turn:
             x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, segment.g, -slope, until)
         else:
             x_r, v_r = x_turn, 0.0
@@ -1638,7 +1650,7 @@ def write_turning_points(
 
 @compiled
 def write_sampled_turning_points(
-    plant, law, sprung, u_dd, x_out, v_out, segments, whole, x_rM, at, t_out, x_turning
+    plant, law, hold_steps, u_dd, x_out, v_out, segments, whole, x_rM, at, t_out, x_turning
 ):  # fmt: skip
     """Write turning points of a sampled march with a constant contact limit.
 
@@ -1646,8 +1658,8 @@ def write_sampled_turning_points(
     ----------
     plant, law, segments, whole, x_rM
         As in `write_turning_points`.
-    sprung : OscillatorSteps
-        The steps of a contact that holds.
+    hold_steps : OscillatorSteps
+        Steps of the oscillator with the contact stiffness.
     u_dd, x_out, v_out : array, shape (samples,)
         Base acceleration [m/s²], and the state [m, m/s].
     at : tuple
@@ -1662,7 +1674,7 @@ def write_sampled_turning_points(
         As in `write_turning_points`.
     """
     i, n, s, x, v = at
-    c, w, dt, stiffness = sprung.c, sprung.w, sprung.dt, law.k_t / plant.m
+    c, w, dt, stiffness = hold_steps.c, hold_steps.w, hold_steps.dt, law.k_t / plant.m
     count = 0
     while i < len(segments.n) and count + 2 <= len(t_out):
         if n < 0:
@@ -1679,17 +1691,17 @@ def write_sampled_turning_points(
             last, end = segments.n[i + 1], segments.s[i + 1]
         f = -stiffness * segments.z[i]
         while (n < last or (n == last and s < end)) and count + 2 <= len(t_out):
-            slope = (u_dd[n + 1] - u_dd[n]) * sprung.per_dt
+            slope = (u_dd[n + 1] - u_dd[n]) * hold_steps.per_dt
             a = -(u_dd[n] + slope * s + c * v + w * x + f)
             direction = motion_direction(v, a, -slope)
             h = (end if n == last else dt) - s
-            stop, far = NEVER, 0.0
+            stop, path = NEVER, 0.0
             if direction != 0:
-                stop, far, _ = next_stop(
-                    sprung, direction * v, direction * a, -direction * slope, h
+                stop, path, _ = next_stop(
+                    hold_steps, direction * v, direction * a, -direction * slope, h
                 )
             if stop < h and s + stop > s:
-                x, v, s = x + direction * far, 0.0, s + stop
+                x, v, s = x + direction * path, 0.0, s + stop
                 t_out[count], x_turning[count] = n * dt + s, x
                 count += 1
             else:
@@ -1727,7 +1739,7 @@ def is_hold_uneventful(law, segments, i, x_rM):
 
 
 @compiled
-def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
+def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, s_turn, h):
     """Return the time until which the motion after a turning point stays uneventful [s].
 
     Parameters
@@ -1740,23 +1752,23 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
         passes x_end in the same half cycle, so x_end counts as known.
     x_rM : float
         Stroke limit [m]; infinite for none.
-    turn, h : float
+    s_turn, h : float
         Time of the turning point, and remaining length of the segment [s].
     """
     # Less than half a natural period is left: there is at most one more turning point.
-    if segment.w * (h - turn) * (h - turn) < math.pi * math.pi:
-        return turn
-    own = transient_response(segment, waves)
-    if own.side == 0:
-        return turn
+    if segment.w * (h - s_turn) * (h - s_turn) < math.pi * math.pi:
+        return s_turn
+    transient = transient_response(segment, waves)
+    if transient.side == 0:
+        return s_turn
     side = sign(x_turn)
-    until = turn
+    until = s_turn
     # First with x_end as a known extreme. If the motion may change sides before the end of
     # the segment, x_end belongs to another half cycle and only `far` is known.
     for known in (max(side * far, side * x_end), side * far):
         low, high = uneventful_range(x_turn, known, x_rM)
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-        until = safe_until(own, segment, waves, law, middle, reach, False, turn, h)
+        until = safe_until(transient, segment, waves, law, middle, reach, False, s_turn, h)
         if until >= h or side * x_end <= side * far:
             return until
     return until

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from drysim import system
-from drysim.core.model import MAX_KEPT, Samples
+from drysim.core.model import MAX_CACHED, Samples
 from drysim.units import Block, InvalidValue, Quantity
 
 Floats = NDArray[np.float64]
@@ -174,7 +174,7 @@ Done = TypeVar("Done")
 
 def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
     """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
-    if n <= MAX_KEPT:
+    if n <= MAX_CACHED:
         return [do(job) for job in jobs]
     from concurrent.futures import ThreadPoolExecutor
 

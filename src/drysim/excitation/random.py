@@ -186,9 +186,9 @@ def _sin2_half_angle(turn: float, first: int, part: slice) -> Floats:
 @cache
 def _phase_factors() -> NDArray[np.complex128]:
     """Return e^(jφ) for all phases; computed once."""
-    turns: NDArray[np.complex128] = np.exp(2j * pi / N_PHASES * np.arange(N_PHASES))
-    turns.flags.writeable = False
-    return turns
+    factors: NDArray[np.complex128] = np.exp(2j * pi / N_PHASES * np.arange(N_PHASES))
+    factors.flags.writeable = False
+    return factors
 
 
 def _few_lines_warnings(squares: Floats) -> Iterator[WarningMessage]:

@@ -1,4 +1,4 @@
-"""The manual: Markdown pages in four shelves, shipped with the package.
+"""The manual: Markdown pages in four sections, shipped with the package.
 
 `drysim manual` shows them in a terminal, `make docs` builds a site from the same files. What a
 single word means (a key, a metric, a column, a warning) is in `manual.words`.
@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-SHELVES = {
+SECTIONS = {
     "start": ("symbols", "first-run"),
     "tasks": ("own-record", "sweep", "compare", "seat", "seeds", "python"),
     "reference": (
@@ -23,7 +23,7 @@ SHELVES = {
         "development", "changes",
     ),
 }  # fmt: skip
-"""Names of the pages by shelf, in reading order."""
+"""Names of the pages by section, in reading order."""
 
 FIRST = "symbols"
 """The page that is shown where none is named."""
@@ -36,7 +36,7 @@ class Page(NamedTuple):
     """A page of the manual."""
 
     name: str
-    shelf: str
+    section: str
     file: Path
 
     @property
@@ -55,8 +55,8 @@ def pages() -> dict[str, Page]:
     """Return all pages by name, in reading order."""
     home = Path(__file__).parent
     return {
-        name: Page(name, shelf, home / shelf / f"{name}.md")
-        for shelf, names in SHELVES.items()
+        name: Page(name, section, home / section / f"{name}.md")
+        for section, names in SECTIONS.items()
         for name in names
     }
 

@@ -1,4 +1,4 @@
-"""What each word of drysim means, as `drysim explain` shows it.
+"""Glossary of drysim's keys, metrics, columns and other words, for `drysim explain`.
 
 Keys come from the JSON schema, metrics from their table, laws, approaches and kinds of base
 motion from their classes; symbols, columns, events, warnings and exit codes from tables of the
@@ -29,13 +29,13 @@ class Entry(NamedTuple):
     word : str
         A dotted key, a metric, a symbol, a column, a warning, an exit code.
     kind : str
-        What sort of word it is.
+        Kind of word, one of the constants below.
     text : str
         Its meaning, in sentences.
     unit : str
         Unit of its value, empty for none.
     default : str
-        Value of a key that is left out; `required` where it must be given.
+        Default value of a key; `required` if the key has no default.
     where : str
         Files or blocks in which it occurs.
     example : str
@@ -56,7 +56,7 @@ EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
 EXCITATION, SYMBOL = "kind of base motion", "symbol"
 
 TABLES = ((COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"))
-"""Pages of the manual whose tables have the words of a kind."""
+"""Kinds of word that are read from tables of the manual, with the page."""
 
 SYMBOL_PAGE = "symbols"
 """Page of the manual with the table of symbols."""
@@ -103,7 +103,7 @@ def _entries() -> Iterator[Entry]:
         example = EXAMPLES[METRIC].format(word=name, unit=unit).replace(" -]", "]")
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page in TABLES:
-        yield from _listed(kind, page)
+        yield from _table_entries(kind, page)
 
 
 def _symbols() -> Iterator[Entry]:
@@ -118,7 +118,7 @@ def _symbols() -> Iterator[Entry]:
                 )
 
 
-def _listed(kind: str, page: str) -> Iterator[Entry]:
+def _table_entries(kind: str, page: str) -> Iterator[Entry]:
     """Return the words of a table of the manual: rows whose first cell is a word in code."""
     text = pages()[page].text
     if kind == EVENT:
@@ -126,17 +126,17 @@ def _listed(kind: str, page: str) -> Iterator[Entry]:
     elif kind == COLUMN:
         text = text.partition("## Events")[0]
     for word, cells in ROW.findall(text):
-        facts = [cell.strip().replace("\\|", "|") for cell in CELL.split(cells)]
+        fields = [cell.strip().replace("\\|", "|") for cell in CELL.split(cells)]
         if kind == COLUMN:
-            unit, where, meaning = facts
+            unit, where, meaning = fields
             yield Entry(word, kind, meaning, unit, where=where.replace("`", ""))
         else:
             example = EXAMPLES[WARNING] if kind == WARNING else ""
-            yield Entry(word, kind, facts[0], example=example)
+            yield Entry(word, kind, fields[0], example=example)
 
 
 def explain(word: str) -> list[Entry]:
-    """Return what a word means: exact matches, else keys that end with it."""
+    """Return the entries of a word: exact matches, else keys that end with it."""
     word = re.sub(r"^exit[ -](?:code )?", "", word.strip().strip("`"))
     word = re.sub(r" \[.*\]$", "", word)
     found = [one for one in entries() if one.word == word]
@@ -152,7 +152,7 @@ def explain(word: str) -> list[Entry]:
 
 
 def similar(word: str, count: int = 3) -> list[str]:
-    """Return words that are spelled almost like one that is not known."""
+    """Return known words with a spelling close to an unknown one."""
     known = {one.word for one in entries()}
     tails = {name.rpartition(".")[2]: name for name in known}
     close = get_close_matches(word, [*known, *tails], count)
@@ -161,8 +161,8 @@ def similar(word: str, count: int = 3) -> list[str]:
 
 # The keys of a scenario, from its JSON schema.
 
-CONSTANT = {"const", "default"}
-"""A key with the first of these and without the other tells kinds of a block apart."""
+DISCRIMINATOR_KEYS = {"const", "default"}
+"""A key whose schema has `const` but no `default` is a discriminator of kinds of block."""
 
 
 class Block(NamedTuple):
@@ -174,15 +174,15 @@ class Block(NamedTuple):
     keys: tuple[Entry, ...]
 
 
-LONGEST = 60
-"""Characters of an example at most."""
+MAX_EXAMPLE_LENGTH = 60
+"""Maximum number of characters of an example."""
 
 KINDS = {"excitation": EXCITATION, "friction": LAW}
-"""What the kinds of a block are called."""
+"""Names for the kinds of a block."""
 
 
 def keys() -> Iterator[Entry]:
-    """Return every key of a scenario, the kinds of blocks included."""
+    """Yield every key of a scenario, and every kind of block."""
     merged: dict[tuple[str, str], list[Entry]] = {}
     for block in blocks():
         if block.kind:
@@ -201,12 +201,14 @@ def keys() -> Iterator[Entry]:
         )
         defaults = list(dict.fromkeys(one.default for one in same))
         default = defaults[0] if len(defaults) == 1 else "depends on the kind"
-        yield same[0]._replace(where=where, default=default, example=_in_gallery(same[0].word))
+        yield same[0]._replace(
+            where=where, default=default, example=_gallery_example(same[0].word)
+        )
 
 
 @cache
 def _gallery() -> dict[str, str]:
-    """Return a value for each dotted key that the gallery uses, as YAML in one line."""
+    """Return an example value for each dotted key in the gallery, as YAML on one line."""
     found: dict[str, str] = {}
 
     def collect(prefix: str, value: Any) -> None:
@@ -227,21 +229,21 @@ def _gallery() -> dict[str, str]:
     return found
 
 
-def _in_gallery(word: str) -> str:
-    """Return an example of a key, as a gallery scenario has it; empty where none has."""
+def _gallery_example(word: str) -> str:
+    """Return an example of a key from the gallery; empty if there is none."""
     value = _gallery().get(word)
-    if value is None or len(value) > LONGEST:
+    if value is None or len(value) > MAX_EXAMPLE_LENGTH:
         return ""
     if "[]" in word or "." not in word:
         return f"{word.rpartition('.')[2]}: {value}"
     return f"--set {word}={value}" if " " not in value else f'--set "{word}={value}"'
 
 
-NOTES = "Notes\n-----"
-"""A heading of docstrings, which has no place within a line."""
+NOTES_HEADING = "Notes\n-----"
+"""Section heading in docstrings; removed because descriptions are joined to one line."""
 
-OPTIONS = "Options of another law for comparisons; all keys are optional."
-"""Text for the blocks of all other laws that the block of one law may hold."""
+LAW_OPTIONS_TEXT = "Options of another law for comparisons; all keys are optional."
+"""Description of the optional blocks with the options of other laws."""
 
 
 @cache
@@ -252,35 +254,45 @@ def blocks() -> tuple[Block, ...]:
 
 def _blocks() -> Iterator[Block]:
     root = schema()
-    yield Block("", "", "", tuple(_rows(root, root, "", "", deep=False)))
+    yield Block("", "", "", tuple(_block_entries(root, root, "", "", deep=False)))
     for key, field in root["properties"].items():
-        for way, block in _inner(root, field):
-            tags = [f"{name}: {given['const']}" for name, given in _constants(block)]
+        for suffix, block in _inner_blocks(root, field):
+            tags = [
+                f"{name}: {discriminator['const']}"
+                for name, discriminator in _discriminators(block)
+            ]
             kind = " ".join(tags)
             where = f"{key} with {kind}" if kind else ""
-            text = " ".join(block.get("description", "").replace(NOTES, "").split())
-            yield Block(key + way, kind, text, tuple(_rows(root, block, f"{key}{way}.", where)))
+            text = " ".join(block.get("description", "").replace(NOTES_HEADING, "").split())
+            yield Block(
+                key + suffix,
+                kind,
+                text,
+                tuple(_block_entries(root, block, f"{key}{suffix}.", where)),
+            )
 
 
-def _rows(root: Any, block: Any, prefix: str, where: str, deep: bool = True) -> Iterator[Entry]:
-    """Return every key of a block and of the blocks in it."""
-    tags, listed = [name for name, _ in _constants(block)], False
+def _block_entries(
+    root: Any, block: Any, prefix: str, where: str, deep: bool = True
+) -> Iterator[Entry]:
+    """Yield every key of a block and of the blocks in it."""
+    tags, listed = [name for name, _ in _discriminators(block)], False
     for key, field in block["properties"].items():
         if key in tags:
             continue
         if field.get("$ref", "").endswith("Options"):  # one line stands for all laws
             if not listed:
-                yield Entry(f"{prefix}<law>", KEY, OPTIONS, "", "", where)
+                yield Entry(f"{prefix}<law>", KEY, LAW_OPTIONS_TEXT, "", "", where)
             listed = True
             continue
         text, unit = _meaning(field)
         yield Entry(prefix + key, KEY, text, unit, _default(block, key, field), where)
-        for way, inner in _inner(root, field) if deep else ():
-            yield from _rows(root, inner, f"{prefix}{key}{way}.", where)
+        for suffix, inner in _inner_blocks(root, field) if deep else ():
+            yield from _block_entries(root, inner, f"{prefix}{key}{suffix}.", where)
 
 
 def _meaning(field: Any) -> tuple[str, str]:
-    """Return what a key means, and the unit that its text names in brackets."""
+    """Return the description of a key, and the unit in brackets in its description."""
     text = " ".join(field["description"].split())
     unit = "".join(re.findall(r" \[([^\], ]+)\]", re.sub("`[^`]*`", "", text))[:1])
     text = text.replace(f" [{unit}]", "", 1)
@@ -291,37 +303,43 @@ def _meaning(field: Any) -> tuple[str, str]:
 
 
 def _default(block: Any, key: str, field: Any) -> str:
-    """Return the value of a key that is left out; `required` where it must be given."""
+    """Return the default value of a key; `required` if the key has no default."""
     if key in block.get("required", ()):
         return "required"
     value = field.get("default")
     for rule in block.get("allOf", ()):
         for words, then in (("oneOf", ""), ("anyOf", f": then {value}")):
-            either = [option["required"][0] for option in rule.get(words, ())]
-            if key in either and (words == "oneOf" or value is not None):
-                others = " or ".join(f"`{other}`" for other in either if other != key)
+            alternatives = [option["required"][0] for option in rule.get(words, ())]
+            if key in alternatives and (words == "oneOf" or value is not None):
+                others = " or ".join(f"`{other}`" for other in alternatives if other != key)
                 return f"required, or {others}{then}"
     if isinstance(value, bool | float):
         value = f"{value:g}" if isinstance(value, float) else str(value).lower()
     return "" if value in (None, "", []) or isinstance(value, dict) else str(value)
 
 
-def _constants(block: Any) -> list[tuple[str, Any]]:
-    """Return the keys by which a block states its kind."""
+def _discriminators(block: Any) -> list[tuple[str, Any]]:
+    """Return the keys whose value names the kind of block, with their schema."""
     properties = block["properties"].items()
-    return [(key, field) for key, field in properties if {"const"} == field.keys() & CONSTANT]
+    return [
+        (key, field)
+        for key, field in properties
+        if {"const"} == field.keys() & DISCRIMINATOR_KEYS
+    ]
 
 
-def _inner(root: Any, field: Any) -> Iterator[tuple[str, Any]]:
-    """Return the blocks that a field may hold, and the way there: a list, a key, or none."""
+def _inner_blocks(root: Any, field: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the blocks in a field and the suffix of their path: `[]`, `.<key>` or none."""
     if "$ref" in field:
         field = root["$defs"][field["$ref"].rpartition("/")[2]]
     if "properties" in field:
         yield "", field
     for part in (*field.get("oneOf", ()), *field.get("anyOf", ())):
-        yield from _inner(root, part)
-    for key, way in (("items", "[]"), ("additionalProperties", ".<key>")):
+        yield from _inner_blocks(root, part)
+    for key, suffix in (("items", "[]"), ("additionalProperties", ".<key>")):
         if isinstance(field.get(key), dict):
-            yield from ((way + deeper, block) for deeper, block in _inner(root, field[key]))
+            yield from (
+                (suffix + deeper, block) for deeper, block in _inner_blocks(root, field[key])
+            )
     for named in field.get("patternProperties", {}).values():
-        yield from ((".<key>" + deeper, block) for deeper, block in _inner(root, named))
+        yield from ((".<key>" + deeper, block) for deeper, block in _inner_blocks(root, named))

@@ -171,11 +171,16 @@ def measure(
         path_in_window(trajectory, path, window), length, x_rM, stationary
     )
     ends = trajectory.state(window[0]), trajectory.state(window[1])
-    held = bumper_energy(trajectory.law, ends[0]), bumper_energy(trajectory.law, ends[1])
-    values |= energy_metrics(trajectory.plant, trajectory.law.F_fk, totals, *ends, held)
+    bumper_energies = (
+        bumper_energy(trajectory.law, ends[0]),
+        bumper_energy(trajectory.law, ends[1]),
+    )
+    values |= energy_metrics(
+        trajectory.plant, trajectory.law.F_fk, totals, *ends, bumper_energies
+    )
     if isinstance(trajectory.law, EndStopLaw):
         values |= impact_metrics(trajectory, window, repeats=closure is not None)
-        values["energy_stops"] = totals.hits - (held[1] - held[0])
+        values["energy_stops"] = totals.stop_work - (bumper_energies[1] - bumper_energies[0])
         hourly = values.get("stroke_once_an_hour")
         if trajectory.law.rigid and hourly is not None:  # rigid stops bound the stroke
             values["stroke_once_an_hour"] = min(hourly, trajectory.law.x_rM)
@@ -275,7 +280,7 @@ def energy_metrics(
     work = -plant.m * totals.power
     begin = mechanical_energy(plant, first) + bumpers[0]
     stored = mechanical_energy(plant, last) + bumpers[1] - begin
-    stops = totals.hits - (bumpers[1] - bumpers[0])
+    stops = totals.stop_work - (bumpers[1] - bumpers[0])
     viscous = plant.b * totals.v2
     friction = F_fk * totals.sliding_distance
     exchanged = plant.m * sqrt(totals.u_dd2 * totals.v2)

@@ -165,14 +165,14 @@ def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
     left_out |= set() if result.scenario.measure.weights else {*COMFORT_METRICS}
     left_out |= set() if result.scenario.stops else {*END_STOP_METRICS}
     names = [name for name in UNITS if name not in left_out]
-    headings = [SEED_HEADER, *map(column_header, names), "status", "sha256"]
+    headers = [SEED_HEADER, *map(column_header, names), "status", "sha256"]
     columns = [
         map(str, result.seeds),
         *metric_columns(result.rows, names),
         [row.status for row in result.rows],
         [row.sha256 for row in result.rows],
     ]
-    write_csv(folder / "ensemble.csv", headings, [join_columns(columns)])
+    write_csv(folder / "ensemble.csv", headers, [join_columns(columns)])
 
 
 def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
@@ -181,8 +181,8 @@ def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
     if rows:
         seeds = [str(row.seed) for row in rows]
         columns = [seeds, *metric_columns(rows, VIOLATION_METRICS)]
-        headings = [SEED_HEADER, *map(column_header, VIOLATION_COLUMNS)]
-        write_csv(folder / "stroke_violations.csv", headings, [join_columns(columns)])
+        headers = [SEED_HEADER, *map(column_header, VIOLATION_COLUMNS)]
+        write_csv(folder / "stroke_violations.csv", headers, [join_columns(columns)])
 
 
 def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
@@ -257,7 +257,7 @@ CASE_KEYS = ("scenario", "inputs", "excitation")
 
 def write_speed_error_csv(bench: Bench, folder: Path) -> None:
     """Write speed_error.csv: a row per entry and case."""
-    headings = [
+    headers = [
         "approach", "setting", *map(column_header, BENCH_COLUMNS), "verdict",
         "case", *map(column_header, LAST_BENCH_COLUMNS),
     ]  # fmt: skip
@@ -275,7 +275,7 @@ def write_speed_error_csv(bench: Bench, folder: Path) -> None:
                     *map(format_cell, (one.ratio, one.samples, one.repeats)),
                 ]
             )
-    write_csv(folder / "speed_error.csv", headings, [join_columns(zip(*rows, strict=True))])
+    write_csv(folder / "speed_error.csv", headers, [join_columns(zip(*rows, strict=True))])
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
@@ -313,22 +313,22 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
 
     deviations = [f"{metric}_deviation" for metric in COMPARED_METRICS]
     numbers = [*deviations, "checks", "passed", "time"]
-    headings = ["case", "approach", "verdict", "how", *map(column_header, numbers)]
+    headers = ["case", "approach", "verdict", "how", *map(column_header, numbers)]
     rows = []
     for case in result.cases:
         for one in case.results:
             off = [format_cell(one.deviations.get(metric)) for metric in COMPARED_METRICS]
             counts = [str(one.checks), str(one.passed), str(one.time)]
-            words = [case.scenario.name, one.approach, one.word, quote_cell(one.how)]
+            words = [case.scenario.name, one.approach, one.verdict, quote_cell(one.reason)]
             rows.append([*words, *off, *counts])
-    write_csv(folder / "hard_cases.csv", headings, [join_columns(zip(*rows, strict=True))])
+    write_csv(folder / "hard_cases.csv", headers, [join_columns(zip(*rows, strict=True))])
 
 
 def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for the hard cases."""
     results = [one for case in result.cases for one in case.results]
     metrics: Fields = {
-        name: dict(Counter(one.word for one in results if one.approach == name))
+        name: dict(Counter(one.verdict for one in results if one.approach == name))
         for name in dict.fromkeys(one.approach for one in results)
     }
     cases: list[Fields] = [

@@ -140,14 +140,14 @@ INTERVAL_METRICS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
 
 def write_transmissibility_csv(table: Table, folder: Path) -> None:
     """Write transmissibility.csv: every case of a sweep, then those of its reference."""
-    headings, optional = _case_headers(table), optional_metrics(table)
+    headers, optional = _case_headers(table), optional_metrics(table)
     if len(table.rows) <= MAX_CACHED_ROWS or _has_ensembles(table):
         lines: Iterable[bytes] = [join_columns(_case_columns(table))]
     else:
         keys = [axis.key for axis in table.axes]
         blocks = (_case_block(batch, keys, optional) for batch in as_batches(table.rows))
-        lines = format_cases(blocks, STATUSES, len(headings) - len(optional) - 2)
-    write_csv(folder / "transmissibility.csv", headings, lines)
+        lines = format_cases(blocks, STATUSES, len(headers) - len(optional) - 2)
+    write_csv(folder / "transmissibility.csv", headers, lines)
 
 
 def write_comparison_csv(result: Comparison, folder: Path) -> None:
@@ -160,10 +160,10 @@ def write_comparison_csv(result: Comparison, folder: Path) -> None:
     if result.of_laws:
         names.append("law")
         off.append([result.laws[row.approach] for row in result.table.rows])
-    headings = [*_case_headers(result.table), *map(column_header, names)]
+    headers = [*_case_headers(result.table), *map(column_header, names)]
     write_csv(
         folder / "comparison.csv",
-        headings,
+        headers,
         [join_columns([*_case_columns(result.table), *off])],
     )
 
@@ -175,9 +175,9 @@ def write_case_violations_csv(table: Table, folder: Path) -> None:
     """
     own = next(iter(table.tallies.values()), None)
     if own is not None and own.beyond:
-        headings = [*_key_headers(table), *map(column_header, VIOLATION_COLUMNS)]
+        headers = [*_key_headers(table), *map(column_header, VIOLATION_COLUMNS)]
         write_csv(
-            folder / "stroke_violations.csv", headings, _violation_rows(table, own.approach)
+            folder / "stroke_violations.csv", headers, _violation_rows(table, own.approach)
         )
 
 
@@ -368,10 +368,10 @@ class CaseBlock(NamedTuple):
     status: NDArray[np.int8]
 
 
-def write_csv(file: Path, headings: Sequence[str], blocks: Iterable[bytes]) -> None:
+def write_csv(file: Path, headers: Sequence[str], blocks: Iterable[bytes]) -> None:
     """Write a header row and blocks of rows."""
     with file.open("wb") as out:
-        out.write((",".join(headings) + "\n").encode())
+        out.write((",".join(headers) + "\n").encode())
         out.writelines(blocks)
 
 

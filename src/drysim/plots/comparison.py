@@ -77,7 +77,7 @@ def draw(result: Comparison) -> Figure:
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
     swept, bars = known and bool(view.key), known and not view.key
     left = BARS_LEFT if bars else style.LEFT
-    figure, grid = style.panel_grid(1 + known * len(view.panels), 2, left=left, gap=ROW_GAP)
+    figure, grid = style.panel_grid(1 + known * len(view.panels), 2, left=left, row_gap=ROW_GAP)
     above = figure.add_subplot(grid[0, 0] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
@@ -145,7 +145,7 @@ def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]
             shown.x_r * unit.units_per_metre, shown.F_f, **{**line_styles[name], "marker": ""}
         )
     sweep.set_title(axes, "friction force $F_f$ [N]")
-    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]")
+    axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]")
 
 
 def _shown_interval(result: Comparison) -> Interval:
@@ -223,7 +223,9 @@ def draw_curves(
             }
             x, y = sweep.line_series(view, line, T_A.of)
             sweep.draw_curve(left, x, y, style, line.label)
-            sweep.draw_interval(left, x, y, sweep.line_series(view, line, T_A.width)[1], style)
+            sweep.draw_interval(
+                left, x, y, sweep.line_series(view, line, T_A.half_width)[1], style
+            )
             if line.label != result.yardstick:
                 x, y, width = _deviations(result, view, panel, line.label)
                 sweep.draw_curve(right, x, y, style, line.label)

@@ -11,7 +11,7 @@ import numpy as np
 from drysim import wording
 from drysim.approach.solution import Floats
 from drysim.plots import response, style, sweep
-from drysim.plots.style import PEAK_STROKE, SEAT, T_A, Quantity, Style, stroke_quantity
+from drysim.plots.style import PEAK_STROKE, SEAT, T_A, PlottedMetric, Style, stroke_metric
 from drysim.study.ensemble import Ensemble
 from drysim.study.statistics import QUANTILES, Statistic, stopping_rule, student_t
 
@@ -60,46 +60,44 @@ def ensemble(result: Ensemble, folder: Path) -> None:
 
 def draw(result: Ensemble) -> Figure:
     """Return the figure of an ensemble, not yet rendered."""
-    shown = list(_quantities(result))
+    shown = list(_shown_metrics(result))
     figure, grid = style.panel_grid(len(shown), 2, left=0.085)
-    for at, quantity in enumerate(shown):
-        found = result.statistics[quantity.metric]
+    for at, metric in enumerate(shown):
+        found = result.statistics[metric.name]
         assert found is not None, "only known metrics are drawn"
-        values = np.array(
-            [row.metrics.get(quantity.metric) for row in result.rows], dtype=float
-        )
-        values = values[np.isfinite(values)] * quantity.scale
+        values = np.array([row.metrics.get(metric.name) for row in result.rows], dtype=float)
+        values = values[np.isfinite(values)] * metric.scale
         left, right = figure.add_subplot(grid[at, 0]), figure.add_subplot(grid[at, 1])
         last = at == len(shown) - 1
-        _draw_distribution(left, values, found, quantity, last)
-        _draw_running_mean(right, values, quantity, last)
-        _draw_check_limits(left, right, result, values, quantity)
+        _draw_distribution(left, values, found, metric, last)
+        _draw_running_mean(right, values, metric, last)
+        _draw_check_limits(left, right, result, values, metric)
     style.finish_figure(figure, grid, _heading(result))
     return figure
 
 
-def _quantities(result: Ensemble) -> Iterator[Quantity]:
+def _shown_metrics(result: Ensemble) -> Iterator[PlottedMetric]:
     """Return the drawn metrics: the main ones and that of the stopping rule."""
     greatest = result.statistics[PEAK_STROKE]
-    main = (T_A, SEAT, stroke_quantity(greatest.greatest[0] if greatest else 0.0))
-    yield from (one for one in main if result.statistics[one.metric])
+    main = (T_A, SEAT, stroke_metric(greatest.greatest[0] if greatest else 0.0))
+    yield from (one for one in main if result.statistics[one.name])
     until = stopping_rule(result.scenario)
-    others = {quantity.metric for quantity in main}
+    others = {metric.name for metric in main}
     if until and until.metric not in others and result.statistics[until.metric]:
-        yield Quantity(until.metric, until.metric)
+        yield PlottedMetric(until.metric, until.metric)
 
 
 def _draw_distribution(
-    axes: Axes, values: Floats, found: Statistic, quantity: Quantity, last: bool
+    axes: Axes, values: Floats, found: Statistic, metric: PlottedMetric, last: bool
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
-    sweep.set_title(axes, f"{quantity.symbol}: cumulative distribution [%]")
+    sweep.set_title(axes, f"{metric.symbol}: cumulative distribution [%]")
     ordered, n = np.sort(values), len(values)
     marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
-    mean, half_width = found.mean * quantity.scale, (found.half_width or 0.0) * quantity.scale
+    mean, half_width = found.mean * metric.scale, (found.half_width or 0.0) * metric.scale
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
     for value in found.quantiles:
-        axes.axvline(value * quantity.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
+        axes.axvline(value * metric.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
     axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")
@@ -109,9 +107,9 @@ def _draw_distribution(
         axes.set_xlabel("value")
 
 
-def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> None:
+def _draw_running_mean(axes: Axes, values: Floats, metric: PlottedMetric, last: bool) -> None:
     """Draw the mean of the first n seeds and its confidence interval over n."""
-    sweep.set_title(axes, f"{quantity.symbol}: running mean")
+    sweep.set_title(axes, f"{metric.symbol}: running mean")
     n = np.arange(1, len(values) + 1)
     if len(values) <= MAX_MARKED_SEEDS:
         axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="single seed")
@@ -138,14 +136,14 @@ def _draw_running_mean(axes: Axes, values: Floats, quantity: Quantity, last: boo
 
 
 def _draw_check_limits(
-    left: Axes, right: Axes, result: Ensemble, values: Floats, quantity: Quantity
+    left: Axes, right: Axes, result: Ensemble, values: Floats, metric: PlottedMetric
 ) -> None:
     """Draw the limits of checks that are close to the values."""
     scatter = float(np.ptp(values))
     for verdict in result.checks:
         check = verdict.check
-        limit = check.limit * quantity.scale
-        if check.metric == quantity.metric and verdict.passed is not None:
+        limit = check.limit * metric.scale
+        if check.metric == metric.name and verdict.passed is not None:
             if min(abs(values - limit)) > MAX_LIMIT_DISTANCE * scatter:
                 continue
             label = f"limit of check {wording.sanitise(check.text)}"

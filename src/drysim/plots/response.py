@@ -172,7 +172,7 @@ def response_panels(
     below = figure.add_subplot(grid[1, 0], sharex=above)
     above.set_title("acceleration [m/s²]", loc="left")
     above.tick_params(labelbottom=False)
-    below.set_title(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
+    below.set_title(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
     below.set_xlabel("time $t$ [s]")
     if end > begin:
         below.set_xlim(begin, end)
@@ -203,10 +203,10 @@ def mass_style(series: Floats) -> Style:
         if scale
         else known[:0]
     )
-    turns = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
+    reversals = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
     return (
         {**MASS_STYLE, "linewidth": THIN_LINEWIDTH}
-        if turns > DENSE_TURNING_POINTS
+        if reversals > DENSE_TURNING_POINTS
         else MASS_STYLE
     )
 
@@ -261,7 +261,7 @@ def draw_limit(
     axes.autoscale(axis="y")
     for side in (-1, 1):
         what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.format_number(limit * unit.units_per_metre, unit.sign)}"
+        label = f"{what} ±{wording.format_number(limit * unit.units_per_metre, unit.symbol)}"
         axes.axhline(side * limit * unit.units_per_metre, **LIMIT_STYLE, label=label)
     begin, end = axes.get_xlim()
     marked = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
@@ -317,7 +317,7 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     if whole and motion.numerics.period_multiple:
         shown = Curve(*(np.append(series, series[0]) for series in shown))
     x_r = shown.x_r * unit.units_per_metre
-    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
+    axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:

@@ -29,7 +29,7 @@ MIN_ERROR = 1e-16
 """Smallest drawn error [-]: rounding."""
 
 EXACT_OFFSET = 0.1
-"""Position of an exact entry, which has no error of its own, over the least other error [-]."""
+"""Drawn error of an exact entry, which has none, relative to the least other error [-]."""
 
 REFERENCE_ACCURACY = 1e-11
 """Errors below this are equal for the Pareto front [-]: accuracy of the reference itself."""
@@ -45,15 +45,23 @@ OWN_STYLES: dict[str, Style] = {
     "smooth": {"color": "#e08214", "marker": "o"},
     "viscous": {"color": "#404040", "marker": "X"},
 }
+"""Styles of drysim's approaches other than the exact one."""
+
 PEER_STYLE: Style = {"color": "#6b6b6b", "fillstyle": "none"}
 PEER_MARKERS = "svoDP^<>"
+"""Style and markers of other programs."""
+
 FRONT_STYLE: Style = {"color": "#0b3c6f", "linewidth": 5.0, "alpha": 0.18, "zorder": 1}
+"""Style of the Pareto front."""
+
 LFILTER_STYLE: Style = {
     "color": "#404040",
     "linewidth": 1.0,
     "linestyle": (0, (1, 2)),
     "zorder": 1,
 }
+
+"""Style of the vertical line at the time of scipy's lfilter."""
 
 CAPTION = "filled: approaches of drysim; hollow: other programs; thick line: Pareto front"
 
@@ -80,7 +88,7 @@ def speed_error(bench: Bench, folder: Path) -> None:
 
 def draw(bench: Bench) -> Figure:
     """Return the figure of a benchmark, not yet rendered."""
-    figure, grid = style.panel_grid(len(bench.cases), 2, gap=ROW_GAP)
+    figure, grid = style.panel_grid(len(bench.cases), 2, row_gap=ROW_GAP)
     alone = len(bench.cases) == 1
     drawn = []
     for row, panel in enumerate(bench.cases):
@@ -178,7 +186,7 @@ LABEL_SIZE = 7.5
 """Font size of the labels [pt]."""
 
 LETTER_WIDTH, LETTER_HEIGHT = 0.53, 1.15
-"""Mean width and height of a letter over the font size [-]."""
+"""Mean width and height of a character over the font size [-]."""
 
 LABEL_DISTANCES = (7.0, 14.0, 24.0, 36.0, 50.0)
 """Distances of candidate positions from the point [pt]."""
@@ -261,10 +269,10 @@ def densify(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def candidate_boxes(
-    words: str, points: NDArray[np.float64]
+    label: str, points: NDArray[np.float64]
 ) -> Iterator[tuple[Box, NDArray[np.float64]]]:
     """Yield candidate boxes of a label around every point of a curve."""
-    half = 0.5 * LETTER_WIDTH * LABEL_SIZE * len(words), 0.5 * LETTER_HEIGHT * LABEL_SIZE
+    half = 0.5 * LETTER_WIDTH * LABEL_SIZE * len(label), 0.5 * LETTER_HEIGHT * LABEL_SIZE
     for point in points:
         for distance in LABEL_DISTANCES:
             for angle in np.arange(LABEL_DIRECTIONS) * 2.0 * np.pi / LABEL_DIRECTIONS:
@@ -284,7 +292,7 @@ def placement_cost(
     x, y = occupied[:, 0], occupied[:, 1]
     covered = (x > box.left - LABEL_MARGIN) & (x < box.right + LABEL_MARGIN)
     covered &= (y > box.bottom - LABEL_MARGIN) & (y < box.top + LABEL_MARGIN)
-    overlap_count = int(covered.sum()) + 2 * sum(overlaps(box, other) for other in placed)
+    overlap_count = int(covered.sum()) + 2 * sum(boxes_overlap(box, other) for other in placed)
     outside = (
         box.left < panel.left or box.right > panel.right
         or box.bottom < panel.bottom or box.top > panel.top
@@ -294,7 +302,7 @@ def placement_cost(
     return OVERLAP_COST * overlap_count + OUTSIDE_COST * outside + DISTANCE_COST * distance
 
 
-def overlaps(one: Box, other: Box) -> bool:
+def boxes_overlap(one: Box, other: Box) -> bool:
     """Whether two boxes overlap."""
     return (
         one.left < other.right + LABEL_MARGIN and other.left < one.right + LABEL_MARGIN

@@ -65,9 +65,9 @@ def save_png(draw: Callable[[], Figure], file: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     # A matplotlibrc of the user must not change the picture.
-    style: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
-    del style["backend"]
-    with matplotlib.rc_context(style), warnings.catch_warnings():
+    params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
+    del params["backend"]
+    with matplotlib.rc_context(params), warnings.catch_warnings():
         # A character that is missing in the font is drawn as a box, without a warning.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         canvas: Any = FigureCanvasAgg(draw())
@@ -96,7 +96,7 @@ LEFT, RIGHT, COLUMN_GAP = 0.075, 0.98, 0.17
 the width of a panel [-]."""
 
 HANDLE_WIDTH, LETTER_WIDTH, LEGEND_WIDTH = 0.62, 0.077, 8.8
-"""Widths in the legend [inch]: a line sample with its gaps, a letter, and the whole legend."""
+"""Widths in the legend [inch]: a line sample with its gaps, a character, the whole legend."""
 
 
 def panel_grid(
@@ -104,8 +104,8 @@ def panel_grid(
     columns: int,
     left: float = LEFT,
     right: float = RIGHT,
-    gap: float = ROW_GAP,
-    aside: float = COLUMN_GAP,
+    row_gap: float = ROW_GAP,
+    column_gap: float = COLUMN_GAP,
 ) -> tuple[Figure, GridSpec]:
     """Return an empty figure and the grid of its panels.
 
@@ -115,20 +115,25 @@ def panel_grid(
         Shape of the grid.
     left, right : float
         Edges of the grid as share of the width [-].
-    gap : float
+    row_gap : float
         Gap between rows [inch].
-    aside : float
+    column_gap : float
         Gap between columns, relative to the width of a panel [-].
     """
     figure = new_figure(rows * _row_height(rows))
     grid = figure.add_gridspec(
-        rows, columns, left=left, right=right, wspace=aside, hspace=gap / _row_height(rows)
+        rows,
+        columns,
+        left=left,
+        right=right,
+        wspace=column_gap,
+        hspace=row_gap / _row_height(rows),
     )
     return figure, grid
 
 
 def finish_figure(
-    figure: Figure, grid: GridSpec, words: Heading, unnamed: Collection[str] = ()
+    figure: Figure, grid: GridSpec, heading: Heading, unnamed: Collection[str] = ()
 ) -> tuple[float, float]:
     """Set the height of a figure and add its heading and legend.
 
@@ -136,8 +141,7 @@ def finish_figure(
     ----------
     figure, grid
         Results of `panel_grid`, with all panels drawn.
-    words : Heading
-        The heading.
+    heading : Heading
     unnamed : collection of str
         Labels that the legend omits.
 
@@ -146,29 +150,29 @@ def finish_figure(
     tuple of float
         Lower and upper edge of the panels as share of the height [-].
     """
-    known = legend_entries(figure.axes, unnamed)
-    lines = ceil(sum(map(_entry_width, known)) / LEGEND_WIDTH)
+    entries = legend_entries(figure.axes, unnamed)
+    lines = ceil(sum(map(_entry_width, entries)) / LEGEND_WIDTH)
     foot = FOOT_HEIGHT + LEGEND_LINE_HEIGHT * lines + 0.06
     row = _row_height(grid.nrows)
     between = (grid.nrows - 1) * (grid.hspace or 0.0) * row
     body = foot + grid.nrows * row + between + ROW_GAP
-    total_height = body + heading_height(words) - 0.2
+    total_height = body + heading_height(heading) - 0.2
     figure.set_figheight(total_height)
     bottom, top = foot / total_height, (body - ROW_GAP) / total_height
     grid.update(bottom=bottom, top=top)
     for axes in figure.axes:
         if (subplot := axes.get_subplotspec()) is not None:
             axes.set_position(subplot.get_position(figure))
-    write_heading(figure, words)
-    if known:
-        add_legend(figure, known, columns=ceil(len(known) / lines), length=2.4)
+    write_heading(figure, heading)
+    if entries:
+        add_legend(figure, entries, columns=ceil(len(entries) / lines), length=2.4)
     return bottom, top
 
 
-def add_legend(figure: Figure, known: Mapping[str, Any], columns: int, length: float) -> None:
-    """Add a legend below all panels, with line samples `length` letters long."""
+def add_legend(figure: Figure, entries: Mapping[str, Any], columns: int, length: float) -> None:
+    """Add a legend below all panels, with line samples of `length` font sizes."""
     figure.legend(
-        list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
+        list(entries.values()), list(entries), loc="lower center", ncols=columns, frameon=False,
         fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
         handlelength=length,
     )  # fmt: skip
@@ -201,57 +205,57 @@ PEAK_STROKE = "x_r_peak"
 """The metric whose display unit depends on its size."""
 
 
-class Quantity(NamedTuple):
+class PlottedMetric(NamedTuple):
     """A metric as it is drawn in a panel.
 
     Attributes
     ----------
     symbol : str
         Symbol with unit, as matplotlib text.
-    metric : str
+    name : str
         Name of the metric.
     scale : float
         Displayed value over the value in SI units.
     title : str
         Name in the panel title.
     unit : str
-        Displayed unit, where it is not part of `symbol` alone.
+        Displayed unit, if it is needed outside of `symbol`.
     """
 
     symbol: str
-    metric: str
+    name: str
     scale: float = 1.0
     title: str = ""
     unit: str = ""
 
     def of(self, row: Row) -> float | None:
         """Return the displayed value of a row, or None where it is unknown."""
-        found = row.metrics.get(self.metric) if row.status == OK else None
+        found = row.metrics.get(self.name) if row.status == OK else None
         return None if found is None else found * self.scale
 
-    def width(self, row: Row) -> float | None:
+    def half_width(self, row: Row) -> float | None:
         """Return the half width of a mean's confidence interval, or None without one."""
-        found = row.half_widths.get(self.metric)
+        found = row.half_widths.get(self.name)
         return None if found is None else found * self.scale
 
     @property
-    def words(self) -> str:
-        """Title of a panel that is not one of several cases."""
+    def full_title(self) -> str:
+        """Title of a panel: name and symbol."""
         return f"{self.title} {self.symbol}"
 
 
-T_X = Quantity("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
-T_A = Quantity("$T_a$ [–]", "T_a", title="acceleration transmissibility")
-SEAT = Quantity("SEAT [–]", "SEAT")
-IMPACT_SPEED = Quantity("impact speed [m/s]", "impact_speed", title="end stops:")
-STOP_FORCE = Quantity("peak force [N]", "stop_force_peak", title="end stops:")
+T_X = PlottedMetric("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
+T_A = PlottedMetric("$T_a$ [–]", "T_a", title="acceleration transmissibility")
+SEAT = PlottedMetric("SEAT [–]", "SEAT")
+IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")
+STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops:")
 
 
-def stroke_quantity(greatest: float) -> Quantity:
+def stroke_metric(greatest: float) -> PlottedMetric:
     """Return the peak of |x_r| in a unit suited to the largest of all peaks [m]."""
     unit = wording.length_unit(greatest)
-    symbol = f"peak |$x_r$| [{unit.sign}]"
-    return Quantity(symbol, PEAK_STROKE, unit.units_per_metre, "stroke:", unit.sign)
+    symbol = f"peak |$x_r$| [{unit.symbol}]"
+    return PlottedMetric(symbol, PEAK_STROKE, unit.units_per_metre, "stroke:", unit.symbol)
 
 
 # Heading of a picture: title, scene and main results.
@@ -262,7 +266,7 @@ HEADING_WIDTH = 0.945 * WIDTH * 72
 which makes a line up to 3 % wider than computed."""
 
 MAX_WORD_LENGTH = 60
-"""Letters above which a word is split."""
+"""Characters above which a word is split."""
 
 MAX_LINES = 2
 """Maximum number of lines of a paragraph in the heading."""
@@ -274,7 +278,7 @@ TITLE_FONT: Style = {"size": 13.0, "weight": "bold"}
 """Font of the title."""
 
 MAX_TITLE_LENGTH = 200
-"""Letters above which a title never fits, even in the narrowest letters."""
+"""Characters above which a title never fits, even in the narrowest ones."""
 
 HEADING_LINE_HEIGHT = 0.19
 """Height of a line of the heading [inch]."""
@@ -297,8 +301,8 @@ def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> He
     ----------
     outcome : Outcome
     seeds, results : str
-        Text on the seeds and the results of an ensemble, instead of the seed and the results
-        of this response.
+        Description of the seeds and the results of an ensemble, instead of those of this
+        response.
     """
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
@@ -423,10 +427,7 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
 
 def _join_scene(words: Iterable[tuple[str, str]]) -> str:
     """Join the parts of a scene to one line."""
-    return "; ".join(
-        f"{heading} {sentence}" if heading == END_STOPS else sentence
-        for heading, sentence in words
-    )
+    return "; ".join(f"{label} {text}" if label == END_STOPS else text for label, text in words)
 
 
 def _main_results(outcome: Outcome) -> str:

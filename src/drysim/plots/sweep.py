@@ -39,12 +39,11 @@ from drysim.plots.style import (
     STOP_FORCE,
     T_A,
     T_X,
-    Quantity,
+    PlottedMetric,
     Style,
-    stroke_quantity,
+    stroke_metric,
 )
-from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups
-from drysim.scenario.axes import iter_points as every_point
+from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups, iter_points
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
 from drysim.study.statistics import (
@@ -81,13 +80,13 @@ def draw_transmissibility(table: Table) -> Figure:
     """Return the figure of the transmissibilities, not yet rendered."""
     if needs_quantiles(table):
         return draw_quantiles(table, [T_X, T_A])
-    drawn = sweep_view(table)
-    known = [one for one in (T_X, T_A) if any(True for _ in known_values(drawn, one.of))]
+    view = sweep_view(table)
+    known = [one for one in (T_X, T_A) if any(True for _ in known_values(view, one.of))]
 
-    def unity(axes: Axes, panel: Panel, quantity: Quantity) -> None:
+    def draw_unity(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
         axes.axhline(1.0, **UNITY_STYLE)
 
-    return draw_panels(table, drawn, known or [T_A], unity)
+    return draw_panels(table, view, known or [T_A], draw_unity)
 
 
 def stroke(table: Table, folder: Path) -> None:
@@ -105,49 +104,56 @@ def stroke(table: Table, folder: Path) -> None:
 def draw_stroke(table: Table) -> Figure:
     """Return the figure of the stroke, not yet rendered."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
-    selected = stroke_quantity(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
+    peak = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     if needs_quantiles(table):
-        return draw_quantiles(table, [selected])
+        return draw_quantiles(table, [peak])
     # With end stops |x_r| is nearly the same in all cases that reach them.
     law = table.scenario.law()
-    hits = [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
-    drawn = sweep_view(table)
-    top = max(known_values(drawn, selected.of), default=0.0)
+    stop_metrics = (
+        [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
+    )
+    view = sweep_view(table)
+    top = max(known_values(view, peak.of), default=0.0)
 
-    def bound(axes: Axes, panel: Panel, quantity: Quantity) -> None:
-        if quantity is not selected:
+    def draw_limits(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
+        if metric is not peak:
             return
-        _draw_limit(axes, table, drawn, panel, selected, response.MAX_LIMIT_RATIO * top)
-        _mark_violations(axes, drawn, panel, selected)
+        _draw_limit(axes, table, view, panel, peak, response.MAX_LIMIT_RATIO * top)
+        _mark_violations(axes, view, panel, peak)
 
-    return draw_panels(table, drawn, [selected, *hits], bound)
+    return draw_panels(table, view, [peak, *stop_metrics], draw_limits)
 
 
 def _draw_limit(
-    axes: Axes, table: Table, drawn: View, panel: Panel, selected: Quantity, max_level: float
+    axes: Axes,
+    table: Table,
+    view: View,
+    panel: Panel,
+    metric: PlottedMetric,
+    max_level: float,
 ) -> None:
     """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case."""
     if table.scenario.stroke is None:
         return
 
     def limit(row: Row) -> float:
-        return selected.scale * (stroke_limit(table.scenario, row) or 0.0)
+        return metric.scale * (stroke_limit(table.scenario, row) or 0.0)
 
-    curves = [line_series(drawn, line, limit) for line in panel.lines]
+    curves = [line_series(view, line, limit) for line in panel.lines]
     levels = [{*y} for _, y in curves]
     every = set().union(*levels)
     if len(every) == 1:
         (level,) = every
-        words = f"stroke limit {wording.format_number(level, selected.unit)}"
+        words = f"stroke limit {wording.format_number(level, metric.unit)}"
         _draw_level(axes, level, max_level, response.LIMIT_STYLE, words)
     elif any(len(own) > 1 for own in levels):
         near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= max_level]
         axes.plot(*zip(*near, strict=True), **response.LIMIT_STYLE, label="stroke limit")
     elif len(levels) <= MAX_STYLED_LINES:
-        for curve_styles, own in zip(line_styles(drawn), levels, strict=True):
-            style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
+        for curve_styles, own in zip(line_styles(view), levels, strict=True):
+            level_style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
-                _draw_level(axes, level, max_level, style, "stroke limit per line")
+                _draw_level(axes, level, max_level, level_style, "stroke limit per line")
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
@@ -156,11 +162,11 @@ def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words:
         axes.axhline(level, **style, label=words)
 
 
-def _mark_violations(axes: Axes, drawn: View, panel: Panel, selected: Quantity) -> None:
+def _mark_violations(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> None:
     """Mark the cases that reach the stroke limit."""
     rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
     if rows:
-        x, y = [drawn.x(row) for row in rows], [selected.of(row) or nan for row in rows]
+        x, y = [view.x(row) for row in rows], [metric.of(row) or nan for row in rows]
         axes.plot(
             x,
             y,
@@ -257,41 +263,45 @@ class View(NamedTuple):
 
 def sweep_view(table: Table) -> View:
     """Return the view of a sweep: lines of its approach and of its reference."""
-    along, label, beside, others = _split_axes(table.axes)
-    selected = max(others, key=lambda group: len(group[0].values), default=())
-    selected = selected if selected and len(selected[0].values) > 1 else ()
-    points = _combinations([group for group in others if group is not selected])
+    x_key, label, linked_keys, others = _split_axes(table.axes)
+    line_axes = max(others, key=lambda group: len(group[0].values), default=())
+    line_axes = line_axes if line_axes and len(line_axes[0].values) > 1 else ()
+    points = _combinations([group for group in others if group is not line_axes])
     shown = evenly_spaced(points, MAX_PANELS)
-    places = _combinations([selected] if selected else [])
-    drawn = evenly_spaced(places, MAX_LINES)
-    own = RowGroups(table.own, beside)
-    references = [RowGroups(table.of(name), beside) for name in table.approaches[1:]]
-    panels = [_make_panel(point, drawn, own, references, table.axes) for point in shown]
-    left_out = len(points) * len(places) - len(shown) * len(drawn)
-    return View(along, label, selected[0] if selected else None, panels, left_out)
+    line_points = _combinations([line_axes] if line_axes else [])
+    drawn_points = evenly_spaced(line_points, MAX_LINES)
+    own = RowGroups(table.own, linked_keys)
+    references = [RowGroups(table.of(name), linked_keys) for name in table.approaches[1:]]
+    panels = [_make_panel(point, drawn_points, own, references, table.axes) for point in shown]
+    left_out = len(points) * len(line_points) - len(shown) * len(drawn_points)
+    return View(x_key, label, line_axes[0] if line_axes else None, panels, left_out)
 
 
 def comparison_view(comparison: Comparison) -> View:
     """Return the view of a comparison: a line per approach, with a panel of the shown case."""
     table = comparison.table
-    along, label, beside, others = _split_axes(table.axes)
-    curves = [RowGroups(table.of(name), beside) for name in table.approaches]
+    x_key, label, linked_keys, others = _split_axes(table.axes)
+    curves = [RowGroups(table.of(name), linked_keys) for name in table.approaches]
     points = _combinations(others)
-    case = [at for at in points if all(comparison.shown.get(k, v) == v for k, v in at.items())]
+    shown_case = [
+        point
+        for point in points
+        if all(comparison.shown.get(k, v) == v for k, v in point.items())
+    ]
     shown = evenly_spaced(points, MAX_COMPARED_PANELS)
-    if case and case[0] not in shown:
-        shown = [case[0], *shown[1:]]
+    if shown_case and shown_case[0] not in shown:
+        shown = [shown_case[0], *shown[1:]]
     panels = [
         Panel(
-            at,
-            panel_title(at, table.axes),
-            [Line(one.name, nan, one.at(at)) for one in curves],
+            point,
+            panel_title(point, table.axes),
+            [Line(one.name, nan, one.at(point)) for one in curves],
             (),
         )
-        for at in shown
+        for point in shown
     ]
     sampled = any(isinstance(axis.values, SampledValues) for axis in table.axes)
-    return View(along, label, None, panels, len(points) - len(shown), sampled)
+    return View(x_key, label, None, panels, len(points) - len(shown), sampled)
 
 
 def _split_axes(
@@ -301,12 +311,12 @@ def _split_axes(
 
     Keys that are varied together form a group.
     """
-    along, groups = abscissa(axes), axis_groups(axes)
-    if along is None:
+    x_axis, groups = abscissa(axes), axis_groups(axes)
+    if x_axis is None:
         return "", "", (), groups
-    beside = {axis.key for group in groups if along in group for axis in group}
-    others = [group for group in groups if along not in group]
-    return along.key, AXIS_LABELS.get(along.key) or axis_label(along), beside, others
+    linked_keys = {axis.key for group in groups if x_axis in group for axis in group}
+    others = [group for group in groups if x_axis not in group]
+    return x_axis.key, AXIS_LABELS.get(x_axis.key) or axis_label(x_axis), linked_keys, others
 
 
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
@@ -320,7 +330,7 @@ def abscissa(axes: Sequence[Axis]) -> Axis | None:
 
 def _combinations(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
     """Return all combinations of the values of groups of keys."""
-    return [*every_point([axis for group in groups for axis in group])]
+    return [*iter_points([axis for group in groups for axis in group])]
 
 
 def evenly_spaced(choices: Sequence[Choice], most: int) -> list[Choice]:
@@ -333,39 +343,39 @@ def evenly_spaced(choices: Sequence[Choice], most: int) -> list[Choice]:
 class RowGroups:
     """Rows of an approach, grouped by all swept keys except those of the x-axis."""
 
-    def __init__(self, rows: Iterable[Row], along: Collection[str]) -> None:
-        self.found: defaultdict[frozenset[tuple[str, float]], list[Row]] = defaultdict(list)
+    def __init__(self, rows: Iterable[Row], linked_keys: Collection[str]) -> None:
+        self.groups: defaultdict[frozenset[tuple[str, float]], list[Row]] = defaultdict(list)
         self.keys: set[str] = set()
         self.name = ""
         for row in rows:
-            rest = {key: value for key, value in row.point.items() if key not in along}
+            rest = {key: value for key, value in row.point.items() if key not in linked_keys}
             self.keys |= rest.keys()
             self.name = row.approach
-            self.found[frozenset(rest.items())].append(row)
+            self.groups[frozenset(rest.items())].append(row)
 
     def at(self, point: Point) -> list[Row]:
         """Return the rows at a point; keys that are not swept in these rows are ignored."""
-        known = {key: value for key, value in point.items() if key in self.keys}
-        return self.found.get(frozenset(known.items()), [])
+        values = {key: value for key, value in point.items() if key in self.keys}
+        return self.groups.get(frozenset(values.items()), [])
 
 
 def _make_panel(
     point: Point,
-    places: Sequence[Point],
+    line_points: Sequence[Point],
     own: RowGroups,
     references: Sequence[RowGroups],
     axes: Sequence[Axis],
 ) -> Panel:
-    """Return a panel with a line per place, for the approach and each reference."""
-    values = [next(iter(place.values()), nan) for place in places]
+    """Return a panel with a line per line point, for the approach and each reference."""
+    values = [next(iter(line_point.values()), nan) for line_point in line_points]
     lines = [
-        Line(point_label(place, axes) or own.name, value, own.at({**point, **place}))
-        for value, place in zip(values, places, strict=True)
+        Line(point_label(line_point, axes) or own.name, value, own.at({**point, **line_point}))
+        for value, line_point in zip(values, line_points, strict=True)
     ]
     drawn = [
-        Line(curves.name, value, curves.at({**point, **place}))
+        Line(curves.name, value, curves.at({**point, **line_point}))
         for curves in references
-        for value, place in zip(values, places, strict=True)
+        for value, line_point in zip(values, line_points, strict=True)
     ]
     return Panel(point, panel_title(point, axes), lines, drawn)
 
@@ -430,10 +440,11 @@ def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
 RowValue = Callable[[Row], float | None]
 
 MAX_STYLED_LINES = 8
-"""Lines up to which each has a style of its own; more are coloured by value."""
+"""Number of lines up to which each has its own style; more are coloured by value."""
 
 MAX_MARKED_POINTS, MARKER_SPACING = 20, 0.12
-"""Points up to which each has a marker; spacing of markers on other lines [panel diagonals]."""
+"""Number of points up to which each has a marker; spacing of markers on other lines [panel
+diagonals]."""
 
 COLORMAP_END = 0.82
 """Upper end of the colour map; lighter colours are illegible on white [-]."""
@@ -469,61 +480,61 @@ its tick labels [inch]."""
 
 def draw_panels(
     table: Table,
-    drawn: View,
-    quantities: Sequence[Quantity],
-    extra: Callable[[Axes, Panel, Quantity], None],
+    view: View,
+    metrics: Sequence[PlottedMetric],
+    extra: Callable[[Axes, Panel, PlottedMetric], None],
 ) -> Figure:
     """Return the figure of a sweep.
 
     Parameters
     ----------
     table : Table
-    drawn : View
+    view : View
         A row of the figure per panel.
-    quantities : sequence of Quantity
-        A column of the figure per quantity.
+    metrics : sequence of PlottedMetric
+        A column of the figure per metric.
     extra : callable
-        Draws more into the axes of a panel and quantity.
+        Draws more into the axes of a panel and metric.
     """
-    count = len(drawn.panels)
-    coloured = drawn.line is not None and len(drawn.panels[0].lines) > MAX_STYLED_LINES
-    figure, grid = style.panel_grid(count, len(quantities), right=PANELS_RIGHT)
-    for place, quantity in enumerate(quantities):
+    count = len(view.panels)
+    coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
+    figure, grid = style.panel_grid(count, len(metrics), right=PANELS_RIGHT)
+    for place, metric in enumerate(metrics):
         first = None
-        for at, panel in enumerate(drawn.panels):
+        for at, panel in enumerate(view.panels):
             # All rows share a y-axis, so that they can be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
-            words = f"{panel.title}: {quantity.symbol}" if panel.title else quantity.words
+            words = f"{panel.title}: {metric.symbol}" if panel.title else metric.full_title
             set_title(axes, words, pad=15)
-            set_x_axis(axes, drawn, named=at == count - 1)
-            draw_curves(axes, drawn, panel, quantity)
-            extra(axes, panel, quantity)
-            mark_gaps(axes, drawn, panel)
-            _mark_natural_frequency(axes, table, drawn)
+            set_x_axis(axes, view, named=at == count - 1)
+            draw_curves(axes, view, panel, metric)
+            extra(axes, panel, metric)
+            mark_gaps(axes, view, panel)
+            _mark_natural_frequency(axes, table, view)
         assert first is not None, "a view has a panel"
-        values = list(known_values(drawn, quantity.of))
+        values = list(known_values(view, metric.of))
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
-        _set_y_limits(first, values, steeply=quantity is T_A)
-    unnamed = {line.label for line in drawn.panels[0].lines}
-    heading = style.table_heading(table, drawn.left_out, of_stroke=_shows_stroke(quantities))
+        _set_y_limits(first, values, allow_log=metric is T_A)
+    unnamed = {line.label for line in view.panels[0].lines}
+    heading = style.table_heading(table, view.left_out, of_stroke=_shows_stroke(metrics))
     if not coloured:
         style.finish_figure(figure, grid, heading)
         return figure
-    bar, left = _draw_colorbar(figure, drawn)
+    bar, left = _draw_colorbar(figure, view)
     grid.update(right=left - COLORBAR_GAP / style.WIDTH)
     bottom, top = style.finish_figure(figure, grid, heading, unnamed)
     bar.set_position((left, bottom, COLORBAR_WIDTH / style.WIDTH, top - bottom))
     return figure
 
 
-def _shows_stroke(quantities: Sequence[Quantity]) -> bool:
-    return any(quantity.metric == PEAK_STROKE for quantity in quantities)
+def _shows_stroke(metrics: Sequence[PlottedMetric]) -> bool:
+    return any(metric.name == PEAK_STROKE for metric in metrics)
 
 
-def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
-    """Start the y-axis at 0; use a logarithmic one for a large range of values if `steeply`."""
-    if steeply and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
+def _set_y_limits(axes: Axes, values: Sequence[float], allow_log: bool) -> None:
+    """Start the y-axis at 0, or make it logarithmic for a large range if `allow_log`."""
+    if allow_log and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
         axes.set_yscale("log")
         set_log_ticks(axes.yaxis, *axes.get_ylim())
     else:
@@ -532,14 +543,14 @@ def _set_y_limits(axes: Axes, values: Sequence[float], steeply: bool) -> None:
         axes.set_ylim(0.0, 1.0 if flat else None)
 
 
-def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
+def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
     """Mark the natural frequency f_0 and sqrt(2) f_0, above which a viscous isolator isolates.
 
     Only if all cases have the same natural frequency.
     """
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
-    if drawn.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS or plant.k_x <= 0:
+    if view.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS or plant.k_x <= 0:
         return
     f_0 = sqrt(plant.k_x / plant.m) / (2 * pi)
     low, high = axes.get_xlim()
@@ -550,7 +561,7 @@ def _mark_natural_frequency(axes: Axes, table: Table, drawn: View) -> None:
             axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
-def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
+def _draw_colorbar(figure: Figure, view: View) -> tuple[Axes, float]:
     """Draw the colour bar of many lines.
 
     Return its axes and the left edge that leaves room for its tick labels and label.
@@ -558,12 +569,12 @@ def _draw_colorbar(figure: Figure, drawn: View) -> tuple[Axes, float]:
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import MaxNLocator
 
-    assert drawn.line is not None
+    assert view.line is not None
     axes = figure.add_axes((0.9, 0.1, 0.02, 0.8))
-    norm, colormap = color_scale(drawn.line)
+    norm, colormap = color_scale(view.line)
     bar = figure.colorbar(ScalarMappable(norm, colormap), cax=axes)
-    bar.set_label(axis_label(drawn.line))
-    if spans_decade(drawn.line.values):
+    bar.set_label(axis_label(view.line))
+    if spans_decade(view.line.values):
         set_log_ticks(axes.yaxis, norm.vmin, norm.vmax)
     else:
         axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
@@ -606,21 +617,23 @@ def color_scale(axis: Axis) -> tuple[Any, Any]:
     )
 
 
-def draw_curves(axes: Axes, view: View, panel: Panel, quantity: Quantity) -> None:
+def draw_curves(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> None:
     """Draw the lines of a panel, interrupted where the value is unknown.
 
     Few lines of means over seeds also have confidence intervals.
     """
     curve_styles = line_styles(view)
-    known = [line_series(view, line, quantity.of) for line in panel.lines]
+    known = [line_series(view, line, metric.of) for line in panel.lines]
     for at, (line, curve_style, (x, y)) in enumerate(
         zip(panel.lines, curve_styles, known, strict=True)
     ):
         draw_curve(axes, x, y, curve_style, line.label, at)
-    draw_references(axes, view, panel, quantity.of, curve_styles)
+    draw_references(axes, view, panel, metric.of, curve_styles)
     if len(panel.lines) <= MAX_STYLED_LINES:
         for line, curve_style, (x, y) in zip(panel.lines, curve_styles, known, strict=True):
-            draw_interval(axes, x, y, line_series(view, line, quantity.width)[1], curve_style)
+            draw_interval(
+                axes, x, y, line_series(view, line, metric.half_width)[1], curve_style
+            )
 
 
 def draw_curve(
@@ -734,7 +747,8 @@ def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
 
 
 MAX_TICK_LETTERS, MAX_TICKS = 44, 99
-"""Letters of all tick labels that fit below a panel, with two per gap; upper bound of ticks."""
+"""Characters of all tick labels that fit below a panel, with two per gap; maximum number of
+ticks."""
 
 NATURAL_FREQUENCY_STYLE: Style = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
@@ -812,44 +826,48 @@ def needs_quantiles(table: Table) -> bool:
     )
 
 
-def draw_quantiles(table: Table, quantities: Sequence[Quantity]) -> Figure:
+def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     """Return the figure of metrics as quantile bands, with a map if several keys are swept.
 
     Parameters
     ----------
     table : Table
-    quantities : sequence of Quantity
-        A column of the figure per quantity.
+    metrics : sequence of PlottedMetric
+        A column of the figure per metric.
     """
-    along = abscissa(table.axes)
-    assert along is not None, "a sweep has a key"
-    others = [axis for axis in table.axes if axis is not along and len(axis.values) > 1]
-    other = max(others, key=lambda axis: len(axis.values), default=None)
-    bins, across = Bins.of(along), None if other is None else Bins.of(other)
+    x_axis = abscissa(table.axes)
+    assert x_axis is not None, "a sweep has a key"
+    others = [axis for axis in table.axes if axis is not x_axis and len(axis.values) > 1]
+    y_axis = max(others, key=lambda axis: len(axis.values), default=None)
+    bins, across = Bins.of(x_axis), None if y_axis is None else Bins.of(y_axis)
     approach, *references = table.approaches
-    found = [Histogram(one.metric, bins, across) for one in quantities]
-    count_cases(as_batches(table.rows), approach, found)
-    beside = [Histogram(one.metric, bins, None) for one in quantities]
+    histograms = [Histogram(one.name, bins, across) for one in metrics]
+    count_cases(as_batches(table.rows), approach, histograms)
+    reference_histograms = [Histogram(one.name, bins, None) for one in metrics]
     if references:
-        count_cases(as_batches(table.rows), references[0], beside)
-    shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
+        count_cases(as_batches(table.rows), references[0], reference_histograms)
+    shown = [i for i, one in enumerate(histograms) if one.counts.any()] or [len(histograms) - 1]
     if across is None:
         figure, grid = style.panel_grid(1, len(shown), right=MAPS_RIGHT)
     else:
-        figure, grid = style.panel_grid(2, len(shown), MAPS_LEFT, MAPS_RIGHT, aside=MAP_GAP)
+        figure, grid = style.panel_grid(
+            2, len(shown), MAPS_LEFT, MAPS_RIGHT, column_gap=MAP_GAP
+        )
     for place, i in enumerate(shown):
-        quantity = quantities[i]
+        metric = metrics[i]
         axes = figure.add_subplot(grid[0, place])
-        set_title(axes, quantity.words)
-        draw_quantile_bands(axes, found[i], beside[i] if references else None, quantity.scale)
-        draw_reference_level(axes, table, quantity)
+        set_title(axes, metric.full_title)
+        draw_quantile_bands(
+            axes, histograms[i], reference_histograms[i] if references else None, metric.scale
+        )
+        draw_reference_level(axes, table, metric)
         set_bin_axis(axes, bins, named=across is None)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
-            set_title(below, f"mean of {quantity.words}")
-            draw_map(figure, below, found[i], quantity.scale)
+            set_title(below, f"mean of {metric.full_title}")
+            draw_map(figure, below, histograms[i], metric.scale)
     style.finish_figure(
-        figure, grid, style.table_heading(table, of_stroke=_shows_stroke(quantities))
+        figure, grid, style.table_heading(table, of_stroke=_shows_stroke(metrics))
     )
     return figure
 
@@ -868,17 +886,17 @@ def draw_quantile_bands(
         axes.plot(x, reference.quantile_curve(0.5) * factor, **REFERENCE_STYLE, label=words)
 
 
-def draw_reference_level(axes: Axes, table: Table, quantity: Quantity) -> None:
+def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> None:
     """Draw the stroke limit shared by all cases, or the transmissibility 1."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
-    if quantity.metric != PEAK_STROKE:
+    if metric.name != PEAK_STROKE:
         axes.axhline(1.0, **UNITY_STYLE)
     elif any(axis.key == LIMIT_KEY for axis in table.axes):
         return
-    elif stroke is not None and stroke.limit * quantity.scale <= 2.0 * axes.get_ylim()[1]:
-        limit = stroke.limit * quantity.scale
-        words = f"stroke limit {wording.format_number(limit, quantity.unit)}"
+    elif stroke is not None and stroke.limit * metric.scale <= 2.0 * axes.get_ylim()[1]:
+        limit = stroke.limit * metric.scale
+        words = f"stroke limit {wording.format_number(limit, metric.unit)}"
         axes.axhline(limit, **response.LIMIT_STYLE, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 

@@ -328,12 +328,12 @@ def _gap_message(
         digit = 10.0 ** (floor(log10(longest)) - 2)
         needed = ceil(longest / digit * (1 - STEP_TOLERANCE)) * digit
         at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
-        way = gap_hint(at_most, "it" if number == 1 else "them all")
+        remedy = gap_hint(at_most, "it" if number == 1 else "them all")
     else:
-        way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
+        remedy = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
         f"{count} missing before this row: a step of {width * dt:.6g} s, not {dt:.6g} s"
-        f"{more}: {way}"
+        f"{more}: {remedy}"
     )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import system
-from drysim.core.model import MAX_KEPT, Signal, blocks
+from drysim.core.model import MAX_CACHED, Signal, blocks
 from drysim.errors import Problem, RecordError
 from drysim.records import SI
 from drysim.units import (
@@ -300,8 +300,8 @@ Floats = NDArray[np.float64]
 
 def gap_hint(at_most: str = "50 ms", which: str = "short ones") -> str:
     """Return how to fill missing samples."""
-    way = f"`gaps: {{fill: line, at_most: {at_most}}}`"
-    return f"the record has a gap; {way} fills {which}"
+    remedy = f"`gaps: {{fill: line, at_most: {at_most}}}`"
+    return f"the record has a gap; {remedy} fills {which}"
 
 
 GAP_HINT = gap_hint()
@@ -568,7 +568,7 @@ class Channels(Columns):
     def _series(self, index: int) -> Signal:
         loaded = self.channels[index].load()
         if isinstance(loaded, LazySamples):
-            if len(loaded) > MAX_KEPT:
+            if len(loaded) > MAX_CACHED:
                 return loaded
             require_memory(self.display_path, len(loaded) * FLOAT64_SIZE)
             return loaded[:]
@@ -651,8 +651,8 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
         return others[0]
     if not others:
         raise columns.error(f"there is no {columns.word} besides the time")
-    way = "its name or number" if columns.labels else "its number"
-    raise columns.error(f"set `{columns.key}`, {way}; there are: {columns.names()}")
+    remedy = "its name or number" if columns.labels else "its number"
+    raise columns.error(f"set `{columns.key}`, {remedy}; there are: {columns.names()}")
 
 
 def column_factor(
@@ -681,8 +681,8 @@ def column_factor(
         if full_scale is None:
             instead = " instead of `unit`" if unit else ""
             sentence = "the samples are integers, fractions of a full scale without a unit"
-            way = f"set `full_scale`, e.g. `full_scale: 50 {si}`,{instead} {place}"
-            raise columns.error(f"{sentence}; {way}")
+            remedy = f"set `full_scale`, e.g. `full_scale: 50 {si}`,{instead} {place}"
+            raise columns.error(f"{sentence}; {remedy}")
         return convert(full_scale, si)
     if full_scale is not None:
         sentence = "the samples are floating-point numbers, not fractions of full scale"

@@ -436,8 +436,10 @@ def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -
             return import_module(module)
     except ImportError:
         sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
-        way = f'pip install "drysim[{extra}]"'
-        raise record_error(file.display_path, f"{sentence}; install it with: {way}") from None
+        command = f'pip install "drysim[{extra}]"'
+        raise record_error(
+            file.display_path, f"{sentence}; install it with: {command}"
+        ) from None
 
 
 def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:

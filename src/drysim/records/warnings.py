@@ -28,7 +28,7 @@ GRAVITY_TOLERANCE = 0.05
 """Relative tolerance for gravity: an accelerometer may be tilted slightly."""
 
 MIN_SAMPLES = 16
-"""Fewer samples than this define a piecewise linear motion on purpose."""
+"""With fewer samples, a record is taken as an intentionally piecewise linear motion."""
 
 UNDERSAMPLED = "the sampling is too coarse for the high frequencies"
 
@@ -206,11 +206,11 @@ def force_warnings(record: Recorded, forces: Floats, dt: float) -> Iterator[Warn
 
 
 def _linear_interpolation_warnings(
-    record: Recorded, values: Signal, dt: float, rms: float, much: float
+    record: Recorded, values: Signal, dt: float, rms: float, tolerance: float
 ) -> Iterator[WarningMessage]:
-    """Warn if linear interpolation loses more than `much` of the RMS about the mean."""
+    """Warn if linear interpolation loses more than `tolerance` of the RMS about the mean."""
     kept = rms_share_of_lines(values, rms)
-    if (1 - kept) * rms > much:
+    if (1 - kept) * rms > tolerance:
         low_pass = _low_pass_hint(record, LINEAR_CORNER / dt)
         resample = f"`resample: {{rate: {required_refinement(kept) / dt:.6g} Hz, by: spline}}`"
         if (lost := 1 - rms_share_of_spline(values)) <= NOTABLE_SHARE:
@@ -239,17 +239,17 @@ def _low_pass_hint(record: Recorded, corner: float) -> str:
 
 
 def displacement_warnings(
-    record: RecordedMotion, u: NDArray[np.float64] | None, otherwise: NDArray[np.float64] | None
+    record: RecordedMotion, u: NDArray[np.float64] | None, u_other: NDArray[np.float64] | None
 ) -> Iterator[WarningMessage]:
     """Warn if RMS{u} depends by more than 1 % on the extension of the record beyond its ends.
 
-    `otherwise` is u with the other extension. The difference is uncorrelated with u, so it
+    `u_other` is u with the other extension. The difference is uncorrelated with u, so it
     contributes with its square.
     """
-    if u is None or otherwise is None or not record.remove.below:
+    if u is None or u_other is None or not record.remove.below:
         return
-    squares, apart = float(u @ u), u - otherwise
-    share = 0.5 * float(apart @ apart) / squares if squares else 0.0
+    squares, difference = float(u @ u), u - u_other
+    share = 0.5 * float(difference @ difference) / squares if squares else 0.0
     if share > NOTABLE_SHARE:
         sentence = (
             f"{record.named}: RMS{{u}}, and with it T_x, is uncertain by about "
@@ -272,10 +272,10 @@ def rms_share_of_lines(values: Signal, rms: float) -> float:
     interpolation loses one sixth of the mean square of the differences between neighbours from
     the mean square; for a sine of frequency f this is the share 2/3 sin²(π f dt).
     """
-    square, steps = rms * rms, 0.0
+    square, squared_differences = rms * rms, 0.0
     for at in range(0, len(values) - 1, BLOCK_SIZE):
-        steps += float(np.square(np.diff(values[at : at + BLOCK_SIZE + 1])).sum())
-    lost = steps / (len(values) - 1) / 6
+        squared_differences += float(np.square(np.diff(values[at : at + BLOCK_SIZE + 1])).sum())
+    lost = squared_differences / (len(values) - 1) / 6
     return sqrt(max(0.0, 1 - lost / square)) if square else 1.0
 
 
@@ -284,10 +284,8 @@ def required_refinement(kept: float) -> int:
 
     The signal is treated as a sine at the frequency where lines preserve the share `kept`.
     """
-    half_turns = [
-        asin(sqrt(min(1.0, 1.5 * (1 - share**2)))) for share in (kept, 1 - NOTABLE_SHARE)
-    ]
-    return ceil(half_turns[0] / half_turns[1] * (1 + STEP_TOLERANCE)) + 1
+    angles = [asin(sqrt(min(1.0, 1.5 * (1 - share**2)))) for share in (kept, 1 - NOTABLE_SHARE)]
+    return ceil(angles[0] / angles[1] * (1 + STEP_TOLERANCE)) + 1
 
 
 def rms_share_of_spline(values: Signal) -> float:
@@ -301,8 +299,8 @@ def rms_share_of_spline(values: Signal) -> float:
     is used.
     """
     z, power = _power_spectrum(values[:BLOCK_SIZE])
-    seventh = 2416 + 2382 * np.cos(z) + 240 * np.cos(2 * z) + 2 * np.cos(3 * z)
-    kept = power @ (seventh / 5040 * (3 / (2 + np.cos(z))) ** 2)
+    degree_7 = 2416 + 2382 * np.cos(z) + 240 * np.cos(2 * z) + 2 * np.cos(3 * z)
+    kept = power @ (degree_7 / 5040 * (3 / (2 + np.cos(z))) ** 2)
     return sqrt(kept / power.sum())
 
 
@@ -328,9 +326,9 @@ def rms_share_of_differentiation(
     as linear interpolation of its derivative loses. After resampling, content above the old
     Nyquist frequency is an image of the rest.
     """
-    every = 2 if quantity == "velocity" else 1  # the spline through velocity has knots midway
-    dt = motion.dt * every
-    z, power = _power_spectrum(motion.u_dd[every - 1 :: every])
+    stride = 2 if quantity == "velocity" else 1  # the spline through velocity has knots midway
+    dt = motion.dt * stride
+    z, power = _power_spectrum(motion.u_dd[stride - 1 :: stride])
     if file_spacing > dt * (1 + STEP_TOLERANCE):
         z *= file_spacing / dt
         power, images, z = power[z < np.pi], power[z >= np.pi].sum(), z[z < np.pi]
@@ -344,8 +342,8 @@ def rms_share_of_differentiation(
         else:
             gain = 8 * np.sin(z / 2) / (3 + np.cos(z)) / z
         kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
-    whole = (power / gain**2).sum()
-    return float(np.sqrt(kept / whole)) if whole else 1.0
+    total = (power / gain**2).sum()
+    return float(np.sqrt(kept / total)) if total else 1.0
 
 
 def _power_spectrum(values: Floats) -> tuple[Floats, Floats]:

@@ -104,9 +104,9 @@ class Stops(Block):
 
     def with_friction(self, law: CoulombLaw, limit: float) -> EndStopLaw:
         """Return the law with stops at ±limit [m] and friction between them."""
-        F_fk, F_fs, *varied = law
+        F_fk, F_fs, *variation = law
         k_s, b_s, e = self.stiffness or 0.0, self.damping or 0.0, self.restitution or 0.0
-        return EndStopLaw(F_fk, F_fs, limit, k_s, b_s, e, *varied)
+        return EndStopLaw(F_fk, F_fs, limit, k_s, b_s, e, *variation)
 
 
 class Stroke(Block):
@@ -211,10 +211,10 @@ class Measure(Block):
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
-        usual = DIRECTIONS[self.direction][0] if self.direction else self.weighting
-        if self.weighting != usual and self.weighting:
+        expected = DIRECTIONS[self.direction][0] if self.direction else self.weighting
+        if self.weighting != expected and self.weighting:
             raise InvalidValue(
-                f"must be {usual} with `direction: {self.direction}`, not {self.weighting}; "
+                f"must be {expected} with `direction: {self.direction}`, not {self.weighting}; "
                 "remove one of them",
                 "weighting",
             )
@@ -277,8 +277,8 @@ WINDOWS_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
 
 def _validate_version(version: object) -> object:
     if version is True or version != FORMAT_VERSION:
-        reads = f"must be {FORMAT_VERSION}, the format version that this release reads"
-        raise ValueError(f"{reads}, not {format_value(version)}")
+        rule = f"must be {FORMAT_VERSION}, the format version that this release reads"
+        raise ValueError(f"{rule}, not {format_value(version)}")
     return FORMAT_VERSION
 
 
@@ -333,11 +333,11 @@ class FromFile(Block):
     @property
     def origin(self) -> dict[str, Any]:
         """File name, SHA-256 and overrides as plain values."""
-        read = self._document
-        if read is None:
+        document = self._document
+        if document is None:
             return {"file": "", "sha256": "", "overrides": {}}
-        file = Path(read.file).name
-        return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
+        file = Path(document.file).name
+        return {"file": file, "sha256": document.sha256, "overrides": dict(document.overrides)}
 
     def problem(self, sentence: str, key: str | KeyPath) -> Problem:
         """Return the located problem of a key, for faults found only during a run."""

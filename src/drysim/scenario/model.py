@@ -879,8 +879,8 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     used |= {key for key, value in friction if value is not None}
     for key in sorted(used):
         if key.startswith(NORMAL_FORCE_PREFIX) and key not in known:
-            way = "uses the mean of" if key == "normal_record" else "ignores"
-            yield f"{name} {way} friction.{key}"
+            verb = "uses the mean of" if key == "normal_record" else "ignores"
+            yield f"{name} {verb} friction.{key}"
     law, other = scenario.law(), scenario.with_law(name).law()
     if not known.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
         yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"

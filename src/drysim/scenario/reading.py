@@ -330,8 +330,8 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
     if friction is None or name in ("", friction.law):
         return
     if needed := _missing_keys(friction, name):
-        way = f"give them in a block `{name}` in friction"
-        yield "friction", f"law {name} needs {join_words(needed)}: {way}"
+        remedy = f"give them in a block `{name}` in friction"
+        yield "friction", f"law {name} needs {join_words(needed)}: {remedy}"
         return
     try:
         LAWS[name].model_validate(law_arguments(friction, name) | {LAW_KEY: name})

@@ -76,7 +76,7 @@ class Comparison:
     @property
     def of_laws(self) -> bool:
         """Whether any of the names is a friction law."""
-        return any(word == law for word, law in self.laws.items())
+        return any(name == law for name, law in self.laws.items())
 
     def counterpart(self, row: Row) -> Row | None:
         """Return the row of the reference at the same point; None if there is not exactly one.
@@ -163,21 +163,21 @@ KNOWN_NAMES = (*APPROACHES_BY_NAME, *LAWS)
 """Names for a comparison: an approach (to the law of the scene), or a law (solved exactly)."""
 
 
-def parse_names(words: str | Sequence[str]) -> tuple[str, ...]:
-    """Return the approaches and laws in a list or in one text; `vs` is dropped.
+def parse_names(text_or_names: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the approaches and laws of a list or a text; the word `vs` is ignored.
 
     Raises
     ------
     UsageError
         When a name is unknown or repeated, or there are fewer than two.
     """
-    received = [words] if isinstance(words, str) else words
+    received = [text_or_names] if isinstance(text_or_names, str) else text_or_names
     if not isinstance(received, Sequence) or not all(
         isinstance(word, str) for word in received
     ):
-        text = shorten(repr(words))
+        shown = shorten(repr(text_or_names))
         raise UsageError(
-            f"expected names, such as `signum vs stick-slip`, or a list of them, not {text}"
+            f"expected names, such as `signum vs stick-slip`, or a list of them, not {shown}"
         )
     names = [name for word in received for name in word.split() if name != "vs"]
     for name in names:
@@ -250,29 +250,29 @@ def solve(
     workers: int | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Comparison:
-    """Compare, for a prepared case of the reference; otherwise as `compare`."""
+    """Compare as `compare` does, with the case of the reference already prepared."""
     from drysim.study.sweep import (  # not needed to read a comparison
         choose_engine,
         make_table,
         solve_ranges,
     )
 
-    yardstick, scenarios = names[-1], scenarios_by_name(scenario, names)
+    reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
     batches = [batch for _, batch in solve_ranges(compared, case, workers, finished=finished)]
-    tallies = Tally.of(batches, scenario.checks, yardstick)
+    tallies = Tally.of(batches, scenario.checks, reference)
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
     table = make_table(scenario, case, Rows.of(batches), tallies, omissions)
-    shown = most_deviating_row(table, names, yardstick)
-    responses = dict(responses_at(shown.point, scenarios, yardstick))
+    shown = most_deviating_row(table, names, reference)
+    responses = dict(responses_at(shown.point, scenarios, reference))
     laws = {
         name: one.active_friction.law if one.active_friction else ""
         for name, one in scenarios.items()
     }
-    bare = Comparison(table, yardstick, responses, shown.point, (), laws)
-    return replace(bare, verdict=diagnose(bare, scenarios))
+    comparison = Comparison(table, reference, responses, shown.point, (), laws)
+    return replace(comparison, verdict=diagnose(comparison, scenarios))
 
 
 def scenarios_by_name(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
@@ -280,19 +280,19 @@ def scenarios_by_name(scenario: Scenario, names: Sequence[str]) -> dict[str, Sce
     return {name: scenario.variant(name) for name in dict.fromkeys((*names, "viscous"))}
 
 
-def most_deviating_row(table: Table, names: Sequence[str], yardstick: str) -> Row:
+def most_deviating_row(table: Table, names: Sequence[str], reference: str) -> Row:
     """Return the row of the reference where the first name that deviates does so most."""
-    scale = Comparison(table, yardstick, {}, {}, ())
+    comparison = Comparison(table, reference, {}, {}, ())
     for name in names:
-        worst = largest_deviation(deviations(scale, name))
+        worst = largest_deviation(deviations(comparison, name))
         if worst is not None and worst.value:
-            return scale.counterpart(worst.row) or worst.row
+            return comparison.counterpart(worst.row) or worst.row
     first = next(iter(table.of(names[0])))
-    return scale.counterpart(first) or first
+    return comparison.counterpart(first) or first
 
 
 def responses_at(
-    point: Mapping[str, float], scenarios: Mapping[str, Scenario], yardstick: str
+    point: Mapping[str, float], scenarios: Mapping[str, Scenario], reference: str
 ) -> Iterator[tuple[str, Response]]:
     """Yield the responses at one point, without approaches whose numerics fail there.
 
@@ -305,7 +305,7 @@ def responses_at(
         try:
             yield name, response_of(scenario_at(scenario, point))
         except SolverError:
-            if name == yardstick:
+            if name == reference:
                 raise
 
 
@@ -350,8 +350,8 @@ def _isolation_frequency(curve: Sequence[Row]) -> float | None:
 class Deviation(NamedTuple):
     """T_a of a row relative to the reference at the same point, minus 1 [-].
 
-    The row is the one of the pair with the complete point. With several seeds, `value` is a
-    mean and `half_width` belongs to its confidence interval.
+    The row is whichever of the two has more swept keys. With several seeds, `value` is a mean
+    and `half_width` that of its confidence interval.
     """
 
     value: float
@@ -366,7 +366,7 @@ def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
 
 
 def largest_deviation(found: Sequence[Deviation]) -> Deviation | None:
-    """Return the deviation with the largest magnitude, the first of equals."""
+    """Return the deviation with the largest magnitude; the first one of several."""
     return max(found, key=lambda one: abs(one.value), default=None)
 
 
@@ -375,7 +375,7 @@ def paired_deviations(
 ) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
     """Yield row and deviation, with half-width, at each point.
 
-    The row is the one of the pair with the complete point.
+    The row is whichever of the two has more swept keys.
     """
     for row, other in comparison.pairs(approach):
         yield (
@@ -483,8 +483,8 @@ def _are_close(one: MetricValues, other: MetricValues) -> bool:
 MAX_REMAINING_SHARE = 0.7
 """Share of an error that may remain with half the step: a first-order method leaves 0.5."""
 
-MAX_FLIP_CORRELATION = -0.3
-"""Correlation of neighbouring errors of x_dd below which they alternate with each step."""
+MAX_ALTERNATING_CORRELATION = -0.3
+"""Correlation of successive errors of x_dd below which the error alternates at every step."""
 
 TARGET_ERROR = 0.01
 """Error of T_a for which the required sharpness is estimated [-]."""
@@ -510,24 +510,24 @@ def describe_approach(
 ) -> Iterator[str]:
     """Yield the findings about one approach, in the case where it deviates most."""
     deviation, row, _ = worst
-    yardstick, exact = comparison.yardstick, comparison.counterpart(row)
+    reference, exact = comparison.yardstick, comparison.counterpart(row)
     place = format_at(row, comparison.table.axes)
-    if is_same_solution(scenarios[name], scenarios[yardstick]):
+    if is_same_solution(scenarios[name], scenarios[reference]):
         law = comparison.laws[name]
         yield (
-            f"{name} and {yardstick} are the same here: the law of the scene is {law}, solved "
+            f"{name} and {reference} are the same here: the law of the scene is {law}, solved "
             "by stick-slip"
         )
         return
-    reference, T_a_deviation = describe_reference(comparison), format_deviation(deviation)
+    reference_label, T_a_deviation = describe_reference(comparison), format_deviation(deviation)
     if abs(deviation) <= AGREEMENT_TOLERANCE:
-        yield f"{name} agrees with {reference}: T_a {T_a_deviation}{place}"
+        yield f"{name} agrees with {reference_label}: T_a {T_a_deviation}{place}"
     elif (limits := reference_limits(comparison)) or comparison.laws.get(name) == name:
-        # Another law is a difference, not an error; so is a reference with errors of its own.
-        yield f"{name} differs from {reference}: T_a {T_a_deviation}{place}{limits}"
+        # With another law, or an inexact reference, a deviation is no error of the approach.
+        yield f"{name} differs from {reference_label}: T_a {T_a_deviation}{place}{limits}"
         yield from describe_agreement(comparison, name)
     else:
-        yield f"{name} deviates from {reference}: T_a {T_a_deviation}{place}"
+        yield f"{name} deviates from {reference_label}: T_a {T_a_deviation}{place}"
         yield from describe_agreement(comparison, name)
     if exact is None or reference_limits(comparison):
         return
@@ -535,8 +535,8 @@ def describe_approach(
     response = response_of(case)
     if response.numerics.core != FIXED_STEP:
         return
-    flipping = error_correlation(response, response_of(scenarios[yardstick].at(exact.point)))
-    if flipping < MAX_FLIP_CORRELATION and abs(deviation) > AGREEMENT_TOLERANCE:
+    correlation = error_correlation(response, response_of(scenarios[reference].at(exact.point)))
+    if correlation < MAX_ALTERNATING_CORRELATION and abs(deviation) > AGREEMENT_TOLERANCE:
         yield (
             f"the error of {name} is parasitic vibration with period 2Δt = "
             f"{format_number(2 * response.dt, 's')}: where the mass should stick, the friction "
@@ -549,7 +549,7 @@ def describe_approach(
 
 
 def is_same_solution(one: Scenario, other: Scenario) -> bool:
-    """Whether two names mean the same law solved by the same approach."""
+    """Whether two scenarios have the same law and the same approach."""
     return (
         one.solver.member() == other.solver.member()
         and one.active_friction == other.active_friction
@@ -558,23 +558,23 @@ def is_same_solution(one: Scenario, other: Scenario) -> bool:
 
 def reference_limits(comparison: Comparison) -> str:
     """Return why a deviation from the reference may be no error; "" if it is exact."""
-    yardstick, scenario = comparison.yardstick, comparison.table.scenario
-    if omissions := scenario.omissions(yardstick):
+    reference, scenario = comparison.yardstick, comparison.table.scenario
+    if omissions := scenario.omissions(reference):
         return f"; {'; '.join(omissions)}"
-    if not isinstance(scenario.variant(yardstick).solver.member(), ExactApproach):
-        return f"; {yardstick} uses fixed steps and has errors of its own"
+    if not isinstance(scenario.variant(reference).solver.member(), ExactApproach):
+        return f"; {reference} uses fixed steps and has errors of its own"
     return ""
 
 
 def describe_reference(comparison: Comparison) -> str:
     """Return the name of the reference, with its law if laws are compared."""
-    yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
-    names_law = comparison.of_laws and law not in (None, "", yardstick)
-    return f"{yardstick} ({law})" if names_law else yardstick
+    reference, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
+    names_law = comparison.of_laws and law not in (None, "", reference)
+    return f"{reference} ({law})" if names_law else reference
 
 
 def error_correlation(response: Response, exact: Response) -> float:
-    """Return the correlation of neighbouring errors of x_dd; -1 if they alternate."""
+    """Return the lag-1 autocorrelation of the error of x_dd; -1 if its sign alternates."""
     last = min(response.t[-1], exact.t[-1])
     t = response.t[response.t <= last]
     error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
@@ -593,7 +593,7 @@ def describe_remedies(
             deviation_with(case, {"step": 0.5 * step}, T_a),
             format_number(0.5 * step, "s"),
         )
-        if is_cured(finer, deviation):
+        if is_reduced(finer, deviation):
             yield f"half the step of {name} leaves {format_deviation(finer)}"
         elif finer is not None and abs(deviation) > AGREEMENT_TOLERANCE:
             left = format_deviation(finer)
@@ -605,7 +605,7 @@ def describe_remedies(
             deviation_with(case, {name: doubled}, T_a),
             format_number(2 * sharpness, "s/m"),
         )
-        if is_cured(sharper, deviation):
+        if is_reduced(sharper, deviation):
             order = log2(abs(deviation / sharper)) if sharper else inf
             needed = format_number(
                 sharpness * (abs(deviation) / TARGET_ERROR) ** (1 / order), "s/m", 2
@@ -617,8 +617,8 @@ def describe_remedies(
             yield f"a sharper {name} does not help: {twice} leaves {left}"
 
 
-def is_cured(left: float | None, deviation: float) -> TypeGuard[float]:
-    """Whether the remaining deviation is as small as for a first-order method."""
+def is_reduced(left: float | None, deviation: float) -> TypeGuard[float]:
+    """Whether the remaining deviation is at most `MAX_REMAINING_SHARE` of the original one."""
     return left is not None and abs(left) <= MAX_REMAINING_SHARE * abs(deviation)
 
 
@@ -635,18 +635,18 @@ def deviation_with(
 
 def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
     """Yield for which names T_a is unknown, and why."""
-    yardstick = comparison.yardstick
-    if names and (reason := unknown_reason(comparison, yardstick)):
-        yield f"T_a of {yardstick}, the reference, is unknown: {reason}"
+    reference = comparison.yardstick
+    if names and (reason := unknown_reason(comparison, reference)):
+        yield f"T_a of {reference}, the reference, is unknown: {reason}"
         return
     for name in names:
         reason = unknown_reason(comparison, name)
-        where = f": {reason}" if reason else f" where that of {yardstick} is known"
+        where = f": {reason}" if reason else f" where that of {reference} is known"
         yield f"T_a of {name} is unknown{where}"
 
 
 def unknown_reason(comparison: Comparison, name: str) -> str:
-    """Return why T_a is unknown in all cases of a name; "" if it is known in one."""
+    """Return why T_a is unknown in all cases of a name; "" if it is known in any case."""
     rows = list(comparison.table.of(name))
     if any(row.metrics.get("T_a") is not None for row in rows):
         return ""
@@ -659,9 +659,9 @@ def describe_frictionless(comparison: Comparison) -> Iterator[str]:
     if comparison.table.axes or comparison.yardstick == "viscous":
         return
     by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
-    bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
-    if bare and exact and format_number(bare) != format_number(exact):
-        without, dry = format_number(bare), format_number(exact)
+    frictionless, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
+    if frictionless and exact and format_number(frictionless) != format_number(exact):
+        without, dry = format_number(frictionless), format_number(exact)
         yield f"without dry friction T_a would be {without} instead of {dry}"
 
 
