@@ -199,7 +199,7 @@ def test_value_and_mean_are_not_told_as_the_least(drysim, seat):
     words = ("run", seat, "--set", noise, "--set", times, "--no-plots", "--quiet", "-o", "c")
     assert drysim(*words).code == 0
     headings, (mean, _, least, *inner, most) = table(drysim("summarise", "c").out)
-    assert headings == ["mean", "±", "least", "5", "%", "median", "95", "%", "greatest"]
+    assert headings == ["mean", "±", "minimum", "5", "%", "median", "95", "%", "maximum"]
     told = json.loads(drysim("summarise", "c", "--json").out)["ensemble"]["metrics"]["T_a"]
     assert least <= inner[0] <= inner[1] <= inner[2] <= most
     assert least < mean < most

@@ -38,7 +38,7 @@ from drysim.study.case import combined_sha256
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
 if TYPE_CHECKING:
-    from drysim.bench.hard_cases import HardCases
+    from drysim.bench.hard_cases import HardCaseResult, HardCases
     from drysim.bench.score import Bench, BenchCase
     from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
@@ -324,6 +324,13 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
     write_csv(folder / "hard_cases.csv", headers, [join_columns(zip(*rows, strict=True))])
 
 
+def _trial_fields(result: HardCaseResult) -> Fields:
+    """Return the result of one approach, under the keys of drysim.json."""
+    fields = result._asdict()
+    named = {"approach": "approach", "word": "verdict", "how": "reason"}
+    return {key: fields.pop(name) for key, name in named.items()} | fields
+
+
 def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for the hard cases."""
     results = [one for case in result.cases for one in case.results]
@@ -334,7 +341,7 @@ def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     cases: list[Fields] = [
         {
             "scenario": {"name": case.scenario.name, **origin_fields(case.scenario.origin)},
-            "trials": [one._asdict() for one in case.results],
+            "trials": [_trial_fields(one) for one in case.results],
         }
         for case in result.cases
     ]

@@ -444,7 +444,9 @@ def join_rows(parts: Iterable[Iterable[bytes]]) -> bytes:
 
 def format_cell(value: float | None) -> str:
     """Return the shortest decimal that reads back as the same float; empty for None."""
-    return "" if value is None else str(value + 0)
+    if value is None:
+        return ""
+    return orjson.dumps(value + 0, option=orjson.OPT_SERIALIZE_NUMPY).decode()
 
 
 def join_columns(columns: Iterable[Iterable[str]]) -> bytes:
