@@ -20,9 +20,6 @@ from seat import SEAT
 from drysim import output
 from drysim.cli import main
 
-# Faults while working: signals, full disks and dying workers, at random instants.
-
-
 GRID = "sweep: {excitation.frequency: {from: 0.5, to: 5, count: 100}}\n"
 SCENARIO = SEAT.replace("duration: 2", "duration: 9") + GRID
 COMMANDS = {

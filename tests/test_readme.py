@@ -26,9 +26,9 @@ from drysim.manual.words import (
     SYMBOL,
     TERMS,
     WARNING,
+    closest_word,
     entries,
     explain,
-    similar,
 )
 from drysim.metrics.table import METRICS
 
@@ -48,7 +48,8 @@ PROGRAMS = [
 
 ROUNDING = (
     (r"\d+\.\d+\.\d+", "version"),
-    (r"(?<=  energy {6})0 +", "tiny "),
+    (r"(?<=residual )0(?![.\d])", "tiny "),
+    (r"(?<=residual at most )0(?![.\d])", "tiny "),
     (r"\d+(?:\.\d+)?e-\d+ *", "tiny "),
     (r"\d+\.\d+", lambda number: f"{float(number[0]):.9g}"),
 )
@@ -253,7 +254,7 @@ def test_symbols_and_labels_of_summaries_are_explained():
 def test_word_that_ends_keys_lists_them_and_a_misspelled_one_is_suggested():
     assert {one.word for one in explain("kinetic")} == {"friction.kinetic"}
     assert explain("frequancy") == []
-    assert "excitation.frequency" in similar("excitation.frequancy")
+    assert closest_word("excitation.frequancy") == "excitation.frequency"
     assert [one.kind for one in explain("t [s]")] == [COLUMN]
 
 

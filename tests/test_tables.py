@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,8 @@ def test_missing_number_is_an_empty_cell_and_no_zero_is_negative() -> None:
     assert tables.format_numbers(columns) == [b"1.0,", b",2.5", b"0.0,1e-7"]
     assert tables.format_counts(np.array([3.0, np.nan, 0.0])) == [b"3", b"", b"0"]
     assert tables.format_numbers([np.empty(0), np.empty(0)]) == []
+    values = (None, math.nan, math.inf, -0.0, 2.5, 3)
+    assert [tables.format_cell(value) for value in values] == ["", "", "", "0.0", "2.5", "3"]
 
 
 @pytest.mark.parametrize("place", [1, 2])

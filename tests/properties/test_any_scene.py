@@ -7,7 +7,7 @@ import contextlib
 import pytest
 from drawn import Scene, scenes
 from hypothesis import HealthCheck, given, settings
-from laws import LAWS, Law
+from laws import LAWS, Law, finer_grid_changes_no_metric
 
 from drysim.errors import SolverError
 
@@ -42,3 +42,9 @@ def test_law_holds_for_any_scene(law):
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
 def test_law_holds_for_many_more_scenes(law):
     hold(law, MANY)
+
+
+def test_finer_grid_changes_no_metric_where_the_velocity_only_touches_zero():
+    ramp = {"sines": (), "u_dd": (0.0, 10.0**0.5), "dt": 50.0, "variation": (0.0, 0.0, 0.0)}
+    F = 0.3 * 10.0**0.5
+    finer_grid_changes_no_metric(Scene(1.0, 1.0, 0.0, F, F, 0.0, 0.0, **ramp))

@@ -34,11 +34,11 @@ def manual(name: Name = None, listed: List = False) -> int:
 
     known = pages()
     if name is not None and name not in known:
-        from difflib import get_close_matches
+        from drysim.units import closest_match, did_you_mean
 
-        close = get_close_matches(name, known, 1)
-        hint = f"did you mean `{close[0]}`? " if close else ""
-        raise UsageError(f"no page `{name}` in the manual", f"{hint}see `drysim manual --list`")
+        hint = did_you_mean(closest_match(name, known))
+        sentence = f"no page `{name}` in the manual{hint}"
+        raise UsageError(sentence, "`drysim manual --list` shows all pages")
     with tolerate_closed_pipe():
         if listed:
             list_pages()
@@ -50,16 +50,14 @@ def manual(name: Name = None, listed: List = False) -> int:
 def explain(word: Word) -> int:
     """Explain a word: key, metric, symbol, column, warning, law."""
     from drysim.console.pages import show_entries
+    from drysim.manual.words import closest_word
     from drysim.manual.words import explain as meanings
-    from drysim.manual.words import similar
+    from drysim.units import did_you_mean
 
     found = meanings(word)
     if not found:
-        close = ", ".join(f"`{other}`" for other in similar(word))
-        hint = (
-            f"did you mean {close}?" if close else "`drysim manual symbols` lists the symbols"
-        )
-        raise UsageError(f"nothing is known about `{word}`", hint)
+        sentence = f"nothing is known about `{word}`{did_you_mean(closest_word(word))}"
+        raise UsageError(sentence, "`drysim manual --list` shows the pages of the manual")
     with tolerate_closed_pipe():
         show_entries(found)
     return EXIT_OK

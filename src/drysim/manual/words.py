@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ from drysim.manual import pages
 from drysim.metrics.table import METRICS
 from drysim.scenario import schema
 from drysim.study.gallery import list_scenarios
+from drysim.units import closest_match
 from drysim.yaml_document import dump, read_document
 
 
@@ -151,12 +151,12 @@ def explain(word: str) -> list[Entry]:
     return found
 
 
-def similar(word: str, count: int = 3) -> list[str]:
-    """Return known words with a spelling close to an unknown one."""
+def closest_word(word: str) -> str | None:
+    """Return the known word closest to an unknown one, or None."""
     known = {one.word for one in entries()}
-    tails = {name.rpartition(".")[2]: name for name in known}
-    close = get_close_matches(word, [*known, *tails], count)
-    return list(dict.fromkeys(tails.get(name, name) for name in close))
+    tails = {name.rpartition(".")[2]: name for name in sorted(known)}
+    nearest = closest_match(word, [*known, *tails])
+    return nearest and tails.get(nearest, nearest)
 
 
 # The keys of a scenario, from its JSON schema.
