@@ -173,8 +173,13 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
     swings = scene.F_fs <= CLOSE * scene.m * max(map(abs, scene.u_dd))
     grazes = min(one.closest_decision, two.closest_decision) <= GRAZING
     rests = () if creeps or swings or grazes else ("stuck_share",)
+    # The time of a break-away is known to the rounding of forces, which may be far larger than
+    # what drives the mass after it.
+    a_scale = (scene.F_fs + scene.k_x * metrics[0]["x_r_peak"]) / scene.m
+    rounding = {"a_x": 1e-10 * a_scale, "v_r_rms": 1e-12 * a_scale * scene.end}
     for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", *rests):
-        assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
+        allowed = max(rounding.get(name, 0.0), 1e-13)
+        assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=allowed)
 
 
 def hinges(scene: Scene, trajectory: Trajectory) -> bool:
