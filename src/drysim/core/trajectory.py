@@ -1541,10 +1541,12 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
         else:
             hi = at
         before = at
-        at = at + (level - x) / v if v != 0.0 else lo
+        at = at + (level - x) / v if v != 0.0 else math.inf
+        if at == before:  # converged; bisecting what is left would take 50 more steps
+            return at
         if not lo < at < hi:
             at = 0.5 * (lo + hi)
-        if at == before or not lo < at < hi:
+        if not lo < at < hi:
             return hi
     return at
 

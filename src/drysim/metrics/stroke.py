@@ -125,10 +125,12 @@ def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: flo
             return t
         lo, hi = (t, hi) if (x_r < level) == rising else (lo, t)
         before = t
-        t = t + (level - x_r) / v_r if v_r else lo
+        t = t + (level - x_r) / v_r if v_r else math.inf
+        if t == before:  # converged; bisecting what is left would take 50 more steps
+            return t
         if not lo < t < hi:
             t = 0.5 * (lo + hi)
-        if t in (before, lo, hi):
+        if t in (lo, hi):
             return hi
     return t
 
