@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -780,13 +781,6 @@ def gauss_sums(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
     return h * x2, h * v2, h * x_dd2, h * power
 
 
-PRODUCT_PAIRS = (
-    (0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3), (1, 4),
-    (1, 5), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5), (2, 4),
-)  # fmt: skip
-"""Pairs of `step_variables` whose products occur in a quadratic form."""
-
-
 def step_variables(c, w, f, x_r, v_r, u_0, u_1):
     """Return the variables of sampled slip steps in which the integrals do not cancel.
 
@@ -824,6 +818,7 @@ def step_variables(c, w, f, x_r, v_r, u_0, u_1):
     return rows
 
 
+@lru_cache(maxsize=64)
 def step_quadratic_forms(c, w, dt):
     """Return the quadratic forms that integrate a whole slip step in its `step_variables`.
 
@@ -838,6 +833,10 @@ def step_quadratic_forms(c, w, dt):
         Quadratic forms of the integrals of x_r², v_r², x_dd² and ü v_r.
     distance : ndarray, shape (6,)
         Linear form of the integral of v_r, the distance slid.
+
+    Notes
+    -----
+    Cached: the cases of an ensemble share oscillator and step.
     """
     squares = np.zeros((4, 6, 6))
     begin = 0.0
@@ -857,41 +856,9 @@ def step_quadratic_forms(c, w, dt):
                 square += weight * length * np.outer(one, other)
         begin = begin + length if length < dt - begin else dt
     y, _, Y, YY = flow(c, w, dt)
-    return squares, np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
-
-
-def integrals_from_products(forms, products, direction):
-    """Return the integrals over many slip steps from the sums of products over these steps.
-
-    Parameters
-    ----------
-    forms : tuple
-        Result of `step_quadratic_forms`.
-    products : sequence of float, or of arrays of one shape
-        Sums over the steps of the products of two `step_variables`, in order of
-        `PRODUCT_PAIRS`.
-    direction : sequence likewise
-        Sums over the steps of the variables 1 to 3, each times the direction of sliding.
-
-    Returns
-    -------
-    ndarray, shape (6,) or (6, n)
-        x2, v2, x_dd2, power, sliding_distance and a last row of zeros, as in `Totals`.
-
-    Notes
-    -----
-    The terms are added one by one, so that a column does not depend on the other columns.
-    """
-    squares, distance = forms
-    sums = np.zeros((6, *np.shape(direction[0])))
-    for (i, j), product in zip(PRODUCT_PAIRS, products, strict=True):
-        terms = squares[:, i, j] + (squares[:, j, i] if i != j else 0.0)
-        for k in np.flatnonzero(terms):
-            sums[k] += terms[k] * product
-    sums[:3] = np.maximum(sums[:3], 0.0)  # rounding may make a square negative
-    for i, part in enumerate(direction, 1):
-        sums[4] += distance[i] * part
-    return sums
+    distance = np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
+    squares.flags.writeable = distance.flags.writeable = False  # shared by all callers
+    return squares, distance
 
 
 # Segments of any law.

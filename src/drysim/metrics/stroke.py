@@ -78,7 +78,7 @@ def excursions(
     enters = [0.0] if side[0] else []
     leaves = []
     for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
-        bracket = float(t[i]), float(t[i + 1])
+        bracket = float(t[i]), float(t[i + 1]), bool(x_r[i + 1] > x_r[i])
         # x_r equals the limit at a rigid stop: no root to find.
         if side[i]:
             at = abs(x_r[i]) == x_rM
@@ -100,7 +100,9 @@ def excursions(
     return Excursions(len(enters) - joined, min(enters, default=None), beyond)
 
 
-def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: float) -> float:
+def level_crossing_time(
+    trajectory: Trajectory, level: float, lo: float, hi: float, rising: bool
+) -> float:
     """Return the time at which x_r passes a level once between two times.
 
     Parameters
@@ -110,6 +112,8 @@ def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: flo
         Level of x_r [m].
     lo, hi : float
         Times on either side of the crossing [s].
+    rising : bool
+        Whether x_r is larger at `hi`.
 
     Returns
     -------
@@ -117,7 +121,6 @@ def level_crossing_time(trajectory: Trajectory, level: float, lo: float, hi: flo
         Time [s], accurate to rounding.
     """
     # Newton's method, with bisection where it leaves the bracket.
-    rising = trajectory.state(hi).x_r > trajectory.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(MAX_NEWTON_STEPS):
         x_r, v_r = trajectory.state(t)[:2]

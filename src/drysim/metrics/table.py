@@ -159,7 +159,8 @@ def measure(
     """
     totals = trajectory.totals(*window)
     path = trajectory.path(window, x_rM)
-    peak = peak_displacement(trajectory, path, window)
+    inside = path_in_window(trajectory, path, window)
+    peak = float(np.abs(inside).max())
     length = window[1] - window[0]
     values = mean_metrics(totals, length)
     values |= {"x_r_peak": peak, "closure": closure}
@@ -167,9 +168,7 @@ def measure(
     values["stroke_suffices"] = (
         peak_displacement(trajectory, path, (0.0, window[1])) if window[0] else peak
     )
-    values |= stroke_statistics(
-        path_in_window(trajectory, path, window), length, x_rM, stationary
-    )
+    values |= stroke_statistics(inside, length, x_rM, stationary)
     ends = trajectory.state(window[0]), trajectory.state(window[1])
     bumper_energies = (
         bumper_energy(trajectory.law, ends[0]),
