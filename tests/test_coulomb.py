@@ -28,6 +28,7 @@ from drysim.core.model import (
 )
 from drysim.core.sampled import CHUNK
 from drysim.errors import ScenarioError
+from drysim.metrics import stroke
 from drysim.metrics.table import measure
 from drysim.plots import response
 from drysim.plots.response import excursions
@@ -576,6 +577,64 @@ def test_excursion_across_parts_is_one(motion, small):
     assert response.largest_magnitude(parted, "x_r", 70) == (
         np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
     )  # fmt: skip
+
+
+# Integrals over samples: sums over whole steps are those of the motion between the samples.
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+
+
+def integrals(trajectory, begin, end):
+    """Return the integrals of `Totals` up to ü², by quadrature between samples and events."""
+    (m, k_x, b), F_fk = trajectory.plant, trajectory.law.F_fk
+    motion, sums = trajectory.march.motion, np.zeros(7)
+    samples = np.arange(len(motion.u_dd)) * motion.dt
+    inner = np.concatenate((samples, trajectory.turning_points.t))
+    edges = np.unique(np.concatenate(([begin, end], inner[(inner > begin) & (inner < end)])))
+    for lo, hi in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        t = 0.5 * (lo + hi) + 0.5 * (hi - lo) * NODES
+        x, v = np.array([trajectory.state(s) for s in t.tolist()]).T
+        u_dd = np.interp(t, samples, motion.u_dd)
+        d = np.sign(v)
+        x_dd = np.where(d == 0, u_dd, -(k_x * x + b * v + d * F_fk) / m)
+        values = (x * x, v * v, x_dd**2, u_dd * v, np.abs(v), d == 0, u_dd**2)
+        sums += 0.5 * (hi - lo) * np.array(values, dtype=float) @ WEIGHTS
+    return sums
+
+
+@pytest.mark.parametrize(
+    "plant", [(75.0, 7500.0, 500.0), (75.0, 0.0, 0.0), (75.0, 7.5e5, 500.0)]
+)
+@pytest.mark.parametrize("F", [(15.0, 15.0), (30.0, 36.0), (0.0, 0.0), (500.0, 500.0)])
+@pytest.mark.parametrize("window", [(0.0, 0.9975), (0.2811, 0.92)])
+def test_integrals_over_samples_are_those_of_the_motion(plant, F, window, monkeypatch):
+    monkeypatch.setattr(coulomb, "STEPS_PER_CHUNK", 97)
+    noise = np.random.Generator(np.random.PCG64(9)).normal(size=400)
+    motion = Samples(0.2 * np.convolve(noise, np.hanning(41), mode="same"), 2.5e-3)
+    scene = Plant(*plant), CoulombLaw(*F), motion, State(0.002, -0.01)
+    trajectory = exact.compute_trajectory(*scene, None)
+    found = trajectory.totals(*window)[:7]
+    assert found == pytest.approx(integrals(trajectory, *window), rel=1e-11, abs=1e-20)
+
+
+def test_time_beyond_a_limit_takes_few_states(monkeypatch):
+    noise = np.random.Generator(np.random.PCG64(9)).normal(size=4000)
+    motion = Samples(0.2 * np.convolve(noise, np.hanning(41), mode="same"), 2.5e-3)
+    scene = Plant(75.0, 7500.0, 500.0), CoulombLaw(15.0, 18.0), motion, State(0.0, 0.0)
+    trajectory = exact.compute_trajectory(*scene, None)
+    limit = 0.5 * float(np.abs(trajectory.turning_points.x_r).max())
+    state, calls = type(trajectory).state, []
+
+    def counted(self, t):
+        calls.append(t)
+        return state(self, t)
+
+    monkeypatch.setattr(type(trajectory), "state", counted)
+    path = trajectory.path((0.0, trajectory.end), limit)
+    times = stroke.excursions(trajectory, path, limit).times
+    assert times > 10
+    assert len(calls) < 2 * times * 10
 
 
 # Sines on a grid: stepping from point to point gives what the events alone give.

@@ -357,6 +357,9 @@ def test_without_scaling_the_rms_is_that_of_the_spectrum(machine):
     assert motion.realised["rms_asked"] == MACHINE_CLASSES[machine].rms
 
 
+BANDS = ({"from": 1.0, "to": 2.0, "asked": 0.5, "found": 0.4},)
+
+
 @pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_realised_psd_stands_beside_its_definition(machine):
     realised = standard(machine).motion(STEP).realised
@@ -382,6 +385,16 @@ def test_welch_is_within_a_tenth_of_the_peak(machine):
 def test_a_false_spectrum_would_be_found_out():
     motion = standard("EM1").motion(STEP)
     assert max(b["found"] - b["asked"] for b in compare_psd(MACHINE_CLASSES["EM4"], motion)) > 1
+
+
+def test_psd_of_a_seed_is_compared_only_when_it_is_read(monkeypatch):
+    calls = []
+    monkeypatch.setattr(random, "compare_psd", lambda *_: calls.append(1) or BANDS)
+    motion = standard("EM3").motion(STEP)
+    assert not calls
+    assert dict(motion.realised)["psd"] == BANDS
+    assert motion.realised["class"] == "EM3"
+    assert len(calls) == 1
 
 
 def test_recalled_rms_is_said_to_be_recalled():
