@@ -15,13 +15,11 @@ from seat import rows_of
 import drysim as package
 from drysim.console import terminal
 from drysim.console.many import show_ensemble
-from drysim.core.compile import COMPILED
 from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
 from drysim.study import ensemble
-from drysim.study.case import prepare
 from drysim.study.ensemble import run
 from drysim.study.statistics import SEEDS_PER_CHECK, Row, interval, statistics
 from drysim.study.store import Journal
@@ -349,38 +347,6 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
         assert (tmp_path / "part" / name).read_bytes() == (
             tmp_path / "whole" / name
         ).read_bytes()
-
-
-def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkeypatch):
-    monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
-    scenario = load(noisy, {SEEDS: 19, "stroke.limit": 0.004})
-    every = list(ensemble.solve_seeds(scenario, 1))
-    assert every == list(ensemble.solve_seeds(scenario, 3))
-    assert sum(row.metrics["violations"] for row in every) > 0
-    for row in every:
-        alone = ensemble.solve_seed(scenario, row.point["excitation.seed"])
-        assert row.sha256 == alone.sha256
-        for name, value in alone.metrics.items():
-            near = None if value is None else pytest.approx(value, rel=1e-11, abs=1e-13)
-            assert row.metrics[name] == near, name
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"friction.law": "stribeck", "friction.stribeck_velocity": 0.01},
-        {"friction.normal_variation": {"amplitude": 0.4, "frequency": 1.7}},
-        {"measure.direction": "vertical"},
-        {"measure.settle": 0.0021},
-        {"solver.approach": "switch"},
-        {"oscillator.stiffness": 1e8},
-    ],
-    ids=["dynamic", "varying", "weighted", "off the grid", "fixed steps", "coarse"],
-)
-def test_seeds_of_other_scenes_are_solved_one_by_one(noisy, monkeypatch, changes):
-    monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
-    assert ensemble.block_length(prepare(load(noisy, {SEEDS: 40})), 40) == 16
-    assert ensemble.block_length(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
 
 
 def test_an_ensemble_is_a_public_name(noisy):

@@ -1,10 +1,9 @@
-"""Time seeds measured side by side and the orbits of the paper's Figs. 3 and 4 beside lfilter.
+"""Time the orbits of the paper's Figs. 3 and 4 on one thread and on two.
 
-    python tests/bench/many.py [--records 1000] [--samples 24000] [--repeats 7]
+    python tests/bench/many.py [--repeats 7]
 
-Prints nanoseconds a sample, medians of interleaved repeats. lfilter runs on one core; the
-ratio that counts is that of two threads to it. In brackets time of the processors in all,
-which other work on the machine disturbs less.
+Prints medians of interleaved repeats, in brackets time of the processors in all, which other
+work on the machine disturbs less.
 """
 
 from __future__ import annotations
@@ -16,20 +15,11 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import numpy as np
-
 from drysim.approach.coulomb import solve_orbits
-from drysim.approach.many_records import RecordBatch, make_batch, measure_batch
-from drysim.core.model import CoulombLaw, Plant, Samples, State
-from drysim.excitation.random import random_signal, spectral_lines
 from drysim.scenario.axes import count_points, point_columns
 from drysim.scenario.load import load
 from drysim.study import plan
-from drysim.study.ensemble import MAX_SEEDS_PER_BLOCK
 
-DT = 2.5e-3
-PLANT, REST = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0)
-FRICTION = ((0.0, 0.0), (15.0, 15.0), (45.0, 45.0), (45.0, 54.0), (80.0, 96.0))
 FIGURES = Path(__file__).parents[2] / "scenarios"
 
 
@@ -47,40 +37,6 @@ def medians(
             if turn:  # the first compiles
                 times[name].append(clock() - began)
     return {name: statistics.median(each) for name, each in times.items()}
-
-
-def ensembles(records: int, samples: int, repeats: int) -> None:
-    """Time records in blocks, on one thread and on two."""
-    wanted = spectral_lines(lambda f: np.ones_like(f), (0.5, 10.0), 0.67**2, samples * DT)
-    motions = [random_signal(wanted, DT, seed, 0.67) for seed in range(records)]
-    bare = [Samples(motion.u_dd, DT) for motion in motions]
-    parts = [
-        bare[at : at + MAX_SEEDS_PER_BLOCK] for at in range(0, records, MAX_SEEDS_PER_BLOCK)
-    ]
-    blocks = [make_batch(part, len(part), (0, samples)) for part in parts]
-    from scipy.signal import lfilter
-
-    hands, work = ThreadPoolExecutor(2), records * samples * 1e-9
-    for F in FRICTION:
-
-        def block(given: RecordBatch, F: tuple[float, float] = F) -> object:
-            return measure_batch(PLANT, CoulombLaw(*F), given, REST)
-
-        jobs = {
-            "one": lambda block=block: [*map(block, blocks)],
-            "two": lambda block=block: [*hands.map(block, blocks)],
-            "lfilter": lambda: [
-                lfilter([1.0, 0.5, 0.2], [1.0, -1.8, 0.9], motion.u_dd) for motion in bare
-            ],
-        }
-        wall, spent = medians(jobs, repeats), medians(jobs, repeats, time.process_time)
-        one, two, linear = (
-            f"{wall[name] / work:.2f} ({spent[name] / work:.2f})" for name in jobs
-        )
-        print(
-            f"F_fk {F[0]:.0f} F_fs {F[1]:.0f} N, ns a sample: one thread {one}, two {two}, "
-            f"lfilter {linear}; ratio of two {wall['two'] / wall['lfilter']:.2f}"
-        )
 
 
 def figures(repeats: int) -> None:
@@ -109,8 +65,5 @@ def figures(repeats: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for option, value in (("--records", 1_000), ("--samples", 24_000), ("--repeats", 7)):
-        parser.add_argument(option, type=int, default=value)
-    options = parser.parse_args()
-    figures(options.repeats)
-    ensembles(options.records, options.samples, options.repeats)
+    parser.add_argument("--repeats", type=int, default=7)
+    figures(parser.parse_args().repeats)

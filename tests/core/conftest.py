@@ -14,7 +14,6 @@ PARTS = (
     "events",
     "fixed_step",
     "forcing",
-    "lanes",
     "march",
     "model",
     "modes",

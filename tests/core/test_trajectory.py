@@ -66,7 +66,6 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
     h, f = radians / rate, 0.3
     plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(f, f)
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    steps = kernel.oscillator.slip_steps(plant, law, h)
     rng = np.random.Generator(np.random.PCG64(8))
     for _ in range(20):
         u_0, slope = rng.normal(), rng.normal() * rate
@@ -76,13 +75,9 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
         # Only what begins at the start is summed by series.
         early = kernel.trajectory.integrate_segment(*scene, 0.0, 0.3 * h)
         late = kernel.trajectory.integrate_segment(*scene, 0.3 * h, h)
-        between = kernel.trajectory.integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h)
         size = max(1.0, abs(slope) * h) ** 2 * h
         for i, per in enumerate((rate**4, rate**2, 1.0, rate)):
             assert (early[i] + late[i]) * per == pytest.approx(
-                whole[i] * per, rel=1e-13, abs=1e-14 * size
-            )
-            assert between[i] * per == pytest.approx(
                 whole[i] * per, rel=1e-13, abs=1e-14 * size
             )
 
@@ -90,7 +85,7 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
 # Gauss and Legendre's rules are those of numpy, moved to a panel of length 1.
 
 
-@pytest.mark.parametrize(("name", "points"), [("FOUR", 4), ("SIX", 6), ("TWELVE", 12)])
+@pytest.mark.parametrize(("name", "points"), [("SIX", 6), ("TWELVE", 12)])
 def test_rule_is_that_of_numpy(name, points):
     nodes, weights = np.polynomial.legendre.leggauss(points)
     np.testing.assert_allclose(

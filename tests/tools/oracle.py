@@ -16,8 +16,8 @@ from coverage import Coverage
 ORACLE = (
     "tests/core", "tests/independent", "tests/properties", "tests/test_approaches.py",
     "tests/test_coulomb.py", "tests/test_dynamic_friction.py", "tests/test_elastic.py",
-    "tests/test_friction.py", "tests/test_leuven.py", "tests/test_many_records.py",
-    "tests/test_normal_force.py", "tests/test_steady_state.py", "tests/test_stops.py",
+    "tests/test_friction.py", "tests/test_leuven.py", "tests/test_normal_force.py",
+    "tests/test_steady_state.py", "tests/test_stops.py",
 )  # fmt: skip
 OWN = {"compile": ("tests/core/test_compile.py",)}
 """For files of the core that the plain engine does not run."""

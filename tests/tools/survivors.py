@@ -35,10 +35,6 @@ EXPLAINED = {
     ("roots.py", "max_omega = 1.0"): "a step that is shorter than it might be is as safe",
     (
         "compile.py",
-        'return jit(plain, "fused", forceinline=False, fastmath={"contract"})',
-    ): BUILT,
-    (
-        "compile.py",
         "return function if is_plain() else jit(function, forceinline=False)",
     ): BUILT,
     (

@@ -60,28 +60,15 @@ def inlined(function: Kernel) -> Kernel:
     return function if is_plain() else jit(function, forceinline=True)
 
 
-def inlined_with_fma(function: Kernel) -> Kernel:
-    """Compile a kernel like `inlined`, with fused multiply-add (one rounding, not two).
-
-    It is faster where all vector lanes are busy. Mirror symmetry is preserved; plain Python
-    rounds twice and agrees to rounding. A kernel shared with other callers is not changed for
-    them.
-    """
-    if is_plain():
-        return function
-    plain = cast(Kernel, getattr(function, "py_func", function))
-    return jit(plain, "fused", forceinline=True, fastmath={"contract"})
-
-
-def jit(function: Kernel, subfolder: str = "", **options: Any) -> Kernel:
-    """Compile a kernel with the cache folder of this source, or a subfolder of it."""
+def jit(function: Kernel, **options: Any) -> Kernel:
+    """Compile a kernel with the cache folder of this source."""
     numba = import_numba()
     make: Any = numba.njit
     kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
     settings: Any = numba.config
     before, folder = settings.CACHE_DIR, cache_folder()
     if folder is not None:
-        settings.CACHE_DIR = str(folder / subfolder)
+        settings.CACHE_DIR = str(folder)
         try:
             kernel._cache = checked_cache_class()(kernel.py_func)
         finally:

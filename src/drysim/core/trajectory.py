@@ -92,19 +92,11 @@ from drysim.core.oscillator import (
     series_factors,
     series_velocity,
     sine_response,
-    velocity_series,
 )
 from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, next_stop, slip_exit_time
 
 # Gauss-Legendre nodes and weights on [0, 1], as literals: importing them from numpy is slow.
 
-
-FOUR_NODES = (
-    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
-)  # fmt: skip
-FOUR_WEIGHTS = (
-    0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
-)  # fmt: skip
 
 SIX_NODES = (
     0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
@@ -719,31 +711,12 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
 # Integrals of slip without waves: velocity series, and whole sampled steps.
 
 
-@inlined
-def integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h):
-    """Return x2, v2, x_dd2, power and sliding_distance of a segment with linear ü, no waves."""
-    if d == 0:
-        u_1 = u_0 + slope * h
-        u2 = h / 3.0 * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1)
-        return x_r * x_r * h, 0.0, u2, 0.0, 0.0
-    c, w, f = steps.c, steps.w, d * steps.f
-    if not steps.brief:
-        return integrate_slip_series(
-            c, w, f, steps.factors, steps.more, u_0, slope, x_r, v_r, d, h
-        )
-    a = -(u_0 + c * v_r + w * x_r + f)
-    q = velocity_series(steps.factors, v_r, a, -slope - c * a - w * v_r)
-    # Four nodes suffice where `velocity_series` holds: the error is below (2·0.1)⁸/10⁹.
-    sums = gauss_sums(q, FOUR_NODES, FOUR_WEIGHTS, c, w, f, u_0, slope, x_r, h)
-    return *sums, d * series_distance(q, h)
-
-
 @compiled
 def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
     """Integrate a slip segment of any length with linear ü, by velocity series on short panels.
 
-    `f` is the friction force per mass with its sign [m/s²]. Returns as
-    `integrate_linear_segment`.
+    `f` is the friction force per mass with its sign [m/s²]. Returns x2, v2, x_dd2, power and
+    sliding_distance as in `Totals`.
     """
     radians = c + math.sqrt(w)
     longest = SHORT_SEGMENT / radians if radians > 0.0 else math.inf
@@ -753,8 +726,7 @@ def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
         length = min(longest, h - s)
         q = long_velocity_series(factors, more, v_r, a, -slope - c * a - w * v_r)
         u = u_0 + slope * s
-        # Six nodes suffice where `long_velocity_series` holds: (2·0.5)¹²/10¹⁵.
-        sums = gauss_sums(q, SIX_NODES, SIX_WEIGHTS, c, w, f, u, slope, x, length)
+        sums = gauss_sums(q, c, w, f, u, slope, x, length)
         x2, v2 = x2 + sums[0], v2 + sums[1]
         x_dd2, power = x_dd2 + sums[2], power + sums[3]
         x, v_r, a = (
@@ -767,17 +739,20 @@ def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
 
 
 @inlined
-def gauss_sums(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
-    """Return x2, v2, x_dd2 and power by Gauss quadrature of a motion with velocity series q."""
+def gauss_sums(q, c, w, f, u_0, slope, x_r, h):
+    """Return x2, v2, x_dd2 and power by Gauss quadrature of a motion with velocity series q.
+
+    Six nodes suffice where `long_velocity_series` holds: the error is below (2·0.5)¹²/10¹⁵.
+    """
     x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(nodes)):
-        s = h * nodes[i]
+    for i in range(len(SIX_NODES)):
+        s = h * SIX_NODES[i]
         x, v = x_r + series_distance(q, s), series_velocity(q, s)
         x_dd = w * x + c * v + f
-        x2 += weights[i] * x * x
-        v2 += weights[i] * v * v
-        x_dd2 += weights[i] * x_dd * x_dd
-        power += weights[i] * (u_0 + slope * s) * v
+        x2 += SIX_WEIGHTS[i] * x * x
+        v2 += SIX_WEIGHTS[i] * v * v
+        x_dd2 += SIX_WEIGHTS[i] * x_dd * x_dd
+        power += SIX_WEIGHTS[i] * (u_0 + slope * s) * v
     return h * x2, h * v2, h * x_dd2, h * power
 
 

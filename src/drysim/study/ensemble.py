@@ -1,31 +1,23 @@
 """Ensemble: one scenario under many seeds of its base motion.
 
 The seeds are solved in order until all are done, or until the confidence interval of a mean is
-as narrow as the stopping rule demands. If the scene allows it (`can_measure_together`), one
-call of a kernel measures a block of seeds; otherwise each seed is solved by itself. The result
-of a seed depends neither on the other seeds of its block nor on the number of threads.
+as narrow as the stopping rule demands. Each seed is a case of its own, and its result depends
+neither on the other seeds nor on the number of threads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
-from itertools import chain
-from typing import TYPE_CHECKING
-
-import numpy as np
+from dataclasses import dataclass
 
 from drysim import system
-from drysim.approach import EXACT
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
-from drysim.core.compile import COMPILED, engine
-from drysim.core.model import CoulombLaw, Samples, Sines
+from drysim.core.model import Samples
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.metrics.stroke import Values, excursions, stroke_statistics
-from drysim.metrics.table import METRICS, energy_metrics, mean_metrics
+from drysim.metrics.stroke import Values
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import run as one_case
@@ -38,7 +30,7 @@ from drysim.study.case import (
     signal_sha256,
 )
 from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
-from drysim.study.run import MotionSource, trajectory_of, try_measure
+from drysim.study.run import MotionSource, try_measure
 from drysim.study.statistics import (
     FAILED,
     OK,
@@ -48,16 +40,12 @@ from drysim.study.statistics import (
     max_seeds,
     seed_range,
     statistics,
-    stopping_rule,
     with_interval,
     with_seed,
 )
 from drysim.study.warnings import ensemble_warnings
 from drysim.system import map_in_order, worker_count
 from drysim.wording import format_count
-
-if TYPE_CHECKING:
-    from drysim.approach.many_records import BatchResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,170 +240,25 @@ def solve_seeds(
     motion_of : callable, optional
         Returns the base motion of a scenario.
     """
-    seeds, kept = seed_range(scenario), done or {}
-    one_seed = with_seed(scenario, seeds[0])
-    first = assemble(one_seed, motion_of(one_seed))
-    step = block_length(first, len(seeds))
+    seeds, known = seed_range(scenario), done or {}
 
-    def block(begin: int) -> list[Row]:
-        every = seeds[begin : begin + step]
-        missing = [seed for seed in every if seed - seeds[0] not in kept]
-        new = dict(zip(missing, solve_seed_block(first, missing, motion_of), strict=True))
-        return [new[seed] if seed in new else kept[seed - seeds[0]] for seed in every]
+    def row(number: int) -> Row:
+        return known.get(number) or solve_seed(scenario, seeds[number], motion_of)
 
     rows: list[Row] = []
-    with closing(map_in_order(block, range(0, len(seeds), step), threads)) as found:
-        for one in chain.from_iterable(found):
+    with closing(map_in_order(row, range(len(seeds)), threads)) as found:
+        for one in found:
             rows.append(one)
             yield one
             if has_enough_seeds(scenario, rows):
                 return
 
 
-def solve_seed_block(
-    case: Case, seeds: Sequence[int], motion_of: MotionSource
-) -> Iterator[Row]:
-    """Yield the rows of some seeds; several seeds are measured together."""
-    scenario, law = case.scenario, case.law
-    if len(seeds) < 2:
-        yield from (solve_seed(scenario, seed, motion_of) for seed in seeds)
-        return
-    digests: list[str] = []
-
-    def drawn() -> Iterator[Samples]:
-        for seed in seeds:
-            motion = as_samples(motion_of(with_seed(scenario, seed)))
-            digests.append(signal_sha256(motion.u_dd))
-            yield motion
-
-    same, found = (scenario.label, law.F_fk, law.F_fs), measure_block(case, drawn(), len(seeds))
-    for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
-        if metrics is None:
-            yield solve_seed(scenario, seed, motion_of)
-        else:
-            yield Row({SEED_KEY: seed}, *same, metrics, sha256=digests[i])
-
-
 def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
     """Return the row of one seed; a numerical failure becomes a status."""
     one_seed, law = with_seed(scenario, seed), scenario.law()
-    motion = as_samples(motion_of(one_seed))
+    motion = motion_of(one_seed)
+    assert isinstance(motion, Samples), "random motion is sampled"
     found = try_measure(one_seed, lambda _: motion)
     sha256 = signal_sha256(motion.u_dd)
     return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
-
-
-def as_samples(motion: Sines | Samples) -> Samples:
-    """Return a random motion, which is sampled."""
-    assert isinstance(motion, Samples), "random motion is sampled"
-    return motion
-
-
-# Blocks of seeds, measured by one call of the kernel.
-
-MAX_SEEDS_PER_BLOCK, MIN_SEEDS_PER_BLOCK = 128, 8
-"""Seeds of a block: the most that the kernel marches together, and its group size."""
-
-MIN_BLOCKS = 4
-"""Least number of blocks, so that threads share the work of few seeds."""
-
-MAX_SEEDS_PER_DECISION = 32
-"""Most seeds of a block where a stopping rule decides how many are needed."""
-
-MAX_SAMPLES_PER_BLOCK = 1 << 22
-"""Most samples of a block: 100 MB with all derived arrays."""
-
-
-def block_length(case: Case, seeds: int) -> int:
-    """Return the number of seeds of a block; 1 if each seed is solved by itself.
-
-    This is the only place that decides between the two. The number of threads plays no part.
-    """
-    limit = min(MAX_SEEDS_PER_BLOCK, MAX_SAMPLES_PER_BLOCK // max(case.steps, 1))
-    if stopping_rule(case.scenario):
-        limit = min(limit, MAX_SEEDS_PER_DECISION)
-    if (
-        limit < MIN_SEEDS_PER_BLOCK
-        or seeds < MIN_SEEDS_PER_BLOCK
-        or not can_measure_together(case)
-    ):
-        return 1
-    share = -(-seeds // MIN_BLOCKS)
-    return min(limit, max(MIN_SEEDS_PER_BLOCK, share + -share % MIN_SEEDS_PER_BLOCK))
-
-
-def can_measure_together(case: Case) -> bool:
-    """Whether a block of seeds of this case can be measured by one call of the kernel."""
-    from drysim.approach.many_records import can_batch
-
-    return (
-        engine() == COMPILED
-        and case.approach.approach == EXACT
-        and case.period is None
-        and case.scenario.measure.weights is None
-        and isinstance(case.motion, Samples)
-        and window_samples(case) is not None
-        and can_batch(case.plant, case.law, case.step)
-    )
-
-
-def window_samples(case: Case) -> tuple[int, int] | None:
-    """Return first and last sample of the window; None if it begins or ends between samples."""
-    from drysim.approach.scene import GRID_TOLERANCE
-
-    shares = [t / case.step for t in case.window]
-    begin, end = map(round, shares)
-    near = all(abs(t - round(t)) <= GRID_TOLERANCE * max(1.0, t) for t in shares)
-    return (begin, end) if near and begin < end else None
-
-
-def measure_block(
-    case: Case, motions: Iterable[Samples], count: int
-) -> Iterator[Values | None]:
-    """Yield the metrics of a case under each of `count` base motions.
-
-    None means that the numerics fail and the seed must be solved by itself.
-    """
-    from drysim.approach.many_records import make_batch, measure_batch
-
-    window = window_samples(case)
-    assert type(case.law) is CoulombLaw, "only called after `can_measure_together`"
-    assert window is not None, "only called after `can_measure_together`"
-    motions_in_lanes = make_batch(motions, count, window)
-    many = measure_batch(case.plant, case.law, motions_in_lanes, case.start)
-    columns = mean_metrics(many.totals, case.window[1] - case.window[0])
-    columns |= energy_metrics(case.plant, case.law.F_fk, many.totals, many.first, many.last)
-    known = {name: optional_values(column, count) for name, column in columns.items()}
-    for i, found in enumerate(many.found.tolist()):
-        if not found:
-            yield None
-            continue
-        values: Values = {name: column[i] for name, column in known.items()}
-        values |= stroke_metrics(case, motions_in_lanes.motion(i), many, i)
-        yield {metric.name: values.get(metric.name) for metric in METRICS}
-
-
-def optional_values(column: object, count: int) -> list[float | None]:
-    """Convert a column to numbers, NaN to None."""
-    if not isinstance(column, np.ndarray):
-        return [None] * count
-    return [None if value != value else value for value in column.tolist()]
-
-
-def stroke_metrics(case: Case, motion: Samples, many: BatchResult, i: int) -> Values:
-    """Return the metrics of one seed that depend on its turning points."""
-    displacements, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
-    length = case.window[1] - case.window[0]
-    peak = float(np.abs(displacements).max())
-    values: Values = {"x_r_peak": peak, "stroke_suffices": suffices, "chatter_share": 0.0}
-    values |= stroke_statistics(displacements, length, x_rM, case.stationary)
-    if x_rM is not None:
-        times, t_first, t_beyond = 0, None, 0.0
-        if suffices >= x_rM:
-            one_seed = replace(case, motion=motion)
-            trajectory = trajectory_of(one_seed, case.start, case.step, case.window[1])
-            path = trajectory.path((0.0, trajectory.end), x_rM)
-            times, t_first, t_beyond = excursions(trajectory, path, x_rM)
-        values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
-        values["t_first_violation"] = t_first
-    return values
