@@ -12,12 +12,12 @@ from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
-from drysim.approach.elastic import ElasticTrajectory
-from drysim.approach.scene import empty_log, empty_series_segments
+from drysim.approach.piecewise import PiecewiseTrajectory, to_kernel
+from drysim.approach.scene import empty_columns, empty_log
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.events import STICK
+from drysim.core.events import STICK, Segments
 from drysim.core.forcing import Waves
-from drysim.core.march import march_elastic
+from drysim.core.march import MarchState, Scene, march
 from drysim.core.model import (
     BRISTLE,
     ContactState,
@@ -30,6 +30,7 @@ from drysim.core.model import (
     State,
     base_acceleration,
 )
+from drysim.core.modes import APART, HOLD, UNKNOWN, decode_mode, mode_of
 from drysim.metrics.stroke import (
     count_limit_entries,
     count_upcrossings,
@@ -121,28 +122,12 @@ def test_contact_that_swings_past_its_limit_within_a_step_yields(side, share):
 def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     # After 1e20 s the next double is 16 384 s away, and this contact yields at each swing.
     begin, waves = 1e20, Waves(np.zeros(0), 0, 0)
-    segments, log = empty_series_segments(1000), empty_log(1000)
-    found = march_elastic(
-        Plant(1.0, 40.0, 0.0),
-        ElasticContactLaw(1.0, 1e3),
-        waves,
-        np.zeros(2),
-        2 * begin,
-        0,
-        begin,
-        2 * begin,
-        0,
-        100.0,
-        0.0,
-        100.0,
-        0,
-        segments,
-        0,
-        log,
-        0,
-        1000,
-    )
-    assert found[-1] == -1
+    segments, log = empty_columns(Segments, 1000), empty_log(1000)
+    plant = Plant(1.0, 40.0, 0.0)
+    law = to_kernel(plant, ElasticContactLaw(1.0, 1e3))
+    scene = Scene(plant, law, waves, np.zeros(2), 2 * begin, 0, 2 * begin)
+    state = MarchState(0, begin, 100.0, 0.0, 100.0, mode_of(HOLD, UNKNOWN, APART, 0), 0, 0)
+    assert march(scene, state, segments, log, 1000).events == -1
 
 
 def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():
@@ -204,7 +189,7 @@ def test_grid_under_sines_is_the_motion_read_point_by_point(law):
     """Whole and in part, by sums of a table's columns; phases round at 20 s in 1e-13."""
     motion = Sines((1.0, 0.7, 0.5), (1.6, 0.9, 3.3), (0.0, 1.0, 2.0))
     response = solved(law, motion, duration=20.0)
-    x_r, v_r, _, F_f, _ = response.trajectory.at(response.t)
+    x_r, v_r, _, F_f, _, _ = response.trajectory.at(response.t)
     assert np.abs(response.x_r - x_r).max() < 3e-13 * np.abs(x_r).max()
     assert np.abs(response.v_r - v_r).max() < 3e-13 * np.abs(v_r).max()
     assert np.abs(response.F_f - F_f).max() < 3e-13 * law.k_t * np.abs(x_r).max()
@@ -277,7 +262,7 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
 
 def seen(trajectory, t):
     """Return x_r at equidistant times from 0 on [s]; samples are taken as finer ones are."""
-    if isinstance(trajectory, ElasticTrajectory):
+    if isinstance(trajectory, PiecewiseTrajectory):
         return trajectory.at(t)[0]
     known = np.arange(len(trajectory.u_dd)) * trajectory.motion.dt
     finer = Samples(np.interp(t, known, trajectory.u_dd), t[1])
@@ -298,7 +283,9 @@ def test_ringing_contact_follows_an_integrator(law):
     def known(rtol):
         pieces = march_contact(PAPER, law, base, 1.0, start, rtol=rtol)
         slides = [mode != "hold" for _, _, _, mode in pieces]
-        assert slides == (abs(trajectory.segments.d) == 1).tolist()
+        assert slides == [
+            abs(decode_mode(code).contact) == 1 for code in trajectory.segments.d.tolist()
+        ]
         return *at(pieces, t), [begin for begin, _, _, _ in pieces]
 
     x_r, v_r = trajectory.at(t)[:2]
@@ -337,7 +324,7 @@ def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
     half = 0.5 * np.diff(edges)[:, None]
     t = (0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes).ravel()
     weights = (half * weights).ravel()
-    x_r, v_r, _, F_f, _ = trajectory.at(t)
+    x_r, v_r, _, F_f, _, _ = trajectory.at(t)
     u_dd = base_acceleration(motion, t)
     x_dd = -(plant.k_x * x_r + b * v_r + F_f) / plant.m
     rows = x_r**2, v_r**2, x_dd**2, u_dd * v_r, F_f * v_r / 1e3

@@ -275,8 +275,8 @@ class TestClosedForms:
         leaves = trajectory.events.t[trajectory.events.kind == -1]
         assert leaves == pytest.approx([1.0 + 60.0 / 75.0 / 3.0], rel=1e-14)
         pressed = trajectory.at(np.array([0.2]))
-        assert pressed[2] == pytest.approx(75.0 * 2.4 - 60.0)
-        assert pressed[3] == pytest.approx(60.0)
+        assert pressed.F_stop == pytest.approx(75.0 * 2.4 - 60.0)
+        assert pressed.F_f == pytest.approx(60.0)
 
     def test_bumper_catches_a_mass_for_half_a_swing(self):
         plant, law = Plant(2.0, 0.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, k_s=5e3)

@@ -45,6 +45,23 @@ def march(
     return SimpleNamespace(x_r=x_r, v_r=v_r, d=d, t=events[0] * dt + events[1], events=events)
 
 
+def piecewise(
+    kernel: SimpleNamespace,
+    F: tuple[float, float],
+    *,
+    b: float = 500.0,
+    k_t: float = 0.0,
+    wave: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    stops: tuple[float, float, float, float] = (math.inf, 0.0, 0.0, 0.0),
+) -> Any:
+    """Return a piecewise-linear law; `stops` are limit, stiffness, damping and restitution."""
+    limit, k_s, b_s, e = stops
+    modes, record = kernel.modes, kernel.compile.as_engine_array(np.ones(2))
+    side = modes.Side(*F, b, limit)
+    stages = (k_s, 0.0, 0.0), (0.0, math.inf, math.inf)
+    return modes.PiecewiseLaw(side, side, k_t, *wave, record, 0.0, *stages, b_s, e)
+
+
 def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], law: Any) -> Any:
     """Return waves from (amplitude, frequency, phase)."""
     rows = list(sines)

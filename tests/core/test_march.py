@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import PAPER, log_of, march, march_sines, waves_of
+from scenes import PAPER, log_of, march, march_sines, piecewise, waves_of
 
 # Leaps under sines: scenes with known answers, and what must not change an answer.
 
@@ -283,23 +284,32 @@ LAWS = {
 def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05)):
     """March from sample to sample; gives what was written of the trail and of the log."""
     core, room = kernel.march, 20 * len(u_dd)
-    plant, law = kernel.model.Plant(*plant), kernel.model.EndStopLaw(*law)
+    plant, law = kernel.model.Plant(*plant), stop_law(kernel, law, plant[2])
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    segments = kernel.events.SeriesSegments(
-        *(np.zeros(room, int if name in ("n", "d", "terms") else float)
-          for name in kernel.events.SeriesSegments._fields)
+    segments = kernel.events.Segments(
+        *(np.zeros(room, int if name in ("n", "d") else float)
+          for name in kernel.events.Segments._fields)
     )  # fmt: skip
     log = kernel.events.EventLog(
         *(np.zeros(room, int if name in ("n", "kind") else float)
           for name in kernel.events.EventLog._fields)
     )  # fmt: skip
-    state = kernel.modes.initial_stop_mode(plant, law, *start, u_dd[0], 1.0)
-    last = len(u_dd) - 2
-    *_, at, count = core.march_stops(
-        plant, law, waves, u_dd, DT, 0, 0.0, DT, last, *state, segments, 0, log, 0, room
+    slope = (u_dd[1] - u_dd[0]) / DT
+    xi, x_0, mode = kernel.modes.initial_piecewise_mode(
+        plant, law, waves, u_dd[0], slope, *start, start[0]
     )
-    written = [column[:at] for column in segments[:6]] + [column[:count] for column in log]
+    scene = core.Scene(plant, law, waves, u_dd, DT, len(u_dd) - 2, DT)
+    state = core.MarchState(0, 0.0, xi, start[1], x_0, mode, 0, 0)
+    state = core.march(scene, state, segments, log, room)
+    at, count = state.used, state.events
+    written = [column[:at] for column in segments] + [column[:count] for column in log]
     return at, count, written
+
+
+def stop_law(kernel, law, b=0.0):
+    """Return Coulomb friction between end stops."""
+    F_fk, F_fs, *stops = law
+    return piecewise(kernel, (F_fk, F_fs), b=b, stops=tuple(stops))
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
@@ -311,29 +321,28 @@ def test_engines_agree_bit_for_bit(plain, fast, law):
         assert (one == other).all()
 
 
-def test_mode_is_one_number_that_tells_all_three(kernel):
-    core = kernel.modes
-    for touch in (-core.SEPARATED, -core.TOUCHING, core.APART, core.TOUCHING, core.SEPARATED):
-        for d in (-1, 0, 1):
-            for fresh in (core.BUMPER_STEADY, core.BREAKING_AWAY, core.BUMPER_AT_ZERO):
-                mode = core.encode_mode(touch, d, fresh)
-                told = (
-                    core.decode_stop_state(mode),
-                    core.decode_direction(mode),
-                    core.decode_beginning(mode),
-                )
-                assert told == (touch, d, fresh)
-                assert mode != core.ARRIVAL
+def test_mode_is_one_number_from_which_it_is_read_again(kernel):
+    core, codes = kernel.modes, set()
+    for contact, direction in itertools.product((-1, 0, 1, core.FREE), (-1, 0, 1, 2)):
+        for stop, origin in itertools.product(range(-6, 7), (-1, 0, 1)):
+            for poised, bumper in itertools.product((-1, 0, 1), range(3)):
+                mode = core.Mode(contact, direction, stop, origin, poised, bumper)
+                code = core.encode_mode(mode)
+                assert tuple(core.decode_mode(code)) == tuple(mode)
+                codes.add(code)
+    assert len(codes) == 4 * 4 * 13 * 3 * 3 * 3
+    assert core.ARRIVAL not in codes
 
 
 @pytest.mark.parametrize(
     ("x_r", "v_r", "touch"),
-    [(0.003, 9.0, 0), (0.004, 1.0, 0), (-0.005, 0.0, -1), (0.005, -1.0, 2), (0.005, 1.0, 1)],
+    [(0.003, 9.0, 0), (0.004, 1.0, 0), (-0.005, 0.0, -1), (0.005, -1.0, 4), (0.005, 1.0, 1)],
 )
 def test_place_tells_how_a_mass_is_to_a_bumper(kernel, x_r, v_r, touch):
-    law = kernel.model.EndStopLaw(*LAWS["dead bumper"])._replace(x_rM=0.004)
-    z, xi, found = kernel.modes.stop_coordinates(law, x_r, v_r)
-    assert z + xi == x_r
+    F_fk, F_fs, _, *rest = LAWS["dead bumper"]
+    law = stop_law(kernel, (F_fk, F_fs, 0.004, *rest))
+    origin, xi, found = kernel.modes.stop_coordinates(law, x_r, v_r)
+    assert kernel.modes.origin_of(law, origin) + xi == x_r
     assert found == touch
 
 

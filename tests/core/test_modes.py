@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import waves_of
+from scenes import piecewise, waves_of
 
 from drysim.core.forcing import Waves, motion_at, set_phases, set_wave, start_segment
 from drysim.core.model import ElasticContactLaw, Plant
@@ -27,7 +27,7 @@ def scene(kernel, seed, k_t, b=500.0):
     swing = 0.4 * (seed % 2), float(random.uniform(3.0, 15.0)), float(random.uniform(0.0, 6.0))
     # The greater wave pulls with some 75 N on the contact, which gives so much to it.
     limit, slack = 75.0 * float(random.uniform(0.4, 3.0)), 75.0 / k_t
-    law = kernel.model.ElasticContactLaw(limit, k_t, *swing)
+    law = piecewise(kernel, (limit, limit), b=b, k_t=k_t, wave=swing)
     phases = random.uniform(0.0, 6.0, 2).tolist()
     waves = waves_of(kernel, [(0.9, 1.6, phases[0]), (0.2, 5.0, phases[1])], law)
     return stretch_of(kernel, plant, law, waves, slack * random.uniform(-0.4, 0.4, 2))
@@ -35,9 +35,28 @@ def scene(kernel, seed, k_t, b=500.0):
 
 def stretch_of(kernel, plant, law, waves, start):
     """Return the segment of a contact with a deflection and a velocity over omega [m]."""
-    c, w, f = kernel.modes.begin_segment(plant, law, waves, 0, 0.0, 0.0)
+    equation = hold_equation(kernel, plant, law, waves)
+    c, w, g = equation[:3]
     x_r, v_r = float(start[0]), float(start[1]) * math.sqrt(w)
-    return kernel.forcing.start_segment(c, w, waves, x_r, v_r, -f, 0.0), waves, law
+    return kernel.forcing.start_segment(c, w, waves, x_r, v_r, g, 0.0), waves, law
+
+
+def hold_equation(kernel, plant, law, waves, x_0=0.0):
+    """Return the equation of motion of a contact that holds."""
+    modes = kernel.modes
+    mode = modes.mode_of(modes.HOLD, modes.UNKNOWN, modes.APART, 0)
+    return modes.mode_equation(plant, law, waves, mode, x_0, 0.0, 0.0, 0.0)
+
+
+def hold(kernel, segment, waves, law, x_0=0.0):
+    """Return a holding segment for `end_of_hold`."""
+    return kernel.modes.Hold(segment, waves, law, kernel.modes.load_ramp_at(law, 0.0), x_0, 0)
+
+
+def with_limit(law, F):
+    """Return an elastic contact with another limit [N]."""
+    side = law.up._replace(F_fk=F, F_fs=F)
+    return law._replace(up=side, down=side)
 
 
 def deflection(kernel, stretch, waves, t):
@@ -58,11 +77,12 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 
     instant_state = plain.roots.instant_state
     monkeypatch.setattr(plain.roots, "instant_state", counted)
-    plant, law = plain.model.Plant(75.0, 7500.0, 5e5), plain.model.ElasticContactLaw(40.0, 2e4)
+    plant = plain.model.Plant(75.0, 7500.0, 5e5)
+    law = piecewise(plain, (40.0, 40.0), b=5e5, k_t=2e4)
     waves, x_0 = waves_of(plain, [(sign * 20.0, 1.6, -0.5)], law), sign * 1.9e-3
-    c, w, f = plain.modes.begin_segment(plant, law, waves, 0, x_0, 0.0)
-    stretch = plain.forcing.start_segment(c, w, waves, 0.0, 0.0, -f, 0.0)
-    s, side, _, _ = plain.modes.end_of_hold(stretch, waves, law, x_0, 0, 2000.0)
+    c, w, g = hold_equation(plain, plant, law, waves, x_0)[:3]
+    stretch = plain.forcing.start_segment(c, w, waves, 0.0, 0.0, g, 0.0)
+    s, side, _, _ = plain.modes.end_of_hold(hold(plain, stretch, waves, law, x_0), 2000.0)
     assert side == -sign
     assert s < 1.0
     assert len(looks) < 1000
@@ -71,7 +91,7 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 def first_of_both(kernel, stretch, waves, law, h):
     """Return the result of `end_of_hold`, by a search of the whole segment on both sides."""
     sides = [
-        (*kernel.modes.hold_exit_time(stretch, waves, law, 0.0, side, False, 0.0, h), side)
+        (*kernel.modes.hold_exit_time(hold(kernel, stretch, waves, law), side, 0.0, h), side)
         for side in (-1, 1)
     ]
     s, x_r, v_r, side = min(sides)
@@ -84,7 +104,7 @@ def test_contact_yields_when_a_search_swing_by_swing_finds_it(fast, k_t, b):
     yielded = 0
     for seed in range(40):
         stretch, waves, law = scene(fast, seed, k_t, b)
-        s, side, x_r, v_r = fast.modes.end_of_hold(stretch, waves, law, 0.0, 0, LENGTH)
+        s, side, x_r, v_r = fast.modes.end_of_hold(hold(fast, stretch, waves, law), LENGTH)
         known = first_of_both(fast, stretch, waves, law, LENGTH)
         assert (s == math.inf) == (known[0] == math.inf)
         if s < math.inf:
@@ -114,11 +134,11 @@ def test_peak_that_hardly_reaches_the_limit_is_not_missed_and_one_below_it_not_i
                 )
                 at -= v_r / a
             peak = float(np.abs(deflection(fast, stretch, waves, np.array([at]))[0, 0]))
-            low, high = (law._replace(F_fk=k_t * peak * (1.0 + e)) for e in (-1e-10, 1e-10))
-            s, side, x_r, _ = fast.modes.end_of_hold(stretch, waves, low, 0.0, 0, LENGTH)
+            low, high = (with_limit(law, k_t * peak * (1.0 + e)) for e in (-1e-10, 1e-10))
+            s, side, x_r, _ = fast.modes.end_of_hold(hold(fast, stretch, waves, low), LENGTH)
             assert s == pytest.approx(at, abs=1e-4 / math.sqrt(stretch.w))
             assert side * x_r == pytest.approx(peak, rel=1e-9)
-            assert fast.modes.end_of_hold(stretch, waves, high, 0.0, 0, LENGTH)[0] > at
+            assert fast.modes.end_of_hold(hold(fast, stretch, waves, high), LENGTH)[0] > at
             tried += 1
     assert tried > 15
 
@@ -130,7 +150,7 @@ def test_motion_stays_where_its_envelope_says_so(fast, k_t, loaded):
     for seed in range(30):
         stretch, waves, law = scene(fast, seed, k_t)
         own = fast.modes.transient_response(stretch, waves)
-        middle, reach, begin = 1e-3 / k_t, law.F_fk / k_t, 0.01
+        middle, reach, begin = 1e-3 / k_t, law.up.F_fk / k_t, 0.01
         until = fast.modes.safe_until(
             own, stretch, waves, law, middle, reach, loaded, begin, LENGTH
         )
@@ -146,12 +166,12 @@ def test_motion_stays_where_its_envelope_says_so(fast, k_t, loaded):
 
 def test_envelope_that_fades_below_the_limit_leads_on_to_the_end(fast):
     """Without waves a contact that once holds, holds: nothing is left to look at."""
-    plant, law = fast.model.Plant(75.0, 7500.0, 500.0), fast.model.ElasticContactLaw(45.0, 1e7)
+    plant, law = fast.model.Plant(75.0, 7500.0, 500.0), piecewise(fast, (45.0, 45.0), k_t=1e7)
     stretch, waves, _ = stretch_of(fast, plant, law, waves_of(fast, [], law), (4e-6, 0.0))
     own = fast.modes.transient_response(stretch, waves)
     within = own, stretch, waves, law, 0.0, 45.0 / 1e7, True, 0.0
     assert fast.modes.safe_until(*within, 1e6) == 1e6
-    assert fast.modes.end_of_hold(stretch, waves, law, 0.0, 0, 1e6)[0] == math.inf
+    assert fast.modes.end_of_hold(hold(fast, stretch, waves, law), 1e6)[0] == math.inf
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -164,9 +184,9 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
             waves.values[kernel.forcing.WAVE_COLUMNS * i + kernel.forcing.A] *= turned
         plant = kernel.model.Plant(75.0, 7500.0, 500.0)
         start = turned * stretch.x_r, turned * stretch.v_r
-        c, w, f = kernel.modes.begin_segment(plant, law, waves, 0, 0.0, 0.0)
-        stretch = kernel.forcing.start_segment(c, w, waves, *start, -f, 0.0)
-        s, side, x_r, v_r = kernel.modes.end_of_hold(stretch, waves, law, 0.0, 0, LENGTH)
+        c, w, g = hold_equation(kernel, plant, law, waves)[:3]
+        stretch = kernel.forcing.start_segment(c, w, waves, *start, g, 0.0)
+        s, side, x_r, v_r = kernel.modes.end_of_hold(hold(kernel, stretch, waves, law), LENGTH)
         found.append((s, side * turned, x_r * turned, v_r * turned))
     assert found[0] == found[1] == found[2] or found[0][0] == found[1][0] == math.inf
 

@@ -28,7 +28,11 @@ def scene(kernel, seed):
     kernel.forcing.set_phases(waves, kernel.model.Plant(1.0, w, c), law, 0.0, 0)
     x_r, v_r, g = (float(each) for each in random.normal(0.0, (0.01, 0.1, 2.0)))
     stretch = kernel.forcing.start_segment(c, w, waves, x_r, v_r, g, 0.0)
-    shares = (-law.k_t, 0.0, law.F_fk, 0.0), (0.0, 1.0, 0.0, -1e-3), (-1e4, -100.0, 0.0, 0.0)
+    shares = (
+        (-law.k_t, 0.0, law.F_fk, 0.0, 2.0, -1.5),
+        (0.0, 1.0, 0.0, -1e-3, 0.0, 0.0),
+        (-1e4, -100.0, 0.0, 0.0, 3.0, 4.0),
+    )
     share = shares[seed % 3]
     blend = kernel.roots.Observable(0.0, *share)
     if value_at(kernel, stretch, waves, law, blend, 0.0) < 0.0:
@@ -41,7 +45,8 @@ def value_at(kernel, stretch, waves, law, blend, s):
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     x, v, _, _ = kernel.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)
     load, load_d, _ = kernel.forcing.relative_normal_force(law, waves, s)
-    return blend.x * (x - blend.x_0) + blend.v * v + blend.load * load + blend.rate * load_d
+    value = blend.x * (x - blend.x_0) + blend.v * v + blend.load * load + blend.rate * load_d
+    return value + blend.constant + blend.slope * s
 
 
 @pytest.mark.parametrize("seed", range(24))

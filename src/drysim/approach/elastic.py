@@ -23,7 +23,6 @@ Source
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -34,7 +33,6 @@ from drysim.approach import piecewise
 from drysim.approach.scene import (
     CONSTANT_FRICTION,
     SAMPLES_PER_CALL,
-    SineGrid,
     check_progress,
     count_grid_points,
     describe_numerics,
@@ -69,18 +67,16 @@ from drysim.core.model import (
     Totals,
     integrate_base_squares,
 )
-from drysim.core.modes import HOLD, initial_contact_mode
+from drysim.core.modes import HOLD, initial_piecewise_mode
 from drysim.core.oscillator import oscillator_steps
-from drysim.core.sampled import march_elastic_samples
+from drysim.core.sampled import contact_code, march_elastic_samples
 from drysim.core.trajectory import (
-    evaluate_elastic,
-    integrate_elastic_segments,
-    sample_elastic_grid,
+    Solution,
+    evaluate_segments,
+    integrate_segments,
     step_quadratic_forms,
     step_variables,
-    table_size,
     write_sampled_turning_points,
-    write_turning_points,
 )
 
 
@@ -96,11 +92,7 @@ def solve(
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     if isinstance(trajectory, SampledElasticTrajectory):
         return response_on_samples(trajectory)
-    if isinstance(motion, Samples):
-        return piecewise.response_on_grid(trajectory, step)
-    return piecewise.make_response(
-        trajectory, ElasticSineGrid(trajectory, step, count_grid_points(trajectory.end, step))
-    )
+    return piecewise.response_on_grid(trajectory, step)
 
 
 def compute_trajectory(
@@ -109,72 +101,11 @@ def compute_trajectory(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> ElasticTrajectory | SampledElasticTrajectory:
+) -> piecewise.PiecewiseTrajectory | SampledElasticTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     if isinstance(motion, Samples) and not law.variation:
         return sampled_elastic_trajectory(plant, law, motion, start, duration)
-    return piecewise.compute_trajectory_as(
-        ElasticTrajectory, plant, law, motion, start, duration
-    )
-
-
-# Sines, or a varying normal force: known from mode to mode.
-
-
-@dataclass(frozen=True, eq=False)
-class ElasticTrajectory(piecewise.PiecewiseTrajectory):
-    """Solution stored as segments; turning points within a segment are found on request."""
-
-    law: ElasticContactLaw
-
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Return the extreme points of x_r from the start to the end of a window [s]."""
-        begins = self._segment_starts
-        lengths = as_engine_array(np.append(np.diff(begins), self.end - begins[-1]))
-        at = (0, 0.0, 0.0, 0.0, 0.0)
-        return collect_path(
-            write_turning_points,
-            (*self.scene, lengths),
-            requested_segments(begins, window),
-            x_rM,
-            at,
-        )
-
-    @property
-    def series(self) -> tuple[Floats, ...]:
-        """Values of each state component along the motion."""
-        return self.path((0.0, self.end), None).x_r, self.segments.v_r, self.segments.z
-
-
-@dataclass(frozen=True, eq=False)
-class ElasticSineGrid(SineGrid):
-    """Grid points of a solution with an elastic contact under sines."""
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        plant, law, waves, _, _, segments = self.trajectory.scene
-        n, size = last - first, table_size(waves.size)
-        x_r, v_r, F_f = (as_engine_array(np.empty(n)) for _ in range(3))
-        d, slip_table, hold_table = (
-            as_engine_array(np.empty(n, dtype=np.int8)),
-            *map(as_engine_array, np.empty((2, size))),
-        )
-        sample_elastic_grid(
-            plant,
-            law,
-            waves,
-            segments,
-            first,
-            self.dt,
-            slip_table,
-            hold_table,
-            x_r,
-            v_r,
-            F_f,
-            d,
-        )
-        states = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
-        return Points(*states, np.asarray(F_f))
+    return piecewise.compute_trajectory(plant, law, motion, start, duration)
 
 
 # Samples and a constant limit: known at every sample and at every change of mode.
@@ -216,9 +147,16 @@ class SampledElasticTrajectory(EventDriven):
             Segments(*map(as_engine_array, segments)),
             (as_engine_array(self.x_r), as_engine_array(self.v_r)),
         )
-        scene = plant, self.law, sprung, self.base, *states, held_trail
-        whole = requested_segments(segments.n * dt + segments.s, window)
-        path = collect_path(
+        scene = (
+            plant,
+            piecewise.to_kernel(self.plant, self.law),
+            sprung,
+            self.base,
+            *states,
+            held_trail,
+        )
+        whole = piecewise.requested_segments(segments.n * dt + segments.s, window)
+        path = piecewise.collect_path(
             write_sampled_turning_points, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0)
         )
         # The march ends at a sample, which may lie beyond the end of the run.
@@ -247,22 +185,19 @@ class SampledElasticTrajectory(EventDriven):
             x_0 = float(self.x_0[n])
             z = x_r - d * self.law.F_fk / self.law.k_t if d else x_0
             return ContactState(x_r, float(self.v_r[n]), z)
-        step_segments = self.step_segments(np.array([n]))
-        columns = tuple(as_engine_array(np.empty(1)) for _ in range(4))
-        written = (
+        out = piecewise.empty_motion(1)
+        evaluate_segments(
+            self._solution(self.step_segments(np.array([n]))),
             as_engine_array(np.array([t])),
-            *columns,
-            as_engine_array(np.zeros(1, dtype=np.int64)),
+            out,
         )
-        evaluate_elastic(*self._scene(step_segments), *written)
-        x, v, z, _ = columns
-        return ContactState(float(x[0]), float(v[0]), float(z[0]))
+        return ContactState(float(out.x_r[0]), float(out.v_r[0]), float(out.z[0]))
 
     def step_segments(self, steps: Any) -> Segments:
         """Return the beginnings of all segments of some steps, in order of time."""
         # A step begins one segment, and each change of mode within it another.
         inside = np.isin(self.segments.n, steps) & (self.segments.s > 0.0)
-        mode = np.where(self.d[steps] == 0, HOLD, self.d[steps])
+        mode = contact_code(HOLD) + self.d[steps].astype(np.int64)
         starts = (
             steps, np.zeros(len(steps)), self.x_r[steps], self.v_r[steps],
             self.x_0[steps], mode,
@@ -273,11 +208,12 @@ class SampledElasticTrajectory(EventDriven):
         order = np.lexsort((both[1], both[0]))
         return Segments(*(column[order] for column in both))
 
-    def _scene(self, step_segments: Segments) -> tuple[Any, ...]:
-        """Return the leading arguments of every kernel."""
+    def _solution(self, step_segments: Segments) -> Solution:
+        """Return some segments as kernels take them."""
         waves = make_waves(self.motion, CONSTANT_FRICTION)
         segments = Segments(*map(as_engine_array, step_segments))
-        return self.plant, self.law, waves, self.base, self.motion.dt, segments
+        law = piecewise.to_kernel(self.plant, self.law)
+        return Solution(self.plant, law, waves, self.base, self.motion.dt, segments)
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
@@ -306,9 +242,10 @@ class SampledElasticTrajectory(EventDriven):
         step_segments = self.step_segments(steps)
         last = np.append(np.diff(step_segments.n) > 0, True)
         lengths = np.where(last, self.motion.dt, np.roll(step_segments.s, -1)) - step_segments.s
-        rest: tuple[Any, ...] = (as_engine_array(lengths), begin, end)
-        found = integrate_elastic_segments(*(*self._scene(step_segments), *rest))
-        return np.array(found)
+        found = integrate_segments(
+            self._solution(step_segments), as_engine_array(lengths), begin, end
+        )
+        return np.array(found[:5])
 
     def _eventless_steps(self, n: Any, forms: tuple[Floats, Floats]) -> Floats:
         """Integrate whole steps in which the contact holds, or yields, throughout."""
@@ -340,11 +277,17 @@ def sampled_elastic_trajectory(
     x_r, v_r = as_engine_array(np.empty((2, last + 1)))
     d = as_engine_array(np.empty(last + 1, dtype=np.int8))
     x_0 = start[2] if len(start) > 2 else start.x_r
-    mode, x_0 = initial_contact_mode(law, start.x_r, start.v_r, x_0)
+    kernel_law = piecewise.to_kernel(plant, law)
+    slope = float(u_dd[1] - u_dd[0]) / motion.dt
+    waves = make_waves(motion, CONSTANT_FRICTION)
+    _, x_0, first = initial_piecewise_mode(
+        plant, kernel_law, waves, float(u_dd[0]), slope, start.x_r, start.v_r, x_0
+    )
+    mode = first.contact
     x_r[0], v_r[0], d[0] = start.x_r, start.v_r, mode
     capacity = int(EVENTS_PER_SAMPLE * last) + 4 * MAX_EVENTS_PER_STEP
     segments, log = empty_columns(Segments, capacity), empty_log(capacity)
-    write_first_row(segments, (0, 0.0, start.x_r, start.v_r, x_0, mode))
+    write_first_row(segments, (0, 0.0, start.x_r, start.v_r, x_0, contact_code(mode)))
     F_L = plant.m * float(u_dd[0]) + plant.k_x * start.x_r
     write_first_row(log, (0, 0.0, mode, start.x_r, F_L))
     kernel_input, n, used, count = as_engine_array(u_dd), 0, 1, 1
@@ -381,40 +324,3 @@ def response_on_samples(trajectory: SampledElasticTrajectory) -> Response:
     compute_numerics = partial(describe_numerics, law, motion, n, trajectory.events, math.inf)
     grid = StoredGrid(motion.dt, trajectory.u_dd[:n], Points(x_r, v_r, slip_direction, F_f))
     return Response(plant, law, motion, grid, trajectory.events, compute_numerics, trajectory)
-
-
-# Path: turning points computed on request.
-
-
-PATH_BUFFER = 1024
-"""Rows of the path buffer in addition to one per segment."""
-
-
-def collect_path(
-    kernel: Callable[..., Any],
-    scene: tuple[Any, ...],
-    whole: Int8Array,
-    x_rM: float | None,
-    at: tuple[Any, ...],
-) -> Path:
-    """Return the path that a kernel computes in several calls, starting from `at`.
-
-    `whole` marks the segments whose turning points are all needed; elsewhere the kernel leaves
-    out those that cannot change a peak, a zero or a passage of x_rM [m].
-    """
-    limit = math.inf if x_rM is None else x_rM
-    parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
-    while at[0] < step_segments:
-        t, x_r = as_engine_array(np.empty((2, PATH_BUFFER + step_segments)))
-        at, count = kernel(*scene, kernel_input, limit, at, t, x_r)
-        parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
-    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-    return Path(*columns)
-
-
-def requested_segments(begins: Floats, window: tuple[float, float]) -> Int8Array:
-    """Mark the segments whose turning points are all needed: the last, those a window cuts."""
-    whole = np.zeros(len(begins), dtype=np.int8)
-    whole[np.searchsorted(begins, window, "right") - 1] = 1
-    whole[-1] = 1
-    return whole

@@ -8,40 +8,22 @@ restitution. |x_r| is compared at the extreme points of the path, so that no con
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from functools import partial
 
 import numpy as np
 
 from drysim.approach import coulomb, piecewise
-from drysim.approach.scene import (
-    base_acceleration_on_grid,
-    count_grid_points,
-    describe_numerics,
-    grid_times,
-)
 from drysim.approach.solution import (
     EventDriven,
-    Events,
-    Floats,
     Numerics,
     Path,
-    Points,
     Response,
-    StoredGrid,
     Trajectory,
 )
-from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, decision_margin
-from drysim.core.model import AnyState, EndStopLaw, Plant, Samples, Sines, State, Totals
-from drysim.core.modes import ARRIVAL
-from drysim.core.trajectory import peak_bumper_force
+from drysim.core.model import AnyState, EndStopLaw, Plant, Samples, Sines, Totals
 
 NOT_REACHED = "the end stops are never reached"
-
-NON_TURNING_EVENTS = (CONTACT, -CONTACT, RELEASE, -RELEASE)
-"""Kinds of event at which the velocity keeps its sign: x_r has no extremum there."""
 
 
 def solve(
@@ -64,29 +46,7 @@ def solve(
             compute_numerics=compute_numerics,
             trajectory=UnreachedStopsTrajectory(law, unstopped.trajectory),
         )
-    trajectory = trajectory_with_stops(plant, law, motion, start, duration)
-    dt = motion.dt if isinstance(motion, Samples) else step
-    n = count_grid_points(trajectory.end, dt)
-    x_r, v_r, F_stop, F_f, d = trajectory.at(grid_times(0, n, dt))
-    grid = StoredGrid(
-        dt, base_acceleration_on_grid(motion, 0, n, dt), Points(x_r, v_r, d, F_f, F_stop)
-    )
-    events, approach = trajectory.events, "stick-slip"
-    if law.F_fs == 0.0:
-        # As without stops, turning points are no events here; rest at a stop is one.
-        kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
-        stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
-        events, approach = events.select(stays), "viscous"
-    compute_numerics = partial(
-        describe_numerics,
-        law,
-        motion,
-        n,
-        events,
-        trajectory.closest_decision,
-        approach=approach,
-    )
-    return Response(plant, law, motion, grid, events, compute_numerics, trajectory)
+    return piecewise.solve(plant, law, motion, start, step, duration)
 
 
 def unreached_numerics(unstopped: Response) -> Numerics:
@@ -100,99 +60,18 @@ def compute_trajectory(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> EndStopTrajectory | UnreachedStopsTrajectory:
+) -> piecewise.PiecewiseTrajectory | UnreachedStopsTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     unstopped = coulomb.compute_trajectory(plant, law.coulomb, motion, start, duration)
     if not reaches_stops(unstopped, law.x_rM):
         return UnreachedStopsTrajectory(law, unstopped)
-    return trajectory_with_stops(plant, law, motion, start, duration)
+    return piecewise.compute_trajectory(plant, law, motion, start, duration)
 
 
 def reaches_stops(trajectory: Trajectory, x_rM: float) -> bool:
     """Whether |x_r| reaches x_rM [m], at an extreme point of the path or at its end."""
     far = float(np.abs(trajectory.path((0.0, trajectory.end), x_rM).x_r).max())
     return max(far, abs(trajectory.state(trajectory.end).x_r)) >= x_rM
-
-
-def trajectory_with_stops(
-    plant: Plant,
-    law: EndStopLaw,
-    motion: Sines | Samples,
-    start: AnyState,
-    duration: float | None,
-) -> EndStopTrajectory:
-    """Solve a scene that reaches its stops."""
-    trajectory = piecewise.compute_trajectory_as(
-        EndStopTrajectory, plant, law, motion, start, duration
-    )
-    kind, F_L, x_r = trajectory.events.kind, trajectory.events.F_L, trajectory.events.x_r
-    decided = np.isin(kind, (STICK, REVERSAL, -REVERSAL))
-    decided &= (np.abs(x_r) < law.x_rM) | (not law.rigid)
-    closest_decision = min(
-        (decision_margin(F, law.F_fs) for F in F_L[decided].tolist()), default=math.inf
-    )
-    return (
-        replace(trajectory, closest_decision=closest_decision) if law.F_fs > 0.0 else trajectory
-    )
-
-
-class Impacts(NamedTuple):
-    """Contacts with a stop: arrays of shape (n,).
-
-    Attributes
-    ----------
-    t : ndarray
-        Time [s].
-    v_r : ndarray
-        Velocity just before [m/s]; its sign is the side of the stop.
-    """
-
-    t: Floats
-    v_r: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class EndStopTrajectory(piecewise.PiecewiseTrajectory):
-    """Solution with end stops, stored as segments."""
-
-    law: EndStopLaw
-
-    @cached_property
-    def turning_points(self) -> Events:
-        """The start, every zero of v_r and every impact: x_r is monotone between neighbours."""
-        return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
-
-    @property
-    def series(self) -> tuple[Floats, ...]:
-        """Values of each state component along the motion."""
-        return self.turning_points.x_r, self.segments.v_r
-
-    def state(self, t: float) -> State:
-        """Return the state at time t [s]; at an impact, the state after it."""
-        x_r, v_r, *_ = self.at(np.array([t]))
-        return State(float(x_r[0]), float(v_r[0]))
-
-    def hits(self) -> Impacts:
-        """Return the contacts with a stop."""
-        met = np.flatnonzero(self.segments.d == ARRIVAL)
-        t = self.segments.n[met] * self.base[1] + self.segments.s[met]
-        return Impacts(t, self.segments.v_r[met])
-
-    def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Return the largest force of a bumper in a window [N]."""
-        kernel: Any = peak_bumper_force
-        force: float = kernel(*self.scene, begin, end)
-        return force
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s], impacts at its end included."""
-        totals = super().totals(begin, end)
-        if not self.law.rigid:
-            return totals
-        t, v_r = self.hits()
-        struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
-        lost = 0.5 * self.plant.m * (1.0 - self.law.e**2) * struck
-        return totals._replace(stop_work=float(lost))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,9 +108,9 @@ class UnreachedStopsTrajectory(EventDriven):
         """Return the integrals over a window [s]."""
         return self.unstopped.totals(begin, end)
 
-    def hits(self) -> Impacts:
+    def hits(self) -> piecewise.Impacts:
         """Return no contacts."""
-        return Impacts(np.empty(0), np.empty(0))
+        return piecewise.Impacts(np.empty(0), np.empty(0))
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
         """Return 0 N."""

@@ -6,14 +6,16 @@ Problem
     known forcing, and a mode ends at the first root of an observable of the motion.
 
 Method
-    A kernel per law (`march_elastic`, `march_stops`, `march_normal_force`) marches from one
-    change of mode to the next and writes where each segment begins. Within a segment the motion
-    is in closed form; other kernels evaluate and integrate it at any time, so that one solution
-    serves any grid and window. `elastic` and `end_stops` extend this module.
+    `march` goes from one change of mode to the next and writes where each segment begins.
+    Within a segment the motion is in closed form; other kernels evaluate and integrate it at
+    any time, so that one solution serves any grid and window.
 
 Why no event is missed
     Kernels advance by steps that provably contain no root, or bracket the root; see
     `drysim.core.roots` and `drysim.core.modes`.
+
+Source
+    Jenkins, Brit. J. Appl. Phys. 13 (1962) 30. Petrov and Ewins, J. Turbomach. 125 (2003) 364.
 """
 
 from __future__ import annotations
@@ -22,11 +24,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drysim.approach.scene import (
+    SineGrid,
     base_acceleration_on_grid,
     base_square_integrals,
     check_event_count,
@@ -49,20 +52,16 @@ from drysim.approach.solution import (
     Floats,
     Grid,
     Int8Array,
+    Path,
     Points,
     Response,
     StoredGrid,
     events_from_log,
 )
 from drysim.core.compile import as_engine_array
-from drysim.core.events import REVERSAL, STICK, Segments
-from drysim.core.forcing import Waves, base_motion, relative_normal_force, set_phases
-from drysim.core.march import (
-    initial_normal_force_mode,
-    march_elastic,
-    march_normal_force,
-    march_stops,
-)
+from drysim.core.events import CONTACT, LIFT, RELEASE, REVERSAL, SLIP, STICK, Segments
+from drysim.core.forcing import Waves
+from drysim.core.march import MarchState, Scene, march
 from drysim.core.model import (
     AnyState,
     ContactState,
@@ -73,28 +72,28 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
+    State,
     Totals,
 )
 from drysim.core.modes import (
-    NormalForceArrays,
-    decode_direction,
-    initial_contact_mode,
-    initial_stop_mode,
+    ARRIVAL,
+    FREE,
+    PiecewiseLaw,
+    Side,
+    initial_piecewise_mode,
 )
 from drysim.core.trajectory import (
-    evaluate_elastic,
-    evaluate_normal_force,
-    evaluate_stops,
-    integrate_elastic,
-    integrate_normal_force,
-    integrate_stops,
+    Columns,
+    Solution,
+    evaluate_segments,
+    integrate_segments,
+    peak_bumper_force,
+    sample_elastic_grid,
+    table_size,
+    write_turning_points,
 )
 
-Kernel = Callable[..., Any]
-
-PiecewiseLaw = ElasticContactLaw | EndStopLaw | NormalForceLaw
-
-TrajectoryT = TypeVar("TrajectoryT", bound="PiecewiseTrajectory")
+AnyPiecewiseLaw = ElasticContactLaw | EndStopLaw | NormalForceLaw
 
 STEPS_PER_CALL = 16_384
 """Steps per kernel call; between calls Python can handle an interrupt."""
@@ -105,13 +104,13 @@ INITIAL_STEP_CAPACITY = 1024
 STEPS_PER_SAMPLE = 1.2
 """Initial rows per sample: one step, and events where these are few."""
 
-NON_TURNING_EVENTS = (1, -1, 3)
+NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 """Kinds of event at which the velocity is not zero: x_r has no extremum there."""
 
 
 def solve(
     plant: Plant,
-    law: PiecewiseLaw,
+    law: AnyPiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     step: float,
@@ -123,80 +122,89 @@ def solve(
 
 def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     """Return the response of a solution on a grid; samples have their own step."""
-    motion = trajectory.motion
+    motion, law, events = trajectory.motion, trajectory.law, trajectory.events
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
-    x_r, v_r, _, F_f, d = trajectory.at(grid_times(0, points, dt))
-    grid = StoredGrid(
-        dt, base_acceleration_on_grid(motion, 0, points, dt), Points(x_r, v_r, d, F_f)
-    )
-    return make_response(trajectory, grid)
-
-
-def make_response(trajectory: PiecewiseTrajectory, grid: Grid) -> Response:
-    """Return the response of a solution on a grid."""
-    law, motion, events = trajectory.law, trajectory.motion, trajectory.events
+    grid: Grid
+    if isinstance(motion, Sines) and trajectory.holds_and_yields:
+        grid = ElasticSineGrid(trajectory, dt, points)
+    else:
+        found = trajectory.at(grid_times(0, points, dt))
+        stop = found.F_stop if isinstance(law, EndStopLaw) else None
+        u_dd = base_acceleration_on_grid(motion, 0, points, dt)
+        grid = StoredGrid(dt, u_dd, Points(found.x_r, found.v_r, found.d, found.F_f, stop))
+    approach = "stick-slip"
+    if isinstance(law, EndStopLaw) and law.F_fs == 0.0:
+        # As without stops, turning points are no events here; rest at a stop is one.
+        kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
+        stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
+        events, approach = events.select(stays), "viscous"
     compute_numerics = partial(
-        describe_numerics, law, motion, len(grid), events, trajectory.closest_decision
-    )
+        describe_numerics, law, motion, points, events, trajectory.closest_decision,
+        approach=approach,
+    )  # fmt: skip
     return Response(trajectory.plant, law, motion, grid, events, compute_numerics, trajectory)
 
 
 def compute_trajectory(
     plant: Plant,
-    law: PiecewiseLaw,
+    law: AnyPiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
 ) -> PiecewiseTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
-    return compute_trajectory_as(PiecewiseTrajectory, plant, law, motion, start, duration)
-
-
-def compute_trajectory_as(
-    made: type[TrajectoryT],
-    plant: Plant,
-    law: PiecewiseLaw,
-    motion: Sines | Samples,
-    start: AnyState,
-    duration: float | None,
-) -> TrajectoryT:
-    """Solve a scene as `compute_trajectory` does; `made` is the class of the trajectory."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
-    waves, base = make_waves(motion, load), as_engine_array(u_dd)
-    (march_kernel, _, _), law_numbers = kernels(law), kernel_law(law)
-    slope = float(u_dd[1] - u_dd[0]) / dt
-    state = initial_state(plant, law, waves, float(u_dd[0]), slope, start)
-    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
+    waves, base, kernel_law = (
+        make_waves(motion, load),
+        as_engine_array(u_dd),
+        to_kernel(plant, law),
+    )
+    scene = Scene(plant, kernel_law, waves, base, dt, last, length)
+    u_0, slope = float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt
+    x_r, v_r = start[:2]
+    x_0 = float(start[2]) if len(start) > 2 else x_r
+    xi, x_0, mode = initial_piecewise_mode(plant, kernel_law, waves, u_0, slope, x_r, v_r, x_0)
+    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * x_r
     # Samples fill large buffers; sines often need little, such as one period of an orbit.
     least = STEPS_PER_CALL if last else INITIAL_STEP_CAPACITY
     size = int(STEPS_PER_SAMPLE * last) + least + 1
-    log, count = empty_log(size), 1
-    kind = decode_direction(state[3]) if isinstance(law, EndStopLaw) else state[3]
-    write_first_row(log, (0, 0.0, kind, start.x_r, F_L))
-    segments, used = empty_columns(Segments, size), 0
-    at: tuple[Any, ...] = (0, 0.0)
-    while at[0] <= last:
-        most = max(used, count)
+    segments, log = empty_columns(Segments, size), empty_log(size)
+    write_first_row(log, (0, 0.0, LIFT if mode.contact == FREE else mode.contact, x_r, F_L))
+    state = MarchState(0, 0.0, xi, v_r, x_0, mode, 0, 1)
+    while state.n <= last:
+        most = max(state.used, state.events)
         full = most + min(max(most, least), STEPS_PER_CALL)
         if len(segments.n) < full:
             segments, log = enlarge_columns(segments, 2 * full), enlarge_columns(log, 2 * full)
-        buffers = (segments, used, log, count, full)
-        n, s, *moved, used, count = march_kernel(
-            plant, law_numbers, waves, base, dt, *at, length, last, *state, *buffers
-        )
-        at, state = (n, s), tuple(moved)
-        check_progress(count, n * dt + s, state)
-        check_event_count(count, last, n * dt + s)
-    segments = Segments(*(np.asarray(column[:used]) for column in segments))
-    events = events_from_log(log, count, dt)
-    closest_decision = smallest_margin(law, events)
-    return made(
-        plant, law, motion, waves, (u_dd, dt), segments, events, duration, closest_decision
-    )
+        state = march(scene, state, segments, log, full)
+        t = state.n * dt + state.s
+        check_progress(state.events, t, (state.xi, state.v_r))
+        check_event_count(state.events, last, t)
+    segments = Segments(*(np.asarray(column[: state.used]) for column in segments))
+    events = events_from_log(log, state.events, dt)
+    return PiecewiseTrajectory(
+        plant, law, motion, waves, (u_dd, dt), segments, events, duration,
+        smallest_margin(law, events),
+    )  # fmt: skip
+
+
+class Impacts(NamedTuple):
+    """Contacts with a stop: arrays of shape (n,).
+
+    Attributes
+    ----------
+    t : ndarray
+        Time [s].
+    v_r : ndarray
+        Velocity just before [m/s]; its sign is the side of the stop.
+    """
+
+    t: Floats
+    v_r: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +215,7 @@ class PiecewiseTrajectory(EventDriven):
     """
 
     plant: Plant
-    law: PiecewiseLaw
+    law: AnyPiecewiseLaw
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
@@ -221,111 +229,181 @@ class PiecewiseTrajectory(EventDriven):
         """The start and every zero of v_r: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
-    def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Int8Array]:
-        """Return x_r, v_r, z, F_f and the direction at ascending times [s], shape (n,) each."""
-        columns = tuple(as_engine_array(np.empty(len(t))) for _ in range(4))
-        d = as_engine_array(np.empty(len(t), dtype=np.int64))
-        *scene, segments = self.scene
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Return the extreme points of x_r from the start to the end of a window [s]."""
+        if not self.holds_and_yields:
+            return super().path(window, x_rM)
+        whole = requested_segments(self._starts, window)
+        scene = (self.solution, self._lengths)
+        return collect_path(write_turning_points, scene, whole, x_rM, (0, 0.0, 0.0, 0.0, 0.0))
+
+    def at(self, t: Floats) -> Columns:
+        """Return the motion at ascending times [s]."""
+        out = empty_motion(len(t))
         ends = t.min(initial=self.end), t.max(initial=0.0)
-        first, last = np.searchsorted(self._segment_starts, ends, "right")
-        near = Segments(*(column[max(first - 1, 0) : last] for column in segments))
-        _, read, _ = kernels(self.law)
-        read(*scene, near, as_engine_array(t), *columns, d)
-        x_r, v_r, z, F_f = map(np.asarray, columns)
-        return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
+        first, last = np.searchsorted(self._starts, ends, "right")
+        near = Segments(*(column[max(first - 1, 0) : last] for column in self.segments_input))
+        if len(t):
+            evaluate_segments(self.solution._replace(segments=near), as_engine_array(t), out)
+        columns = Columns(*map(np.asarray, out))
+        return columns._replace(d=columns.d.astype(np.int8))
 
     @property
     def series(self) -> tuple[Floats, ...]:
         """Values of each state component along the motion."""
-        return self.turning_points.x_r, self.segments.v_r, self.segments.z
+        x_r = self.path((0.0, self.end), None).x_r
+        if not isinstance(self.law, EndStopLaw):
+            return x_r, self.segments.v_r, self.segments.z
+        return x_r, self.segments.v_r
 
     def state(self, t: float) -> AnyState:
-        """Return the state at time t [s]."""
-        x_r, v_r, z, _, _ = self.at(np.array([t]))
-        return ContactState(float(x_r[0]), float(v_r[0]), float(z[0]))
+        """Return the state at time t [s]; at an impact, the state after it."""
+        found = self.at(np.array([t]))
+        x_r, v_r = float(found.x_r[0]), float(found.v_r[0])
+        if isinstance(self.law, EndStopLaw):
+            return State(x_r, v_r)
+        return ContactState(x_r, v_r, float(found.z[0]))
 
     def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s]."""
-        _, _, integrate = kernels(self.law)
-        x2, v2, x_dd2, power, sliding_distance, stuck, *stop_work = integrate(
-            *self.scene, begin, end
-        )
+        """Return the integrals over a window [s], impacts at its end included."""
+        sums = integrate_segments(self.solution, self._lengths, begin, end)
+        stop_work = sums.stop_work
+        if isinstance(self.law, EndStopLaw) and self.law.rigid:
+            t, v_r = self.hits()
+            struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
+            stop_work = float(0.5 * self.plant.m * (1.0 - self.law.e**2) * struck)
         squares = base_square_integrals(self.motion, self.waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares, *stop_work)
+        x2, v2, x_dd2, power, distance, stuck, _, _ = sums
+        return Totals(x2, v2, x_dd2, power, distance, stuck, *squares, stop_work)
+
+    def hits(self) -> Impacts:
+        """Return the contacts with a stop."""
+        met = np.flatnonzero(self.segments.d == ARRIVAL)
+        return Impacts(self._starts[met], self.segments.v_r[met])
+
+    def peak_bumper_force(self, begin: float, end: float) -> float:
+        """Return the largest force of a bumper in a window [N]."""
+        force: float = peak_bumper_force(self.solution, begin, end)
+        return force
+
+    @cached_property
+    def holds_and_yields(self) -> bool:
+        """Whether x_r may turn within a segment: an elastic contact, and nothing else."""
+        return isinstance(self.law, ElasticContactLaw)
+
+    @cached_property
+    def solution(self) -> Solution:
+        """The solution as kernels take it."""
+        base, dt = self.base
+        segments = Segments(*map(as_engine_array, self.segments))
+        law = to_kernel(self.plant, self.law)
+        return Solution(self.plant, law, self.waves, as_engine_array(base), dt, segments)
 
     @property
-    def scene(self) -> tuple[Any, ...]:
-        """Leading arguments of every kernel."""
-        base, segments = self._kernel_arrays
-        return self.plant, kernel_law(self.law), self.waves, base, self.base[1], segments
+    def segments_input(self) -> Segments:
+        """The segments as kernels take them."""
+        segments: Segments = self.solution.segments
+        return segments
 
     @cached_property
-    def _kernel_arrays(self) -> tuple[Any, Segments]:
-        """Base acceleration and segments as arrays of the engine."""
-        return as_engine_array(self.base[0]), Segments(*map(as_engine_array, self.segments))
-
-    @cached_property
-    def _segment_starts(self) -> Floats:
+    def _starts(self) -> Floats:
         """Times at which the segments begin [s], computed as in the kernels."""
         return np.asarray(self.segments.n * self.base[1] + self.segments.s)
 
+    @cached_property
+    def _lengths(self) -> Any:
+        """Lengths of the segments [s] as an array of the engine."""
+        n, s = self.segments.n, self.segments.s
+        between = np.diff(n) * self.base[1] + np.diff(s)
+        return as_engine_array(np.append(between, self.end - self._starts[-1]))
 
-# Kernels of each law and their arguments.
+
+def empty_motion(n: int) -> Columns:
+    """Return uninitialised columns of a motion at n times."""
+    x_r, v_r, z, F_f, F_stop = (as_engine_array(np.empty(n)) for _ in range(5))
+    return Columns(x_r, v_r, z, F_f, F_stop, as_engine_array(np.empty(n, dtype=np.int64)))
 
 
-def kernels(law: PiecewiseLaw) -> tuple[Kernel, Kernel, Kernel]:
-    """Return the kernels that march, evaluate and integrate the motion under a law."""
-    if isinstance(law, EndStopLaw):
-        return march_stops, evaluate_stops, integrate_stops
+@dataclass(frozen=True, eq=False)
+class ElasticSineGrid(SineGrid):
+    """Grid points of a solution with an elastic contact under sines."""
+
+    def part(self, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1."""
+        solution, out = self.trajectory.solution, empty_motion(last - first)
+        tables = as_engine_array(np.empty((2, table_size(solution.waves.size))))
+        sample_elastic_grid(solution, first, self.dt, tables, out)
+        x_r, v_r, _, F_f, _, d = map(np.asarray, out)
+        return Points(x_r, v_r, d.astype(np.int8), F_f)
+
+
+# Laws as kernels take them, and what follows from events.
+
+
+def to_kernel(plant: Plant, law: AnyPiecewiseLaw) -> PiecewiseLaw:
+    """Return a law, with the damper of the plant, as its kernels take it."""
+    k_t, limit, load, step = 0.0, math.inf, np.ones(2), 0.0
+    k_s, b_s, e = 0.0, 0.0, 0.0
     if isinstance(law, ElasticContactLaw):
-        return march_elastic, evaluate_elastic, integrate_elastic
-    return march_normal_force, evaluate_normal_force, integrate_normal_force
+        k_t = law.k_t
+    elif isinstance(law, EndStopLaw):
+        limit, k_s, b_s, e = law.x_rM, law.k_s, law.b_s, law.e
+    record: Any = as_engine_array(load)
+    if isinstance(law, NormalForceLaw) and law.force_record is not None:
+        record, step = law.force_record.kernel_input, law.force_record.step
+    side = Side(law.F_fk, law.F_fs, plant.b, limit)
+    stages = (k_s, 0.0, 0.0), (0.0, math.inf, math.inf)
+    wave = law.variation, law.omega, law.phase
+    return PiecewiseLaw(side, side, k_t, *wave, record, step, *stages, b_s, e)
 
 
-def kernel_law(law: PiecewiseLaw) -> Any:
-    """Return a law as its kernels take it."""
-    if not isinstance(law, NormalForceLaw):
-        return law
-    force_record = law.force_record
-    if force_record is None:
-        return NormalForceArrays(*law[:5], as_engine_array(np.ones(2)), 0.0)
-    return NormalForceArrays(*law[:5], force_record.kernel_input, force_record.step)
-
-
-def initial_state(
-    plant: Plant,
-    law: PiecewiseLaw,
-    waves: Waves,
-    u_0: float,
-    slope: float,
-    start: AnyState,
-) -> tuple[Any, ...]:
-    """Return x_r, v_r, the state of the contact and its mode at t = 0."""
-    x_r, v_r = start[:2]
-    if isinstance(law, EndStopLaw):
-        set_phases(waves, plant, law, 0.0, 0)
-        u_dd = base_motion(waves, u_0, slope, 0.0)[0]
-        found: tuple[Any, ...] = initial_stop_mode(
-            plant, law, x_r, v_r, u_dd, relative_normal_force(law, waves, 0.0)[0]
-        )
-        return found
-    if isinstance(law, NormalForceLaw):
-        return (
-            x_r,
-            v_r,
-            0.0,
-            initial_normal_force_mode(plant, kernel_law(law), waves, u_0, slope, x_r, v_r),
-        )
-    mode, x_0 = initial_contact_mode(law, x_r, v_r, start[2] if len(start) > 2 else x_r)
-    return x_r, v_r, x_0, mode
-
-
-def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
+def smallest_margin(law: AnyPiecewiseLaw, events: Events) -> float:
     """Return the smallest relative margin of a decision between stick and slip [-]."""
-    if not isinstance(law, NormalForceLaw):
+    if isinstance(law, ElasticContactLaw) or law.F_fs == 0.0:
         return math.inf
-    F_fs, F_L = law.F_fs * law.load(events.t), np.abs(events.F_L)
+    load = law.load(events.t) if isinstance(law, NormalForceLaw) else 1.0
+    F_fs, F_L = law.F_fs * load + 0.0 * events.t, np.abs(events.F_L)
     decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
-    decided[0] = False
+    if isinstance(law, EndStopLaw):
+        decided &= (np.abs(events.x_r) < law.x_rM) | (not law.rigid)
+    else:
+        decided[0] = False
     larger = np.maximum(F_fs, F_L)[decided]
     return float((np.abs(F_L - F_fs)[decided] / larger).min(initial=math.inf))
+
+
+# Path: turning points computed on request.
+
+
+PATH_BUFFER = 1024
+"""Rows of the path buffer in addition to one per segment."""
+
+
+def collect_path(
+    kernel: Callable[..., Any],
+    scene: tuple[Any, ...],
+    whole: Int8Array,
+    x_rM: float | None,
+    at: tuple[Any, ...],
+) -> Path:
+    """Return the path that a kernel computes in several calls, starting from `at`.
+
+    `whole` marks the segments whose turning points are all needed; elsewhere the kernel leaves
+    out those that cannot change a peak, a zero or a passage of x_rM [m].
+    """
+    limit = math.inf if x_rM is None else x_rM
+    parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
+    while at[0] < step_segments:
+        t, x_r = as_engine_array(np.empty((2, PATH_BUFFER + step_segments)))
+        at, count = kernel(*scene, kernel_input, limit, at, t, x_r)
+        parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
+    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    return Path(*columns)
+
+
+def requested_segments(begins: Floats, window: tuple[float, float]) -> Int8Array:
+    """Mark the segments whose turning points are all needed: the last, those a window cuts."""
+    whole = np.zeros(len(begins), dtype=np.int8)
+    whole[np.searchsorted(begins, window, "right") - 1] = 1
+    whole[-1] = 1
+    return whole

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.approach import coulomb, end_stops, exact
+from drysim.approach import coulomb, end_stops, exact, piecewise
 from drysim.approach.solution import Orbit
 from drysim.core.model import (
     AnyLaw,
@@ -52,7 +52,7 @@ from drysim.core.orbit import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from drysim.approach.piecewise import PiecewiseLaw, PiecewiseTrajectory
+    from drysim.approach.piecewise import AnyPiecewiseLaw, PiecewiseTrajectory
     from drysim.approach.solution import Floats, Path
     from drysim.approach.taylor import TaylorTrajectory
 
@@ -138,7 +138,7 @@ ReturnMap = Callable[[float, float], AnyState]
 
 def find_orbit_by_marching(
     plant: Plant,
-    law: PiecewiseLaw | DynamicLaw,
+    law: AnyPiecewiseLaw | DynamicLaw,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -167,7 +167,7 @@ def find_orbit_by_marching(
 
 def march_to_orbit(
     plant: Plant,
-    law: PiecewiseLaw | DynamicLaw,
+    law: AnyPiecewiseLaw | DynamicLaw,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -211,11 +211,15 @@ def march_to_orbit(
 
 
 def march_period(
-    plant: Plant, law: PiecewiseLaw | DynamicLaw, motion: Sines, state: AnyState, period: float
+    plant: Plant,
+    law: AnyPiecewiseLaw | DynamicLaw,
+    motion: Sines,
+    state: AnyState,
+    period: float,
 ) -> PiecewiseTrajectory | TaylorTrajectory:
     """Return the trajectory of one period from a state."""
     if isinstance(law, EndStopLaw):
-        return end_stops.trajectory_with_stops(plant, law, motion, state, period)
+        return piecewise.compute_trajectory(plant, law, motion, state, period)
     trajectory: Any = exact.compute_trajectory(plant, law, motion, state, period)
     found: PiecewiseTrajectory | TaylorTrajectory = trajectory
     return found
@@ -235,7 +239,7 @@ def state_scales(
 
 
 def perturbed_state(
-    law: PiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
+    law: AnyPiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
 ) -> AnyState:
     """Return a state displaced by dx [m] and dv [m/s].
 
@@ -247,7 +251,7 @@ def perturbed_state(
     return state._replace(x_r=x_r, v_r=v_r)
 
 
-def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
+def closure_tolerance(law: AnyPiecewiseLaw | DynamicLaw) -> float:
     """Return the scaled change over a repetition that counts as zero [-]."""
     if isinstance(law, DynamicLaw):
         return max(CLOSURE_TOLERANCE, TOLERANCE_FACTOR * law.tolerance)

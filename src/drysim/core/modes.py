@@ -1,30 +1,31 @@
-"""Hybrid automaton of the piecewise-linear laws: modes, exits and resets.
+"""Hybrid automaton of the piecewise-linear laws: modes, their equations, exits and resets.
 
 Problem
-    In each mode of a law the relative motion is that of a linear oscillator driven by waves and
-    a linearly changing force. A march needs, per mode, the oscillator and the constant force,
-    the first exit from the mode, and the mode and state after it. Three laws have more modes
-    than stick and slip:
+    A friction contact, rigid or elastic, under a normal force that may vary and vanish; a
+    damper, and end stops. In each mode of these the relative motion is that of a linear
+    oscillator driven by waves and a linearly changing force. A march needs, per mode, the
+    equation of motion, the first exit from the mode, and the mode and state after it:
 
-    ======================  ===============================  ================================
-    law                     modes                            exits
-    ======================  ===============================  ================================
-    elastic contact         hold, yield ±1, lifted off       limit, its rate, normal force
-    end stops               apart, touching, separated ×     position, bumper force, v_r,
-                            stick, slip ±1                   break-away
-    vanishing normal force  lifted off, stick, slip ±1       normal force, v_r, break-away
-    ======================  ===============================  ================================
+    ===========  ==================================  =========================================
+    part         modes                               exits
+    ===========  ==================================  =========================================
+    contact      stick or hold, slip or yield ±1,    limit, v_r, rate of the limit, normal
+                 separated                           force
+    damper       one per direction of motion         v_r
+    end stops    apart, touching, released, ±side    position, bumper force, break-away
+    ===========  ==================================  =========================================
 
 Method
-    An exit is the first root of an observable, which `roots` finds without missing one. Three
-    cases need more:
+    `mode_equation` gives the equation, the functions below it the exits and resets of each
+    part; `core.march` combines them. An exit is the first root of an observable, which `roots`
+    finds without missing one. Three cases need more:
 
     - A stiff contact that holds oscillates fast about its slow response to the base. Its motion
       lies within an exponentially decaying envelope, which it touches once per half period.
       `end_of_hold` searches only near these peaks, and only where the envelope does not prove
       that the contact holds.
-    - At an end stop the state is xi = x_r - z with z = ±x_rM. A penetration or rebound of any
-      size then keeps all its digits, next to a limit however large.
+    - At an end stop the state is xi = x_r - z, with z the position of the stop. A penetration
+      or rebound of any size then keeps all its digits, next to a limit however large.
     - At a rigid stop infinitely many rebounds may end in finite time (Zeno). Those below the
       resolution of x_r are not followed one by one: their duration and their contribution to
       x"² are summed in closed form.
@@ -42,10 +43,7 @@ from drysim.core.compile import compiled, inlined
 from drysim.core.events import (
     CONTACT,
     FORCE_ROUNDING,
-    IMPACT,
     RELEASE,
-    REVERSAL,
-    STICK,
     motion_direction,
     record_event,
     sign,
@@ -59,6 +57,7 @@ from drysim.core.forcing import (
     STEADY_X,
     WAVE_COLUMNS,
     A,
+    base_motion,
     force_rate_bounds,
     motion_at,
     relative_normal_force,
@@ -66,7 +65,7 @@ from drysim.core.forcing import (
     start_segment,
     steady_response,
 )
-from drysim.core.model import Plant
+from drysim.core.model import CoulombLaw, Plant
 from drysim.core.roots import (
     MAX_BISECTIONS,
     NEVER,
@@ -81,96 +80,421 @@ from drysim.core.roots import (
     stick_exit_time,
 )
 
-# Elastic contact: modes, and the oscillator and the force in each.
+# Law and mode, as kernels read them.
+
+MAX_STAGES = 3
+"""Linear stages of a bumper."""
 
 
-HOLD, FREE, AT_LIMIT = 0, 2, 4
-"""Modes of the contact besides yielding in direction +1 or -1: it holds; it is lifted off; or,
-with the sign of the direction, it has just ceased to yield and holds exactly at its limit."""
+class Side(NamedTuple):
+    """What depends on the direction of v_r, or on the side of x_r.
+
+    Attributes
+    ----------
+    F_fk, F_fs : float
+        Kinetic friction force and static limit [N] against motion in this direction.
+    b : float
+        Damping [N·s/m] of motion in this direction.
+    limit : float
+        Distance of the end stop on this side [m], infinite for none.
+    """
+
+    F_fk: float
+    F_fs: float
+    b: float
+    limit: float
+
+
+class PiecewiseLaw(NamedTuple):
+    """Friction contact, damper and end stops of a piecewise-linear law.
+
+    Attributes
+    ----------
+    up, down : Side
+        For v_r > 0 or x_r > 0 (extension), and for the opposite (compression).
+    k_t : float
+        Tangential stiffness of the contact [N/m]; 0 for a rigid contact, which sticks.
+    variation, omega, phase : float
+        The relative normal force is 1 + variation·sin(omega·t + phase).
+    load, step : array of float, float
+        Recorded relative normal force in place of the sine, and its sample interval [s]; the
+        interval is 0 without a record.
+    k_s, begins : tuple of float, shape (MAX_STAGES,)
+        Stiffness [N/m] that each stage of a bumper adds, and the penetration at which it begins
+        [m]: 0 for the first, infinite where there is none. Stops without stiffness are rigid.
+    b_s, e : float
+        Damping of a bumper [N·s/m]; coefficient of restitution of a rigid stop [-].
+    """
+
+    up: Side
+    down: Side
+    k_t: float
+    variation: float
+    omega: float
+    phase: float
+    load: Any
+    step: float
+    k_s: tuple[float, float, float]
+    begins: tuple[float, float, float]
+    b_s: float
+    e: float
+
+
+HOLD, FREE = 0, 2
+"""Contact besides slip or yield in direction +1 or -1: it sticks or holds; it is separated."""
+
+AT_REST, UNKNOWN = 0, 2
+"""Motion besides direction +1 or -1: at rest on the base or at a rigid stop; or in either
+direction, where nothing depends on it."""
+
+APART, RELEASED = 0, 3
+"""With respect to a stop, besides touching stage 1, 2 or 3 of it: within the limits; or beyond
+the stage, plus RELEASED: separated there, because a bumper only pushes and relaxes more slowly
+than the mass moves away. All but APART carry the sign of the side."""
+
+STEADY_BUMPER, BUMPER_AT_ZERO, CHATTERING = 0, 1, 2
+"""How a segment begins at a stop: in regular motion; with a bumper force that is exactly zero;
+or as the rest of a chatter against a rigid stop, with v_r of the first rebound."""
+
+
+class Mode(NamedTuple):
+    """Mode of a scene: one linear equation of motion.
+
+    Attributes
+    ----------
+    contact : int
+        HOLD, ±1 or FREE.
+    direction : int
+        Direction of motion: ±1, AT_REST or UNKNOWN.
+    stop : int
+        APART; ±stage while touching; ±(stage + RELEASED).
+    origin : int
+        Side of the stop from which xi is measured; 0 where xi is x_r.
+    poised : int
+        Side at whose limit a hold starts exactly, or direction in which a slip breaks away; 0
+        for neither.
+    bumper : int
+        How the segment begins at a stop, see `STEADY_BUMPER`.
+    """
+
+    contact: int
+    direction: int
+    stop: int
+    origin: int
+    poised: int
+    bumper: int
+
+
+ARRIVAL = -1
+"""Code of a record that holds the velocity with which the mass arrives at a stop."""
+
+
+@compiled
+def encode_mode(mode):
+    """Return a mode as one integer, at least 0."""
+    code = mode.bumper
+    code = 3 * code + mode.poised + 1
+    code = 3 * code + mode.origin + 1
+    code = 13 * code + mode.stop + 6
+    code = 4 * code + mode.direction + 1
+    return 4 * code + mode.contact + 1
+
+
+@compiled
+def decode_mode(code):
+    """Return the mode of an integer from `encode_mode`."""
+    contact, code = code % 4 - 1, code // 4
+    direction, code = code % 4 - 1, code // 4
+    stop, code = code % 13 - 6, code // 13
+    origin, code = code % 3 - 1, code // 3
+    return Mode(contact, direction, stop, origin, code % 3 - 1, code // 3)
+
+
+@compiled
+def mode_of(contact, direction, stop, origin):
+    """Return a mode that begins in regular motion."""
+    return Mode(contact, direction, stop, origin, 0, STEADY_BUMPER)
+
+
+@compiled
+def side_of(law, d):
+    """Return the constants of a direction of motion, or of a side."""
+    return law.up if d > 0 else law.down
+
+
+@compiled
+def has_stops(law):
+    """Return whether there is an end stop."""
+    return law.up.limit < NEVER or law.down.limit < NEVER
+
+
+@compiled
+def is_directed(law):
+    """Return whether anything but friction depends on position or direction of motion.
+
+    Every zero of v_r then begins a segment, so that x_r is monotone within one.
+    """
+    return has_stops(law) or law.up.b != law.down.b
+
+
+@compiled
+def origin_of(law, origin):
+    """Return the position from which xi is measured [m]."""
+    if origin == 0:
+        return 0.0
+    return law.up.limit if origin > 0 else -law.down.limit
+
+
+@compiled
+def is_rigid_slip(law, mode):
+    """Return whether a rigid contact slides."""
+    return law.k_t == 0.0 and abs(mode.contact) == 1
+
+
+@compiled
+def coulomb_limits(law, d):
+    """Return the friction limits of a direction of motion as a `CoulombLaw`."""
+    side = side_of(law, d)
+    return CoulombLaw(side.F_fk, side.F_fs, law.variation, law.omega, law.phase)
+
+
+# The equation of motion in a mode, and the forces.
+
+
+class Equation(NamedTuple):
+    """x" + c x' + w x = g + r s + waves, for x = xi; `ramp` is that of the normal force."""
+
+    c: float
+    w: float
+    g: float
+    r: float
+    ramp: Any
+
 
 QUASI_STATIC_RATIO = 16.0
 """Least square of the ratio of natural to driving frequency for which a wave is followed
 quasi-statically."""
+
+
+@compiled
+def mode_equation(plant, law, waves, mode, x_0, u_0, slope, t):
+    """Return the equation of motion of a segment, and set the phases of the waves at its start.
+
+    Parameters
+    ----------
+    plant, law, waves, mode
+    x_0 : float
+        x_r at which an elastic contact carries no force [m].
+    u_0, slope : float
+        ü besides the waves at the start [m/s²], and its rate [m/s³].
+    t : float
+        Start of the segment [s].
+    """
+    m = plant.m
+    effective, z = effective_plant(plant, law, mode), origin_of(law, mode.origin)
+    d = mode.contact if abs(mode.contact) == 1 else 0
+    limits, ramp = coulomb_limits(law, d), load_ramp_at(law, t)
+    g, r = -u_0, -slope
+    if d != 0:
+        f = d * limits.F_fk / m
+        g -= f * ramp.load
+        r -= f * ramp.rate
+    elif mode.contact == HOLD:
+        g -= law.k_t * (z - x_0) / m
+    if z != 0.0:
+        g -= plant.k_x / m * z
+    if touches_bumper(law, mode):
+        g += sign(mode.stop) * bumper_line(law, abs(mode.stop))[1] / m
+    w = effective.k_x / m
+    set_phases(waves, effective, limits, t, d)
+    if law.k_t > 0.0:
+        for i in range(waves.size):
+            at = WAVE_COLUMNS * i
+            if (
+                waves.values[at + STEADY] > 0.0
+                and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** 2 <= w
+            ):
+                waves.values[at + STEADY] = 2.0
+    return Equation(effective.b / m, w, g, r, ramp)
+
+
+@compiled
+def effective_plant(plant, law, mode):
+    """Return the oscillator of a mode: contact and bumper add to spring and damper."""
+    k, b = plant.k_x, side_of(law, mode.direction).b
+    if mode.contact == HOLD:
+        k += law.k_t
+    if touches_bumper(law, mode):
+        k += bumper_line(law, abs(mode.stop))[0]
+        b += law.b_s
+    return Plant(plant.m, k, b)
+
+
+@compiled
+def contact_force(law, mode, x_r, x_0, load):
+    """Return the force of a contact that is not stuck [N]; `load` is the normal force [-]."""
+    if mode.contact == HOLD:
+        return law.k_t * (x_r - x_0)
+    if mode.contact == FREE:
+        return 0.0
+    return mode.contact * side_of(law, mode.contact).F_fk * load
+
+
+@compiled
+def touches_bumper(law, mode):
+    """Return whether a bumper exerts a force."""
+    return 0 < abs(mode.stop) <= RELEASED and law.k_s[0] > 0.0
+
+
+@compiled
+def bumper_line(law, stage):
+    """Return stiffness [N/m] and offset [N] of a bumper: force = stiffness·depth - offset."""
+    stiffness, offset = 0.0, 0.0
+    for i in range(stage):
+        stiffness += law.k_s[i]
+        if i > 0:
+            offset += law.k_s[i] * law.begins[i]
+    return stiffness, offset
+
+
+@compiled
+def bumper_force(law, mode, xi, v_r):
+    """Return the force of a bumper on the mass [N], positive at the positive stop.
+
+    Notes
+    -----
+    The force grows with the depth side·xi by the stiffness of the stages that act, plus b_s
+    times the velocity; it cannot pull. Where the mass moves away faster than the bumper
+    relaxes, contact is lost beyond the limit, and found again if the mass slows down there.
+    """
+    if not touches_bumper(law, mode):
+        return 0.0
+    stiffness, offset = bumper_line(law, abs(mode.stop))
+    return stiffness * xi - sign(mode.stop) * offset + law.b_s * v_r
+
+
+@compiled
+def wall_side(law, mode, xi):
+    """Return the side of the rigid stop that the mass touches, 0 for none."""
+    return mode.origin if law.k_s[0] == 0.0 and xi == 0.0 else 0
+
+
+@compiled
+def friction_and_stop_forces(plant, law, mode, x_0, xi, v_r, u_dd, load):
+    """Return the friction force and the force of a stop [N].
+
+    At rest against a rigid stop only the sum is determined: friction then carries as much as
+    its static limit allows, the stop the rest.
+    """
+    x_r = origin_of(law, mode.origin) + xi
+    stop = bumper_force(law, mode, xi, v_r)
+    sticks = mode.direction == AT_REST and mode.contact == HOLD and law.k_t == 0.0
+    friction = 0.0 if sticks else contact_force(law, mode, x_r, x_0, load)
+    if mode.direction != AT_REST:
+        return friction, stop
+    F_L = plant.m * u_dd + plant.k_x * x_r + stop
+    if wall_side(law, mode, xi) == 0:
+        return -F_L, stop
+    if sticks:
+        friction = min(max(-F_L, -law.down.F_fs * load), law.up.F_fs * load)
+    return friction, -F_L - friction
+
+
+# Start of a motion.
 
 LIMIT_TOLERANCE = 1e-14
 """Relative distance from its limit below which a contact that continues is at its limit."""
 
 
 @compiled
-def is_holding(mode):
-    """Return whether the contact holds."""
-    return mode == HOLD or abs(mode) == AT_LIMIT
+def initial_piecewise_mode(plant, law, waves, u_0, slope, x_r, v_r, x_0):
+    """Return xi, x_0 and the mode at t = 0; parameters as in `mode_equation`.
 
-
-@compiled
-def effective_plant(plant, law, mode):
-    """Return the oscillator in a mode: a holding contact adds its tangential stiffness."""
-    return Plant(plant.m, plant.k_x + (law.k_t if is_holding(mode) else 0.0), plant.b)
-
-
-@compiled
-def constant_force(law, mode, x_0):
-    """Return the part of the contact force that is constant in a mode [N]."""
-    if is_holding(mode):
-        return -law.k_t * x_0
-    return 0.0 if mode == FREE else mode * law.F_fk
-
-
-@compiled
-def contact_force(law, mode, x_r, x_0, load):
-    """Return the contact force [N]; `load` is the relative normal force."""
-    if is_holding(mode):
-        return law.k_t * (x_r - x_0)
-    return 0.0 if mode == FREE else mode * law.F_fk * load
-
-
-@compiled
-def begin_segment(plant, law, waves, mode, x_0, t):
-    """Set the phases of the waves at t [s]; return c, w and constant force/m of the segment."""
-    effective = effective_plant(plant, law, mode)
-    set_phases(waves, effective, law, t, mode if abs(mode) == 1 else 0)
-    m = plant.m
-    w = effective.k_x / m
-    for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        if (
-            waves.values[at + STEADY] > 0.0
-            and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** 2 <= w
-        ):
-            waves.values[at + STEADY] = 2.0
-    return effective.b / m, w, constant_force(law, mode, x_0) / m
-
-
-@compiled
-def initial_contact_mode(law, x_r, v_r, x_0):
-    """Return mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
-
-    A contact deflected to its limit, and moving on, yields already, so that no event follows at
-    once. One deflected beyond the limit, as rounding of a periodic orbit may produce, has
-    yielded: x_0 moves.
+    An elastic contact deflected to its limit, and moving on, yields already, so that no event
+    follows at once. One deflected beyond the limit, as rounding of a periodic orbit may
+    produce, has yielded: x_0 moves.
     """
-    load = 1.0 + law.variation * math.sin(law.phase)
-    rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
-    if load <= 0.0:
-        # A normal force that only touches zero does not separate the surfaces.
-        separated = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
-        return FREE if separated else closing_mode(law, v_r, rate), x_r
-    direction = sign(x_r - x_0)
-    x_limit = law.F_fk * load / law.k_t
-    distance = abs(x_r - x_0)
-    if distance > x_limit:
-        x_0 = x_r - direction * x_limit
-    deflected = distance >= x_limit - LIMIT_TOLERANCE * (x_limit + abs(x_r))
-    return (direction if deflected and law.k_t * direction * v_r > rate else HOLD), x_0
+    set_phases(waves, plant, coulomb_limits(law, 1), 0.0, 0)
+    ramp = load_ramp_at(law, 0.0)
+    load, load_d = load_at(law, waves, ramp, 0.0)
+    u_dd = base_motion(waves, u_0, slope, 0.0)[0]
+    origin, xi, stop = stop_coordinates(law, x_r, v_r)
+    # A normal force that only touches zero does not separate the surfaces.
+    lifts = law.step > 0.0 or law.variation > 1.0
+    contact = HOLD
+    if load < 0.0 or (load == 0.0 and load_d <= 0.0 and lifts):
+        contact, x_0 = FREE, x_r
+    elif law.k_t > 0.0 and load == 0.0:
+        contact, x_0 = closing_contact(law, v_r, law.up.F_fk * load_d), x_r
+    elif law.k_t > 0.0:
+        side = sign(x_r - x_0)
+        x_limit, distance = law.up.F_fk * load / law.k_t, abs(x_r - x_0)
+        if distance > x_limit:
+            x_0 = x_r - side * x_limit
+        deflected = distance >= x_limit - LIMIT_TOLERANCE * (x_limit + abs(x_r))
+        if deflected and law.k_t * side * v_r > law.up.F_fk * load_d:
+            contact = side
+    elif v_r != 0.0:
+        contact = sign(v_r)
+    mode = mode_of(contact, sign(v_r), stop, origin)
+    if v_r == 0.0:
+        mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
+    elif law.k_t > 0.0 and not is_directed(law):
+        mode = mode_of(contact, UNKNOWN, stop, origin)
+    return xi, x_0, mode
 
 
 @inlined
-def closing_mode(law, v_r, rate):
-    """Return the mode of surfaces that just touch: yield where the limit rises slower, or hold.
+def closing_contact(law, v_r, rate):
+    """Return the state of an elastic contact whose surfaces just touch.
 
-    `rate` is the rate of the limit force [N/s].
+    It yields where the limit rises slower than the force would, at `rate` [N/s]; or it holds.
     """
     return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
+
+
+@compiled
+def stop_coordinates(law, x_r, v_r):
+    """Return the origin of xi, xi [m] and the state at the stops of a motion at x_r, v_r."""
+    side = 1 if x_r > 0.0 else -1
+    limit = side_of(law, side).limit
+    if not abs(x_r) >= limit:
+        return 0, x_r, APART
+    xi = x_r - side * limit
+    if law.k_s[0] == 0.0 or xi == 0.0:
+        return side, xi, APART
+    stage = 1
+    while stage < MAX_STAGES and side * xi > law.begins[stage]:
+        stage += 1
+    stiffness, offset = bumper_line(law, stage)
+    presses = stiffness * side * xi - offset + law.b_s * side * v_r > 0.0
+    return side, xi, side * (stage if presses else stage + RELEASED)
+
+
+@compiled
+def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
+    """Return the mode of a mass with v_r = 0.
+
+    A rigid contact sticks or slides on, Eq. (9) of the paper. Elsewhere the mass moves on,
+    unless it rests against a rigid stop, which carries any force towards it.
+    """
+    x_r = origin_of(law, mode.origin) + xi
+    pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
+    sticks = law.k_t == 0.0 and mode.contact != FREE
+    if not sticks:
+        pull += contact_force(law, mode, x_r, x_0, load)
+    F_L = plant.m * u_dd + pull
+    d, wall = -sign(F_L), wall_side(law, mode, xi)
+    hold = side_of(law, d).F_fs * load if sticks else 0.0
+    if abs(F_L) <= hold + FORCE_ROUNDING * (hold + abs(pull)) or (d != 0 and d == wall):
+        d = AT_REST
+    if sticks:
+        return mode_of(d, d, mode.stop, mode.origin)
+    if wall == 0 and d == AT_REST:
+        d = mode.direction if mode.direction != AT_REST else 1
+    if wall == 0 and law.k_t > 0.0 and not is_directed(law):
+        d = UNKNOWN
+    return mode_of(mode.contact, d, mode.stop, mode.origin)
 
 
 # Elastic contact: exits from hold and yield.
@@ -181,19 +505,37 @@ MIN_ENVELOPE_STEP = 0.5
 HALF_SWING_RADIANS = 3.2
 """Half a period of the oscillator in radians, rounded up: the first search interval."""
 
+RATE_TOLERANCE = 1e-12
+"""Relative rate below which a contact that starts at its limit stays at it."""
+
+
+class Hold(NamedTuple):
+    """A segment of an elastic contact that holds.
+
+    Attributes
+    ----------
+    segment, waves
+        As in `first_root`, with the stiffness of the contact in the segment.
+    law : PiecewiseLaw
+    ramp : LoadRamp
+        Of the normal force at the start.
+    x_0 : float
+        Value of the segment's x_r at which the contact carries no force [m].
+    poised : int
+        The side at whose limit the contact starts exactly, 0 for none.
+    """
+
+    segment: Any
+    waves: Any
+    law: Any
+    ramp: Any
+    x_0: float
+    poised: int
+
 
 @compiled
-def end_of_hold(segment, waves, law, x_0, at_limit, h):
+def end_of_hold(hold, h):
     """Return when within h [s] a contact that holds yields, and how.
-
-    Parameters
-    ----------
-    segment, waves, law, x_0
-        As in `hold_exit_time`.
-    at_limit : int
-        The side at whose limit the contact starts exactly, 0 for none.
-    h : float
-        Length of the segment [s].
 
     Returns
     -------
@@ -206,28 +548,26 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
     before and after it. The peaks alternate in side, so that both sides are covered at all
     times.
     """
-    x_limit, direction = law.F_fk / law.k_t, motion_direction(segment.v_r, segment.a, segment.j)
-    gap = x_limit * relative_normal_force(law, waves, 0.0)[0] - direction * (segment.x_r - x_0)
+    segment, waves, law, ramp, x_0, poised = hold
+    x_limit = law.up.F_fk / law.k_t
+    direction = motion_direction(segment.v_r, segment.a, segment.j)
+    gap = x_limit * load_at(law, waves, ramp, 0.0)[0] - direction * (segment.x_r - x_0)
     # Most contacts yield within the first half period, in the direction of motion.
-    if direction * at_limit <= 0 and may_reach(segment, direction, gap):
+    if direction * poised <= 0 and may_reach(segment, direction, gap):
         searched = min(HALF_SWING_RADIANS / math.sqrt(segment.w), h)
-        s, x, v = hold_exit_time(segment, waves, law, x_0, direction, False, 0.0, searched)
+        s, x, v = hold_exit_time(hold, direction, 0.0, searched)
         if s < NEVER:
-            other = -direction, at_limit == -direction, 0.0, s
-            return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
+            return earlier_hold_exit(hold, -direction, 0.0, s, s, x, v)
     transient = transient_response(segment, waves)
-    if transient.side == 0 or h <= transient.half_period:
+    if transient.side == 0 or h <= transient.half_period or law.step > 0.0:
         side = direction if direction != 0 else 1
         # Search window by window, so that a side that never yields is not searched to the
         # end each time the other one does.
         fastest = force_rate_bounds(waves, segment.r)[3]
         begin, until = 0.0, min(WINDOW_RADIANS / fastest, h) if fastest > 0.0 else h
         while True:
-            s, x, v = hold_exit_time(
-                segment, waves, law, x_0, side, at_limit == side, begin, until
-            )
-            other = -side, at_limit == -side, begin, min(s, until)
-            s, side, x, v = earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
+            s, x, v = hold_exit_time(hold, side, begin, until)
+            s, side, x, v = earlier_hold_exit(hold, -side, begin, min(s, until), s, x, v)
             if s < NEVER or until >= h:
                 return s, side, x, v
             begin, until = until, min(3.0 * until, h)
@@ -237,16 +577,13 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
         side = transient.side if number % 2 == 0 else -transient.side
         peak = transient.phase / transient.omega + number * transient.half_period
         before = transient.half_period
-        if safe > 0.0 or side != at_limit:
+        if safe > 0.0 or side != poised:
             before = search_time_before_peak(transient, segment, waves, law, x_0, side, peak)
         begin, until = max(safe, peak - before), min(peak + transient.half_period, h)
         if before >= 0.0 and begin < until:
-            s, x, v = hold_exit_time(
-                segment, waves, law, x_0, side, at_limit == side, begin, until
-            )
+            s, x, v = hold_exit_time(hold, side, begin, until)
             if s < NEVER:
-                other = -side, at_limit == -side, max(safe, peak), s
-                return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
+                return earlier_hold_exit(hold, -side, max(safe, peak), s, s, x, v)
         number += 1
         if peak >= safe:
             # Skip the peaks of an envelope that stays within the limit.
@@ -258,37 +595,33 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
 
 
 @compiled
-def hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until):
-    """Return the first time at which a holding contact yields to one side, and the state.
+def hold_exit_time(hold, side, begin, until):
+    """Return when between two times [s] a holding contact yields to a side, and the state.
 
-    Parameters
-    ----------
-    segment, waves
-        As in `first_root`, with the stiffness of the contact in the segment.
-    law : ElasticContactLaw
-    x_0 : float
-        Displacement at which the contact carries no force [m].
-    side : int
-        +1 for yielding with increasing x_r, -1 with decreasing.
-    at_limit : bool
-        Whether the segment starts exactly at this limit: value and rate of the observable are
-        zero.
-    begin, until : float
-        Times of the segment [s].
+    `side` is +1 for yielding with increasing x_r, -1 with decreasing.
     """
-    clearance = Observable(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
-    return first_root(segment, waves, law, clearance, 2 if at_limit else 0, begin, until)
+    segment, waves, law, ramp, x_0, poised = hold
+    F_fk, zeros = law.up.F_fk, 0
+    if side == poised:
+        # The value is zero; so is the rate, unless the slope of a recorded force jumps here.
+        falls, gains = side * law.k_t * segment.v_r, F_fk * ramp.rate
+        jumps = gains - falls > RATE_TOLERANCE * (abs(gains) + abs(falls))
+        zeros = 1 if law.step > 0.0 and jumps else 2
+    clearance = Observable(
+        x_0, -side * law.k_t, 0.0, F_fk, 0.0, F_fk * (ramp.load - 1.0), F_fk * ramp.rate
+    )
+    return first_root(segment, waves, law, clearance, zeros, begin, until)
 
 
 @compiled
-def earlier_hold_exit(segment, waves, law, x_0, side, at_limit, begin, until, s, x, v):
+def earlier_hold_exit(hold, side, begin, until, s, x, v):
     """Return time, side and state of the first yielding: to `side`, or at s to the other side.
 
-    s, x and v are time and state of yielding to the other side. Other parameters as in
+    s, x and v are time and state of yielding to the other side; `begin` and `until` are as in
     `hold_exit_time`.
     """
     if begin < until:
-        t, x_t, v_t = hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until)
+        t, x_t, v_t = hold_exit_time(hold, side, begin, until)
         if t < s:
             return t, side, x_t, v_t
     return s, -side, x, v
@@ -442,7 +775,7 @@ def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
     (exp(decay·h) - 1) |t|/h, and the steady response and the limit change by at most their
     rates and bounds on their accelerations allow. The sum is a parabola in t.
     """
-    half_period, x_limit = transient.half_period, law.F_fk / law.k_t
+    half_period, x_limit = transient.half_period, law.up.F_fk / law.k_t
     x, v = steady_motion(segment, waves, peak)
     load, load_d, _ = relative_normal_force(law, waves, peak)
     left = transient.size * math.exp(-transient.decay * peak)
@@ -467,117 +800,21 @@ def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
 
 
 @compiled
-def end_of_yield(segment, waves, law, d, h):
+def end_of_yield(segment, waves, law, ramp, d, h):
     """Return when within h [s] a contact yielding in direction d holds again, and the state.
 
     It holds when v_r falls to the rate of the limit over k_t; with constant normal force, when
     the mass stops.
     """
     c, w, x_r, v_r, a, j, _, g, r = segment
-    if law.variation > 0.0:
-        excess_rate = Observable(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
-        return first_root(segment, waves, law, excess_rate, 0, 0.0, h)
+    if law.variation > 0.0 or law.step > 0.0:
+        share = law.up.F_fk / law.k_t
+        excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
+        return first_root(segment, waves, law, excess, 0, 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, x_r, v_r
     stop, x = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h)
     return stop, x, 0.0
-
-
-# End stops: modes, and the force of a bumper.
-
-APART, TOUCHING, SEPARATED = 0, 1, 2
-"""State of the mass with respect to a stop: within the limits; in contact; or beyond the limit
-but separated, because a bumper only pushes and relaxes more slowly than the mass moves away.
-The last two carry the sign of the side."""
-
-BUMPER_STEADY, BREAKING_AWAY, BUMPER_AT_ZERO, CHATTERING = 0, 1, 2, 3
-"""How a segment begins: in regular motion; with a break-away; with a bumper force that is
-exactly zero; or as the rest of a chatter against a rigid stop, with v_r of the first
-rebound."""
-
-ARRIVAL = 1000
-"""Mode of a record that holds the velocity with which the mass arrives at a stop."""
-
-
-@compiled
-def encode_mode(stop_state, d, beginning):
-    """Return the mode as one integer, from stop state, direction and beginning."""
-    return d + 4 * stop_state + 64 * beginning
-
-
-@compiled
-def decode_beginning(mode):
-    """Return how a segment in this mode begins."""
-    return (mode + 32) // 64
-
-
-@compiled
-def decode_stop_state(mode):
-    """Return the stop state of a mode, see `APART`, with the sign of the side."""
-    return (mode - 64 * decode_beginning(mode) + 1) // 4
-
-
-@compiled
-def decode_direction(mode):
-    """Return the direction of sliding, 0 if stuck."""
-    return mode - 64 * decode_beginning(mode) - 4 * decode_stop_state(mode)
-
-
-@compiled
-def bumper_acts(law, stop_state):
-    """Return whether a bumper exerts a force."""
-    return law.k_s > 0.0 and abs(stop_state) == TOUCHING
-
-
-@compiled
-def bumper_force(law, stop_state, xi, v_r):
-    """Return the force of a bumper on the mass [N], positive at the positive stop.
-
-    Notes
-    -----
-    F = k_s xi + b_s v_r while the bumper is in contact, else 0; it cannot pull. Where the mass
-    moves away faster than the bumper relaxes, contact is lost beyond the limit, and found again
-    if the mass slows down there.
-    """
-    return law.k_s * xi + law.b_s * v_r if bumper_acts(law, stop_state) else 0.0
-
-
-@compiled
-def restoring_force(plant, law, stop_state, z, xi):
-    """Return the static force of the spring and of a bumper [N]."""
-    return plant.k_x * (z + xi) + bumper_force(law, stop_state, xi, 0.0)
-
-
-@compiled
-def rigid_stop_side(law, z, xi):
-    """Return the side of the rigid stop that the mass touches, 0 for none."""
-    if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
-        return 0
-    return 1 if z > 0.0 else -1
-
-
-@compiled
-def stop_coordinates(law, x_r, v_r):
-    """Return z, xi and the stop state of a motion at x_r, v_r."""
-    if abs(x_r) < law.x_rM:
-        return 0.0, x_r, APART
-    side = 1 if x_r > 0.0 else -1
-    z = side * law.x_rM
-    xi = x_r - z
-    if law.k_s == 0.0 or xi == 0.0:
-        return z, xi, APART
-    presses = side * (law.k_s * xi + law.b_s * v_r) > 0.0
-    return z, xi, side * (TOUCHING if presses else SEPARATED)
-
-
-@compiled
-def initial_stop_mode(plant, law, x_r, v_r, u_dd, load):
-    """Return xi, v_r, z and the mode at t = 0."""
-    z, xi, stop_state = stop_coordinates(law, x_r, v_r)
-    d = sign(v_r)
-    if d == 0:
-        d, _ = direction_from_rest(plant, law, stop_state, z, xi, u_dd, load)
-    return xi, v_r, z, encode_mode(stop_state, d, BUMPER_STEADY)
 
 
 # End stops: exits.
@@ -616,122 +853,166 @@ def arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until):
 
 
 @compiled
-def bumper_zero_time(c, w, waves, law, xi, v_r, g, r, side, at_limit, h):
-    """Return when within [0, h] side·(k_s xi + b_s v_r) is no longer above zero, or infinity.
-
-    With the side of the stop this is loss of contact, with the other side contact anew.
+def bumper_zero_time(equation, waves, law, xi, v_r, mode, side, h):
+    """Return when within [0, h] the force of a bumper, times a sign, is zero, or infinity.
 
     Parameters
     ----------
-    c, w, waves, v_r, g, r
-        As in `motion_at`, with xi for x_r.
-    law : EndStopLaw
+    equation : Equation
+    xi, v_r : float
+        State at the start.
+    mode : Mode
+        Touching the bumper, or released from it.
     side : int
-        +1 or -1.
-    at_limit : bool
-        Whether the value is exactly zero at the start.
+        The side of the stop for the loss of contact, the other side for contact anew.
     h : float
         Length of the segment [s].
     """
-    if not at_limit and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
+    own, stage = sign(mode.stop), abs(mode.stop)
+    if stage > RELEASED:
+        stage -= RELEASED
+    stiffness, offset = bumper_line(law, stage)
+    at_zero = mode.bumper == BUMPER_AT_ZERO
+    constant = -side * own * offset
+    if not at_zero and side * (stiffness * xi + law.b_s * v_r) + constant <= 0.0:
         return 0.0
-    force = Observable(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
+    force = Observable(0.0, side * stiffness, side * law.b_s, 0.0, 0.0, constant, 0.0)
+    c, w, g, r, _ = equation
     segment = start_segment(c, w, waves, xi, v_r, g, r)
-    return first_root(segment, waves, law, force, 1 if at_limit else 0, 0.0, h)[0]
+    return first_root(segment, waves, law, force, 1 if at_zero else 0, 0.0, h)[0]
 
 
 @compiled
-def rest_exit_time(plant, law, waves, stop_state, z, xi, u_0, slope, left):
-    """Return when a stuck mass breaks away, or infinity, and in which direction."""
-    # The spring force is constant while stuck: pass it as the extension of a 1 N/m spring.
-    spring_force = restoring_force(plant, law, stop_state, z, xi)
-    wall = rigid_stop_side(law, z, xi)
-    one = Plant(plant.m, 1.0, 0.0)
-    if wall == 0:
-        return break_away_time(one, law, waves, spring_force, u_0, slope, slope, left)
-    return stick_exit_time(one, law, waves, spring_force, u_0, slope, wall, 0.0, left), -wall
+def next_stop_transition(equation, waves, law, mode, xi, v_r, until):
+    """Return when the mass reaches or leaves a stop or a stage of it, else infinity.
+
+    Returns also the state at the stops that follows. The velocity keeps its sign up to `until`
+    [s].
+    """
+    c, w, g, r, _ = equation
+    d, z = mode.direction, origin_of(law, mode.origin)
+    if mode.stop == APART:
+        distance = side_of(law, d).limit - d * z
+        if distance == NEVER:
+            return NEVER, APART
+        return arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until), d
+    side, stage = sign(mode.stop), abs(mode.stop)
+    released = stage > RELEASED
+    stage -= RELEASED if released else 0
+    outwards = side == d
+    # Where the next stage begins, or this one ends.
+    position = NEVER
+    if outwards:
+        position = law.begins[stage] if stage < MAX_STAGES else NEVER
+    else:
+        position = law.begins[stage - 1]
+    force = NEVER
+    if released:
+        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, -side, until)
+    elif not outwards and law.b_s > 0.0:
+        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, side, until)
+    passed = NEVER
+    if position < NEVER and (released or law.b_s == 0.0 or stage > 1 or outwards):
+        target = position if outwards else -position
+        passed = arrival_time(c, w, waves, xi, v_r, g, r, d, target, min(force, until))
+    if passed < force:
+        if outwards:
+            return passed, side * (stage + 1 + (RELEASED if released else 0))
+        if stage == 1:
+            return passed, APART
+        return passed, side * (stage - 1 + (RELEASED if released else 0))
+    return force, side * (stage if released else stage + RELEASED)
+
+
+@compiled
+def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
+    """Return when a mass at rest breaks away, or infinity, and in which direction.
+
+    A rigid contact sticks up to its static limit. Against a rigid stop the mass rests as long
+    as the sum of the other forces presses it there.
+    """
+    x_r = origin_of(law, mode.origin) + xi
+    pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
+    wall = wall_side(law, mode, xi)
+    up, down = coulomb_limits(law, 1), coulomb_limits(law, -1)
+    # F_L reaches the limit of the opposite direction: F_fs N, or the force of the contact.
+    hold_up, hold_down = up.F_fs, down.F_fs
+    if law.k_t > 0.0 or mode.contact == FREE:
+        hold_up = hold_down = 0.0
+        if abs(mode.contact) == 1:
+            friction = mode.contact * side_of(law, mode.contact).F_fk
+            hold_up, hold_down = friction, -friction
+        else:
+            pull += contact_force(law, mode, x_r, x_0, 0.0)
+    elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
+        # F_L stays 0, and no limit is exceeded even where it vanishes.
+        return NEVER, 0
+    one, wave = Plant(plant.m, 1.0, 0.0), (law.variation, law.omega, law.phase)
+    rising = CoulombLaw(0.0, hold_down * ramp.load, wave[0], wave[1], wave[2])
+    falling = CoulombLaw(0.0, hold_up * ramp.load, wave[0], wave[1], wave[2])
+    rise = slope - hold_down * ramp.rate / plant.m
+    fall = slope + hold_up * ramp.rate / plant.m
+    if wall > 0:
+        return stick_exit_time(one, rising, waves, pull, u_0, rise, 1, 0.0, left), -1
+    if wall < 0:
+        return stick_exit_time(one, falling, waves, pull, u_0, fall, -1, 0.0, left), 1
+    return break_away_time(one, rising, falling, waves, pull, u_0, rise, fall, left)
 
 
 # End stops: resets.
 
 
 @compiled
-def direction_from_rest(plant, law, stop_state, z, xi, u_dd, load):
-    """Return the direction in which a mass with v_r = 0 starts to slide, 0 to stick; and F_L.
-
-    Eq. (9) of the paper with the force of a bumper. A rigid stop carries any force towards it.
-    """
-    spring_force = restoring_force(plant, law, stop_state, z, xi)
-    F_L = plant.m * u_dd + spring_force
-    hold = law.F_fs * load
-    d = -sign(F_L) if abs(F_L) > hold + FORCE_ROUNDING * (hold + abs(spring_force)) else 0
-    return (0 if d != 0 and d == rigid_stop_side(law, z, xi) else d), F_L
-
-
-@compiled
-def stick_or_slide(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
-    """Record whether a mass with v_r = 0 sticks or slides on; return mode and event count."""
-    stop_state = decode_stop_state(mode)
-    if abs(stop_state) == SEPARATED:
-        stop_state = stop_state // SEPARATED
-    d, F_L = direction_from_rest(plant, law, stop_state, z, xi, u_dd, load)
-    count = record_event(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
-    return encode_mode(stop_state, d, BUMPER_STEADY), count
-
-
-@compiled
-def release_bumper(stop_state, after, d, n, s, z, xi, F_L, log, count):
-    """Change the stop state of a mass that moves inwards; return xi, mode and event count."""
-    if abs(after) == SEPARATED and d * xi >= 0.0:
+def pass_stop(law, mode, after, xi, n, s, F_L, log, count):
+    """Return xi, mode and event count after a change of the state at a bumper."""
+    d, origin = mode.direction, origin_of(law, mode.origin)
+    touched, touches = 0 < abs(mode.stop) <= RELEASED, 0 < abs(after) <= RELEASED
+    if abs(after) > RELEASED and d * xi >= 0.0:
         after = APART
-    if abs(stop_state) == TOUCHING:
-        count = record_event(log, count, n, s, d * RELEASE, z + xi, F_L)
-    elif after != APART:
-        count = record_event(log, count, n, s, d * CONTACT, z + xi, F_L)
+    if touched and not touches:
+        count = record_event(log, count, n, s, d * RELEASE, origin + xi, F_L)
+    elif touches and not touched:
+        count = record_event(log, count, n, s, d * CONTACT, origin + xi, F_L)
     if after == APART:
-        return 0.0, encode_mode(APART, d, BUMPER_STEADY), count
-    return xi, encode_mode(after, d, BUMPER_AT_ZERO), count
+        return 0.0, mode_of(mode.contact, d, APART, mode.origin), count
+    at_zero = BUMPER_AT_ZERO if touched != touches else STEADY_BUMPER
+    return xi, Mode(mode.contact, d, after, mode.origin, 0, at_zero), count
 
 
 @compiled
-def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
-    """Reflect v_r at a rigid stop, or start a chatter; return v_r, mode and event count.
+def rebound(plant, law, waves, mode, x_0, v_r, slope, ramp, t, u_dd, load):
+    """Return v_r and mode after an impact on a rigid stop, at which the mode measures xi.
 
     Parameters
     ----------
-    n, s, t : int, float, float
-        Interval; time in it [s]; and time since the start of the motion [s].
-    v_r, d : float, int
-        Velocity before the impact [m/s], and its direction: the side of the stop.
-    z : float
-        Position of the stop [m].
+    v_r : float
+        Velocity before the impact [m/s], towards the stop.
+    slope, ramp : float, LoadRamp
+        Rate of ü besides the waves [m/s³], and the normal force of the segment.
+    t : float
+        Time of the impact [s].
     u_dd, load : float
         ü [m/s²] and relative normal force at the impact.
     """
-    F_L = plant.m * u_dd + plant.k_x * z
-    count = record_event(log, count, n, s, -d * IMPACT, z, F_L)
-    speed = law.e * max(d * v_r, 0.0)
+    side = mode.origin
+    contact = mode.contact
+    if law.k_t == 0.0 and contact != FREE:
+        contact = -side
+    speed = law.e * max(side * v_r, 0.0)
+    apart = mode_of(contact, -side, APART, side)
     if speed == 0.0:
-        return 0.0, encode_mode(APART, -d, BUMPER_STEADY), count
-    if is_unresolved_chatter(plant, law, waves, slope, d, F_L, load, t, speed):
-        return -d * speed, encode_mode(APART, 0, CHATTERING), count
-    return -d * speed, encode_mode(APART, -d, BUMPER_STEADY), count
+        return 0.0, apart
+    if is_unresolved_chatter(plant, law, waves, apart, x_0, slope, ramp, u_dd, load, t, speed):
+        rest = HOLD if law.k_t == 0.0 and contact != FREE else contact
+        return -side * speed, Mode(rest, AT_REST, APART, side, 0, CHATTERING)
+    return -side * speed, apart
 
 
 @compiled
-def is_unresolved_chatter(plant, law, waves, slope, side, F_L, load, t, v):
+def is_unresolved_chatter(plant, law, waves, mode, x_0, slope, ramp, u_dd, load, t, v):
     """Return whether all further rebounds are below the resolution of x_r and end at rest.
 
-    Parameters
-    ----------
-    plant, law, waves
-        Waves after `set_phases` at the impact.
-    slope : float
-        Derivative of ü without the waves [m/s³].
-    side, F_L, load, t
-        Side of the stop; F_L [N], relative normal force [-] and time [s] of the impact.
-    v : float
-        Speed after the impact [m/s].
+    Parameters as in `rebound`, with the speed v after the impact [m/s].
 
     Notes
     -----
@@ -739,20 +1020,28 @@ def is_unresolved_chatter(plant, law, waves, slope, side, F_L, load, t, v):
     force provably presses the mass against the stop until the last flight ends, see
     `chatter_time`. The motion afterwards is then the same to the last bit.
     """
-    p, q = return_accelerations(plant, law, side, F_L, load)
+    p, q = return_accelerations(plant, law, mode, x_0, u_dd, load)
     if p <= 0.0:
         return False
     whole, flight = chatter_time(law, p, q, v)
-    if law.x_rM - v * v / (2.0 * p) != law.x_rM and t + flight != t:
+    x_r = abs(origin_of(law, mode.origin))
+    if x_r - v * v / (2.0 * p) != x_r and t + flight != t:
         return False
-    return q <= 0.0 or force_rate_bounds(waves, slope)[0] * whole < q
+    drift = law.up.F_fk * abs(ramp.rate) / plant.m
+    return q <= 0.0 or (force_rate_bounds(waves, slope)[0] + drift) * whole < q
 
 
 @compiled
-def return_accelerations(plant, law, side, F_L, load):
+def return_accelerations(plant, law, mode, x_0, u_dd, load):
     """Return the accelerations towards a rigid stop, p moving away and q moving back [m/s²]."""
-    friction = law.F_fk * load
-    return (-side * F_L + friction) / plant.m, (-side * F_L - friction) / plant.m
+    side = mode.origin
+    x_r = origin_of(law, side)
+    F_L = plant.m * u_dd + plant.k_x * x_r
+    away, back = side_of(law, -side).F_fk * load, side_of(law, side).F_fk * load
+    if law.k_t > 0.0 or mode.contact == FREE:
+        F_L += contact_force(law, mode, x_r, x_0, load)
+        away = back = 0.0
+    return (-side * F_L + away) / plant.m, (-side * F_L - back) / plant.m
 
 
 @compiled
@@ -778,40 +1067,25 @@ def chatter_time(law, p, q, v):
 
 
 @compiled
-def chatter_mean_square(plant, law, p, q, z, load):
-    """Return the mean square of x" over all flights of a chatter at z [m²/s⁴].
+def chatter_mean_square(plant, law, mode, x_0, p, q, load):
+    """Return the mean square of x" over all flights of a chatter at a stop [m²/s⁴].
 
     Of each flight, the share √q/(√p + √q) moves away: 1/p of 1/p + 1/√(p q). Friction changes
     sign at the turning point.
     """
-    spring_force, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
-    away = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
-    return away * (spring_force - friction) ** 2 + (1.0 - away) * (spring_force + friction) ** 2
+    side = mode.origin
+    x_r = origin_of(law, side)
+    pull = side * plant.k_x * x_r
+    away, back = side_of(law, -side).F_fk * load, side_of(law, side).F_fk * load
+    if law.k_t > 0.0 or mode.contact == FREE:
+        pull += side * contact_force(law, mode, x_r, x_0, load)
+        away = back = 0.0
+    share = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
+    moving_away, moving_back = (pull - away) / plant.m, (pull + back) / plant.m
+    return share * moving_away**2 + (1.0 - share) * moving_back**2
 
 
 # Varying normal force, and its zeros.
-
-
-class NormalForceArrays(NamedTuple):
-    """A law with varying normal force, as kernels read it.
-
-    Attributes
-    ----------
-    F_fk, F_fs, variation, omega, phase : float
-        As in `NormalForceLaw`.
-    load : array of float, shape (n,)
-        Recorded relative normal force [-].
-    step : float
-        Sample interval of the record [s]; 0 without a record.
-    """
-
-    F_fk: float
-    F_fs: float
-    variation: float
-    omega: float
-    phase: float
-    load: Any
-    step: float
 
 
 class LoadRamp(NamedTuple):
@@ -854,36 +1128,40 @@ def load_at(law, waves, ramp, s):
 
 
 @compiled
-def separation_time(law, waves, ramp, t):
-    """Return how long after t [s] the surfaces separate, or infinity."""
-    if law.step == 0.0:
-        return next_zero_load(law, waves, t, True)
-    if ramp.rate < 0.0:
-        return max(ramp.load / -ramp.rate, 0.0)
-    return 0.0 if ramp.load <= 0.0 and ramp.rate == 0.0 else NEVER
+def next_normal_force(law, waves, ramp, t, level, rises):
+    """Return how long after t [s] the normal force passes a level, or infinity.
 
-
-@compiled
-def closing_time(law, waves, ramp, t):
-    """Return how long after t [s] separated surfaces touch again, or infinity."""
-    if law.step == 0.0:
-        return next_zero_load(law, waves, t, False)
-    return max(-ramp.load / ramp.rate, 0.0) if ramp.rate > 0.0 else NEVER
-
-
-@compiled
-def next_zero_load(law, waves, t, falling):
-    """Return how long after t [s] the normal force falls or rises through zero, or infinity.
-
-    The segment starts at t; the relative force is 1 + variation·sin(omega t + phase).
+    Parameters
+    ----------
+    ramp : LoadRamp
+        Of the segment, which starts at t.
+    level : float
+        Relative normal force [-].
+    rises : bool
+        Whether it passes the level by rising, or by falling.
     """
-    if law.variation <= 1.0:
+    if law.step > 0.0:
+        rate, ahead = (
+            (ramp.rate, level - ramp.load) if rises else (-ramp.rate, ramp.load - level)
+        )
+        if rate > 0.0:
+            return max(ahead / rate, 0.0)
+        return 0.0 if not rises and rate == 0.0 and ahead <= 0.0 else NEVER
+    if law.variation <= abs(level - 1.0):
         return NEVER
     load, load_d, _ = relative_normal_force(law, waves, 0.0)
-    if falling and load <= 0.0 and load_d < 0.0:
+    if not rises and load <= level and load_d < 0.0:
         return 0.0
-    if not falling and load >= 0.0 and load_d > 0.0:
+    if rises and load >= level and load_d > 0.0:
         return 0.0
-    dip = math.asin(1.0 / law.variation)
-    angle = math.pi + dip if falling else 2.0 * math.pi - dip
+    dip = math.asin((1.0 - level) / law.variation)
+    angle = 2.0 * math.pi - dip if rises else math.pi + dip
     return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
+
+
+@compiled
+def separation_time(law, waves, ramp, t, contact):
+    """Return how long after t [s] the surfaces separate, or close if separated; or infinity."""
+    if law.step == 0.0 and law.variation <= 1.0:
+        return NEVER
+    return next_normal_force(law, waves, ramp, t, 0.0, contact == FREE)

@@ -393,7 +393,7 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
 
 
 class Observable(NamedTuple):
-    """Linear observable y = x (x_r - x_0) + v v_r + load N + rate N'.
+    """Linear observable y = x (x_r - x_0) + v v_r + load N + rate N' + constant + slope s.
 
     Attributes
     ----------
@@ -403,6 +403,8 @@ class Observable(NamedTuple):
         Coefficients of x_r and v_r.
     load, rate : float
         Coefficients of the relative normal force N and of its derivative.
+    constant, slope : float
+        Value at the start of the segment, and derivative, of a part that changes linearly.
     """
 
     x_0: float
@@ -410,6 +412,8 @@ class Observable(NamedTuple):
     v: float
     load: float
     rate: float
+    constant: float
+    slope: float
 
 
 class InstantState(NamedTuple):
@@ -525,14 +529,11 @@ def instant_state(segment, waves, s):
 def observable_derivatives(law, waves, observable, now):
     """Return the value and three derivatives of an observable."""
     s, x, v, a, j, k = now
-    value, rate = (
-        observable.x * (x - observable.x_0) + observable.v * v,
-        observable.x * v + observable.v * a,
-    )
-    curvature, third_rate = (
-        observable.x * a + observable.v * j,
-        observable.x * j + observable.v * k,
-    )
+    value = observable.x * (x - observable.x_0) + observable.v * v
+    value += observable.constant + observable.slope * s
+    rate = observable.x * v + observable.v * a + observable.slope
+    curvature = observable.x * a + observable.v * j
+    third_rate = observable.x * j + observable.v * k
     if observable.load != 0.0 or observable.rate != 0.0:
         load, load_d, load_dd = relative_normal_force(law, waves, s)
         square = law.omega * law.omega
@@ -572,11 +573,13 @@ SQUARE_UNDERFLOW = 1e-140
 
 
 @inlined
-def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
+def break_away_time(plant, rising, falling, waves, x_r, u_0, rise, fall, h):
     """Return when within h [s] a stuck mass breaks away, or infinity, and in which direction.
 
     Parameters
     ----------
+    rising, falling
+        Laws with the static limits that F_L reaches by rising, or by falling.
     u_0 : float
         ü without the waves at the start [m/s²].
     rise, fall : float
@@ -593,8 +596,8 @@ def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
         max_omega = force_rate_bounds(waves, 0.0)[3]
     begin, until = 0.0, min(WINDOW_RADIANS / max_omega, h) if max_omega > 0.0 else h
     while True:
-        up = stick_exit_time(plant, law, waves, x_r, u_0, rise, 1, begin, until)
-        down = stick_exit_time(plant, law, waves, x_r, u_0, fall, -1, begin, min(up, until))
+        up = stick_exit_time(plant, rising, waves, x_r, u_0, rise, 1, begin, until)
+        down = stick_exit_time(plant, falling, waves, x_r, u_0, fall, -1, begin, min(up, until))
         if up < NEVER or down < NEVER or until >= h:
             return (down, 1) if down < up else (up, -1)
         begin, until = until, min(3.0 * until, h)

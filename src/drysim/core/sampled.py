@@ -8,7 +8,7 @@ Problem
 
 Method
     1. Steps without events. `advance_stick` covers sticking, `advance_slip` sliding,
-       `advance_hold` a contact that holds, and `advance_between_stops` the motion between end
+       `advance_hold` a contact that holds, and `advance_without_event` the motion between end
        stops. Each step depends on the one before, which limits the throughput. Four consecutive
        states, each advanced by a four-step map, are four independent chains; what the base
        contributes within four steps does not depend on the state and is summed beforehand
@@ -49,7 +49,7 @@ from drysim.core.events import (
     stick_limit,
 )
 from drysim.core.model import Plant
-from drysim.core.modes import AT_LIMIT, HOLD, is_holding
+from drysim.core.modes import APART, HOLD, UNKNOWN, encode_mode, mode_of
 from drysim.core.oscillator import (
     FINE_STEP,
     SHORT_SEGMENT,
@@ -857,6 +857,23 @@ def skip_substeps(steps, substeps, v, a, r, s, h):
 # Elastic contact of constant limit: hold and yield.
 
 
+AT_LIMIT = 4
+"""State of a contact that has just ceased to yield and holds exactly at its limit; with the
+sign of the direction."""
+
+
+@compiled
+def is_holding(contact):
+    """Return whether the contact holds."""
+    return contact == HOLD or abs(contact) == AT_LIMIT
+
+
+@compiled
+def contact_code(contact):
+    """Return the encoded mode of an elastic contact."""
+    return encode_mode(mode_of(HOLD if is_holding(contact) else contact, UNKNOWN, APART, 0))
+
+
 def march_elastic_samples(
     plant, law, u_dd, dt, n, end, x_r, v_r, x_0, mode, x_out, v_out, d_out, segments, at, log,
     count,
@@ -870,7 +887,7 @@ def march_elastic_samples(
     x_0 : float
         Displacement at which the contact carries no force [m].
     mode : int
-        Of the contact, see `modes.HOLD`.
+        Of the contact: HOLD, ±1 while it yields, or ±AT_LIMIT.
     d_out : array, shape (samples,)
         Overwritten with the direction of yielding, 0 while the contact holds.
     segments, at : SeriesSegments, int
@@ -1129,7 +1146,7 @@ def elastic_step_through_events(
                     a, stopped = math.nan, 0
                 begin = min(begin + s, h)
                 x_r, v_r, mode = x_next, direction * v, direction
-                at = record_segment(segments, at, n, begin, x_r, v_r, x_0, mode)
+                at = record_segment(segments, at, n, begin, x_r, v_r, x_0, contact_code(mode))
                 F_L = limit_force(plant, x_r, u_0 + slope * begin)
                 count = record_event(log, count, n, begin, direction * SLIP, x_r, F_L)
                 continue
@@ -1149,17 +1166,17 @@ def elastic_step_through_events(
             # The mass stops: the contact holds, exactly at its limit.
             F_L = limit_force(plant, x_r, u_0 + slope * begin)
             x_0, mode = x_r - mode * x_limit, mode * AT_LIMIT
-            at = record_segment(segments, at, n, begin, x_r, v_r, x_0, mode)
+            at = record_segment(segments, at, n, begin, x_r, v_r, x_0, contact_code(mode))
             count = record_event(log, count, n, begin, STICK, x_r, F_L)
     return x_r, v_r, x_0, mode, at, -1
 
 
-# Between two end stops.
+# Slip of any piecewise-linear law.
 
 
 @compiled
-def advance_between_stops(
-    plant, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, z, mode
+def advance_without_event(
+    plant, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, x_0, mode
 ):
     """Advance by whole steps while the mass moves in one direction between two limits.
 
@@ -1175,7 +1192,7 @@ def advance_between_stops(
         Constant force per mass against the motion [m/s²], and limits of xi [m].
     segments, at, full : Segments, int, int
         Log of the steps, number of entries, and the most there may be.
-    z, mode : float, int
+    x_0, mode : float, int
         Recorded with each step.
 
     Returns
@@ -1203,7 +1220,7 @@ def advance_between_stops(
         is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
         if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
             break
-        at = record_segment(segments, at, n, 0.0, xi, v_r, z, mode)
+        at = record_segment(segments, at, n, 0.0, xi, v_r, x_0, mode)
         n += 1
         xi, v_r, a = x, v, a_end
     return n, xi, v_r, at

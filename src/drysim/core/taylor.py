@@ -357,7 +357,7 @@ def stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, h):
     """Return when a stuck mass breaks away within h [s], or infinity, and its direction."""
     limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
     set_phases(waves, plant, limits, t, 0)
-    return break_away_time(plant, limits, waves, x_r, u_0, slope, slope, h)
+    return break_away_time(plant, limits, limits, waves, x_r, u_0, slope, slope, h)
 
 
 MAX_QUASI_STEADY_PAUSE = 31

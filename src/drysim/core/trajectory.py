@@ -28,11 +28,12 @@ from __future__ import annotations
 import cmath
 import math
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.core.compile import as_engine_array, compiled, inlined
-from drysim.core.events import direction_after, limit_force, motion_direction, sign
+from drysim.core.compile import compiled, inlined
+from drysim.core.events import direction_after, motion_direction, sign
 from drysim.core.forcing import (
     COSINE,
     FREQUENCY,
@@ -56,28 +57,28 @@ from drysim.core.forcing import (
     start_segment,
     unpack_scene,
 )
-from drysim.core.march import LIFTED_OFF, STUCK, begin_stops_segment, slip_direction
 from drysim.core.modes import (
+    APART,
     ARRIVAL,
+    AT_REST,
     CHATTERING,
-    FREE,
-    begin_segment,
-    bumper_acts,
+    HOLD,
     bumper_force,
+    bumper_line,
     chatter_mean_square,
-    constant_force,
     contact_force,
-    decode_beginning,
-    decode_direction,
-    decode_stop_state,
+    coulomb_limits,
+    decode_mode,
     effective_plant,
-    is_holding,
+    friction_and_stop_forces,
+    is_rigid_slip,
     load_at,
-    load_ramp_at,
-    restoring_force,
+    mode_equation,
+    origin_of,
     return_accelerations,
-    rigid_stop_side,
     safe_until,
+    side_of,
+    touches_bumper,
     transient_response,
 )
 from drysim.core.oscillator import (
@@ -284,73 +285,57 @@ def write_direction(d, at, rows, v_out, d_out):
 
 
 @compiled
-def sample_elastic_grid(
-    plant, law, waves, segments, first, dt, slip_table, hold_table, x_out, v_out, F_out, d_out
-):
+def sample_elastic_grid(solution, first, dt, tables, out):
     """Write a solution with an elastic contact under waves at the grid points n·dt.
 
     Parameters
     ----------
-    segments : Segments
-        The first one starts at or before the first grid point.
+    solution : Solution
+        The first segment starts at or before the first grid point.
     first, dt
         As in `sample_coulomb_grid`.
-    slip_table, hold_table : array, shape (`table_size`,)
+    tables : array, shape (2, `table_size`)
         Work space for the tables of the oscillator without and with the contact stiffness.
-    x_out, v_out, F_out, d_out : array, shape (n,)
-        Written: x_r [m], v_r [m/s], contact force [N] and direction of motion.
+    out : Columns
+        Written: x_r, v_r, F_f and d.
     """
-    last = first + len(x_out)
+    plant, law, waves, _, _, segments = solution
+    slip_table, hold_table = tables
+    last = first + len(out.x_r)
     n, filled_slip, filled_hold = first, 0, 0
     for i in range(len(segments.s)):
         until = last
         if i + 1 < len(segments.s):
             until = min(last, grid_index_before(segments.s[i + 1], dt) + 1)
-        t, mode, x_0 = segments.s[i], segments.d[i], segments.z[i]
-        d = mode if abs(mode) == 1 else 0
-        effective = effective_plant(plant, law, mode)
-        g = -constant_force(law, mode, x_0) / plant.m
+        t, x_0, mode = segments.s[i], segments.z[i], decode_mode(segments.d[i])
+        d = mode.contact if abs(mode.contact) == 1 else 0
+        limits, effective = coulomb_limits(law, d), effective_plant(plant, law, mode)
+        g = -d * limits.F_fk / plant.m
+        if mode.contact == HOLD:
+            g = law.k_t * x_0 / plant.m
         begin = grid_index_before(t, dt) + 1 if until > n else n
         while n < until:
             start = n - (n - begin) % TABLE_ROWS
             end = min(until, start + TABLE_ROWS)
             # Whether a steady response is usable depends on the stiffness.
-            set_phases(waves, effective, law, t, d)
-            if is_holding(mode):
+            set_phases(waves, effective, limits, t, d)
+            if mode.contact == HOLD:
                 table = hold_table
-                filled_hold = fill_table(
-                    effective, waves, dt, hold_table, filled_hold, end - start
-                )
+                filled_hold = fill_table(effective, waves, dt, table, filled_hold, end - start)
             else:
                 table = slip_table
-                filled_slip = fill_table(
-                    effective, waves, dt, slip_table, filled_slip, end - start
-                )
+                filled_slip = fill_table(effective, waves, dt, table, filled_slip, end - start)
             write_segment(
-                effective,
-                law,
-                waves,
-                table,
-                t,
-                segments.x_r[i],
-                segments.v_r[i],
-                d,
-                g,
-                start,
-                n,
-                end,
-                first,
-                dt,
-                x_out,
-                v_out,
-            )
+                effective, limits, waves, table, t, segments.x_r[i], segments.v_r[i], d, g,
+                start, n, end, first, dt, out.x_r, out.v_r,
+            )  # fmt: skip
             for k in range(n, end):
                 at = k - first
                 load = 1.0
                 if d != 0 and law.variation > 0.0:
                     load = max(relative_normal_force(law, waves, (k - start) * dt)[0], 0.0)
-                F_out[at] = contact_force(law, mode, x_out[at], x_0, load)
-                d_out[at] = -1 if v_out[at] < 0.0 else 1
+                out.F_f[at] = contact_force(law, mode, out.x_r[at], x_0, load)
+                out.d[at] = -1 if out.v_r[at] < 0.0 else 1
             n = end
 
 
@@ -836,7 +821,74 @@ def step_quadratic_forms(c, w, dt):
     return squares, distance
 
 
-# Segments of any law.
+# Segments of a piecewise-linear law: evaluation and integrals.
+
+
+class Solution(NamedTuple):
+    """Solution stored as segments.
+
+    Attributes
+    ----------
+    plant, law : Plant, PiecewiseLaw
+    waves : Waves
+    u_dd, dt : array of float, float
+        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
+    segments : Segments
+        With encoded modes; z is the x_r at which an elastic contact carries no force [m].
+    """
+
+    plant: Any
+    law: Any
+    waves: Any
+    u_dd: Any
+    dt: float
+    segments: Any
+
+
+class Columns(NamedTuple):
+    """Values of a motion at given times; arrays of shape (n,).
+
+    Attributes
+    ----------
+    x_r, v_r : array of float
+        Displacement [m] and velocity [m/s].
+    z : array of float
+        x_r at which an elastic contact would carry no force [m]; 0 for a rigid contact.
+    F_f, F_stop : array of float
+        Friction force and force of an end stop [N].
+    d : array of int
+        Direction of motion, 0 at rest.
+    """
+
+    x_r: Any
+    v_r: Any
+    z: Any
+    F_f: Any
+    F_stop: Any
+    d: Any
+
+
+class ResumedSegment(NamedTuple):
+    """A segment with the phases of the waves set at its start.
+
+    Attributes
+    ----------
+    mode, equation
+        Its mode and equation of motion.
+    z, x_0, xi, v_r : float
+        Origin of xi and zero of the contact force [m], and state at the start.
+    u_0, slope : float
+        ü besides the waves at the start [m/s²], and its rate [m/s³].
+    """
+
+    mode: Any
+    equation: Any
+    z: float
+    x_0: float
+    xi: float
+    v_r: float
+    u_0: float
+    slope: float
 
 
 @inlined
@@ -855,17 +907,66 @@ def segment_index(segments, dt, i, t):
     return i
 
 
-@inlined
+@compiled
+def resume_segment(solution, i):
+    """Return segment i of a solution, ready for evaluation."""
+    plant, law, waves, u_dd, dt, segments = solution
+    mode, x_0 = decode_mode(segments.d[i]), segments.z[i]
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
+    z = origin_of(law, mode.origin)
+    return ResumedSegment(mode, equation, z, x_0, segments.x_r[i], segments.v_r[i], u_0, slope)
+
+
+@compiled
+def motion_in_segment(waves, part, s):
+    """Return xi and v_r at time s of a resumed segment."""
+    if part.mode.direction == AT_REST:
+        return part.xi, 0.0
+    if s == 0.0:
+        return part.xi, part.v_r
+    c, w, g, r, _ = part.equation
+    return motion_at(c, w, waves, part.xi, part.v_r, g, r, s)[:2]
+
+
+@compiled
 def segment_window(segments, dt, i, begin, end):
     """Return the part of segment i within a window, as times since its start [s]."""
     t = segments.n[i] * dt + segments.s[i]
     hi = end - t
     if i + 1 < len(segments.n):
-        hi = min(hi, segments.n[i + 1] * dt + segments.s[i + 1] - t)
+        length = (segments.n[i + 1] - segments.n[i]) * dt
+        hi = min(hi, length + (segments.s[i + 1] - segments.s[i]))
     return max(begin - t, 0.0), hi
 
 
-# A motion over an elastic contact: evaluation and integrals.
+@compiled
+def evaluate_segments(solution, t, out):
+    """Write a motion at ascending times t [s] to `Columns`."""
+    plant, law, waves, _, dt, segments = solution
+    i, known = 0, -1
+    part = resume_segment(solution, 0)
+    for k in range(len(t)):
+        i = segment_index(segments, dt, i, t[k])
+        if known != i:
+            part = resume_segment(solution, i)
+            known = i
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        mode = part.mode
+        xi, v = motion_in_segment(waves, part, s)
+        x_r = part.z + xi
+        u = base_motion(waves, part.u_0, part.slope, s)[0]
+        load = max(load_at(law, waves, part.equation.ramp, s)[0], 0.0)
+        F_f, F_stop = friction_and_stop_forces(plant, law, mode, part.x_0, xi, v, u, load)
+        out.x_r[k], out.v_r[k] = x_r, v
+        out.F_f[k], out.F_stop[k] = F_f, F_stop
+        out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
+        if is_rigid_slip(law, mode):
+            out.d[k] = mode.contact
+        elif mode.direction == AT_REST and law.k_t == 0.0:
+            out.d[k] = 0
+        else:
+            out.d[k] = -1 if v < 0.0 else 1
 
 
 SIX_NODE_PANELS = 0.125
@@ -876,128 +977,154 @@ LONG_HOLD_PANELS = 2.0
 """Length of a holding segment, in panels, above which it is integrated in closed form."""
 
 
-@compiled
-def evaluate_elastic(
-    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
-):
-    """Write a motion over an elastic contact at ascending times t [s].
+class SegmentSums(NamedTuple):
+    """Integrals over segments: fields of `Totals`, and the work of the damper [J]."""
 
-    `x_out`, `v_out` and `F_out` are displacement [m], velocity [m/s] and contact force [N];
-    `z_out` is the displacement at which the contact would carry no force [m], `d_out` the
-    direction of motion.
-    """
-    i = 0
-    known = -1
-    c, w, g, r = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(t)):
-        i = segment_index(segments, dt, i, t[k])
-        if known != i:
-            c, w, g, r, _, _ = resume_elastic(plant, law, waves, u_dd, dt, segments, i)
-            known = i
-        s = t[k] - (segments.n[i] * dt + segments.s[i])
-        x, v = segments.x_r[i], segments.v_r[i]
-        if s != 0.0:
-            x, v, _, _ = motion_at(c, w, waves, x, v, g, r, s)
-        load = (
-            max(relative_normal_force(law, waves, s)[0], 0.0) if segments.d[i] != FREE else 0.0
-        )
-        x_out[k] = x
-        v_out[k] = v
-        F_out[k] = contact_force(law, segments.d[i], x, segments.z[i], load)
-        z_out[k] = x - F_out[k] / law.k_t
-        d_out[k] = -1 if v < 0.0 else 1
+    x2: float
+    v2: float
+    x_dd2: float
+    power: float
+    sliding_distance: float
+    stuck: float
+    stop_work: float
+    damper_work: float
 
 
 @compiled
-def resume_elastic(plant, law, waves, u_dd, dt, segments, i):
-    """Set the phases at the start of segment i; return c, w, g, r, u_0 and slope."""
-    t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    c, w, f = begin_segment(plant, law, waves, segments.d[i], segments.z[i], t)
-    return c, w, -u_0 - f, -slope, u_0, slope
-
-
-def integrate_elastic(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Integrate a motion over an elastic contact from `begin` to `end` [s].
-
-    Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
-    is the work done on the contact divided by F_fk.
-    """
-    n, s = np.asarray(segments.n), np.asarray(segments.s)
-    lengths = np.append(np.diff(n) * dt + np.diff(s), math.inf)
-    sums = integrate_elastic_segments(
-        plant, law, waves, u_dd, dt, segments, as_engine_array(lengths), begin, end
+def add_segment_sums(one, other):
+    """Return the sum of two `SegmentSums`."""
+    return SegmentSums(
+        one.x2 + other.x2,
+        one.v2 + other.v2,
+        one.x_dd2 + other.x_dd2,
+        one.power + other.power,
+        one.sliding_distance + other.sliding_distance,
+        one.stuck + other.stuck,
+        one.stop_work + other.stop_work,
+        one.damper_work + other.damper_work,
     )
-    return *sums, 0.0
 
 
 @compiled
-def integrate_elastic_segments(plant, law, waves, u_dd, dt, segments, lengths, begin, end):
-    """Integrate segments of given lengths [s] over their parts between `begin` and `end` [s].
+def integrate_segments(solution, lengths, begin, end):
+    """Integrate segments over their parts between two times.
 
-    Returns as `integrate_elastic` without the last value.
+    Parameters
+    ----------
+    solution : Solution
+    lengths : array of float
+        Length of each segment [s].
+    begin, end : float
+        Window of integration [s].
+
+    Returns
+    -------
+    SegmentSums
+        `sliding_distance` is the work done on the contact divided by the larger F_fk;
+        `stop_work` does not include the energy lost in rigid impacts, which have no duration.
     """
-    sums = 0.0, 0.0, 0.0, 0.0, 0.0
+    plant, law, waves, _, dt, segments = solution
+    sums = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(len(segments.n)):
         t = segments.n[i] * dt + segments.s[i]
-        s = max(begin - t, 0.0)
-        hi = min(end - t, lengths[i])
-        if hi <= s:
+        lo, hi = max(begin - t, 0.0), min(end - t, lengths[i])
+        if hi <= lo or segments.d[i] == ARRIVAL:
             continue
-        c, w, g, r, u_0, slope = resume_elastic(plant, law, waves, u_dd, dt, segments, i)
-        mode, x_0, x_r, v_r = segments.d[i], segments.z[i], segments.x_r[i], segments.v_r[i]
-        long = hi - s > LONG_HOLD_PANELS * panel_length(c, w, waves, s)
-        if (
-            long
-            and is_holding(mode)
-            and u_0 == 0.0 == slope
-            and is_sum_of_exponentials(c, w, waves)
-        ):
-            part = integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, s, hi)
+        part = resume_segment(solution, i)
+        if part.mode.bumper == CHATTERING:
+            more = integrate_chatter(plant, law, waves, part, lo, hi)
+        elif part.mode.direction == AT_REST:
+            more = integrate_rest(law, waves, part, lo, hi)
+        elif hi - lo > LONG_HOLD_PANELS * panel_length(
+            part.equation.c, part.equation.w, waves, lo
+        ) and is_long_hold(law, waves, part):
+            more = integrate_hold_exponentials(plant, law, waves, part, lo, hi)
         else:
-            part = integrate_elastic_panels(
-                plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, hi
-            )
-        sums = add_sums(sums, part)
+            more = integrate_motion(plant, law, waves, part, lo, hi)
+        sums = add_segment_sums(sums, more)
     return sums
 
 
 @compiled
-def integrate_elastic_panels(
-    plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, lo, hi
-):
-    """Integrate a segment from lo to hi [s]; returns as `integrate_elastic_segments`."""
-    scene = plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0
+def integrate_chatter(plant, law, waves, part, lo, hi):
+    """Integrate the rest of a chatter against a rigid stop."""
+    load = load_at(law, waves, part.equation.ramp, 0.0)[0]
+    u = base_motion(waves, part.u_0, part.slope, 0.0)[0]
+    p, q = return_accelerations(plant, law, part.mode, part.x_0, u, load)
+    x_dd2 = chatter_mean_square(plant, law, part.mode, part.x_0, p, q, load)
+    length = hi - lo
+    return SegmentSums(part.z * part.z * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def integrate_rest(law, waves, part, lo, hi):
+    """Integrate a segment at rest, where x" is that of the base."""
+    x_dd2, s = 0.0, lo
+    while s < hi:
+        length = min(panel_length(0.0, 0.0, waves, s), hi - s)
+        for k in range(len(TWELVE_NODES)):
+            at = s + length * TWELVE_NODES[k]
+            u = base_motion(waves, part.u_0, part.slope, at)[0]
+            x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
+        s = s + length if length < hi - s else hi
+    x2 = (part.z + part.xi) ** 2 * (hi - lo)
+    stuck = hi - lo if law.k_t == 0.0 else 0.0
+    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0)
+
+
+@compiled
+def integrate_motion(plant, law, waves, part, lo, hi):
+    """Integrate a segment in motion by Gauss quadrature on panels."""
+    c, w = part.equation.c, part.equation.w
+    sums, s = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), lo
     longest = panel_length(c, w, waves, lo)
     if hi - lo <= SIX_NODE_PANELS * longest:
-        return integrate_elastic_panel(SIX_NODES, SIX_WEIGHTS, *scene, lo, hi - lo)
-    sums, s = (0.0, 0.0, 0.0, 0.0, 0.0), lo
+        return integrate_panel(
+            SIX_NODES, SIX_WEIGHTS, plant, law, waves, part, lo, hi - lo, sums
+        )
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
-        part = integrate_elastic_panel(TWELVE_NODES, TWELVE_WEIGHTS, *scene, s, length)
-        sums = add_sums(sums, part)
+        sums = integrate_panel(
+            TWELVE_NODES, TWELVE_WEIGHTS, plant, law, waves, part, s, length, sums
+        )
         s = s + length if length < hi - s else hi
     return sums
 
 
-@inlined
-def integrate_elastic_panel(
-    nodes, weights, plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, length
-):  # fmt: skip
-    """Integrate one panel from time s [s] on; returns as `integrate_elastic_segments`."""
-    m, k_x, b = plant
-    x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
+@compiled
+def integrate_panel(nodes, weights, plant, law, waves, part, s, length, sums):
+    """Add the integrals of one panel, which begins at time s [s], to the sums."""
+    m, k_x, _ = plant
+    b = side_of(law, part.mode.direction).b
+    reference = max(law.up.F_fk, law.down.F_fk)
+    x2, v2, x_dd2, power, slid, stuck, stop_work, damper_work = sums
     for k in range(len(nodes)):
         at = s + length * nodes[k]
         weight = length * weights[k]
-        x, v, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, at)
-        F = contact_force(law, mode, x, x_0, relative_normal_force(law, waves, at)[0])
-        x_dd = (k_x * x + b * v + F) / m
+        xi, v = motion_in_segment(waves, part, at)
+        u = base_motion(waves, part.u_0, part.slope, at)[0]
+        load = max(load_at(law, waves, part.equation.ramp, at)[0], 0.0)
+        F_f, F = friction_and_stop_forces(plant, law, part.mode, part.x_0, xi, v, u, load)
+        x = part.z + xi
+        x_dd = (k_x * x + b * v + F_f + F) / m
         x2 += weight * x * x
         v2 += weight * v * v
         x_dd2 += weight * x_dd * x_dd
-        power += weight * base_motion(waves, u_0, slope, at)[0] * v
-        sliding_distance += weight * F * v / law.F_fk
-    return x2, v2, x_dd2, power, sliding_distance
+        power += weight * u * v
+        slid += weight * (F_f * v / reference if reference > 0.0 else load * abs(v))
+        stop_work += weight * F * v
+        damper_work += weight * b * v * v
+    return SegmentSums(x2, v2, x_dd2, power, slid, stuck, stop_work, damper_work)
+
+
+@compiled
+def is_long_hold(law, waves, part):
+    """Return whether a holding segment is a sum of exponentials, with ü by waves alone."""
+    if law.k_t == 0.0 or part.mode.contact != HOLD or part.mode.stop != APART:
+        return False
+    if part.u_0 != 0.0 or part.slope != 0.0 or part.z != 0.0:
+        return False
+    return is_sum_of_exponentials(part.equation.c, part.equation.w, waves)
 
 
 @compiled
@@ -1011,12 +1138,14 @@ def is_sum_of_exponentials(c, w, waves):
 
 
 @compiled
-def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
+def integrate_hold_exponentials(plant, law, waves, part, lo, hi):
     """Integrate a holding segment from lo to hi [s] as a sum of complex exponentials.
 
     The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
-    where the exponentials nearly cancel. Returns as `integrate_elastic_segments`.
+    where the exponentials nearly cancel.
     """
+    c, w, g, _, _ = part.equation
+    x_r, v_r = part.xi, part.v_r
     x_mean = g / w  # static equilibrium without waves
     x_transient, rate = x_r - x_mean, v_r
     for i in range(waves.base):
@@ -1052,8 +1181,9 @@ def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
                 power += (v * (u_k * both + u_k.conjugate() * against)).real
     x_lo = motion_at(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
     x_hi = motion_at(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
-    work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - x_0)
-    return x2, v2, x_dd2, power, work / law.F_fk
+    work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - part.x_0)
+    slid, damper_work = work / max(law.up.F_fk, law.down.F_fk), law.up.b * v2
+    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, damper_work)
 
 
 @inlined
@@ -1098,115 +1228,7 @@ def integral_of_exponential(z, end_value, length):
     return length * (1.0 + total)
 
 
-# A motion between end stops: evaluation, integrals, peak bumper force.
-
-
-@compiled
-def evaluate_stops(
-    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, stop_out, F_out, d_out
-):
-    """Write a motion between end stops at ascending times t [s], as `evaluate_elastic` does.
-
-    `stop_out` is the force of a stop [N] and `d_out` the direction of sliding, 0 where stuck.
-    """
-    i = 0
-    known = -1
-    c, w, g, r, u_0, slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(len(t)):
-        i = segment_index(segments, dt, i, t[k])
-        if known != i:
-            c, w, g, r, u_0, slope = resume_stops(plant, law, waves, u_dd, dt, segments, i)
-            known = i
-        s = t[k] - (segments.n[i] * dt + segments.s[i])
-        z, xi, v, mode = segments.z[i], segments.x_r[i], segments.v_r[i], segments.d[i]
-        if decode_direction(mode) == 0:
-            v = 0.0
-        elif s != 0.0:
-            xi, v, _, _ = motion_at(c, w, waves, xi, v, g, r, s)
-        u = base_motion(waves, u_0, slope, s)[0]
-        load = relative_normal_force(law, waves, s)[0]
-        x_out[k] = z + xi
-        v_out[k] = v
-        F_out[k], stop_out[k] = friction_and_stop_forces(plant, law, mode, z, xi, v, u, load)
-        d_out[k] = decode_direction(mode)
-
-
-@compiled
-def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Integrate a motion between end stops from `begin` to `end` [s].
-
-    Returns x2, v2, x_dd2, power, sliding_distance, stuck and stop_work as in `Totals`.
-    `stop_work` does not include the energy lost in rigid impacts, which have no duration.
-    """
-    m, k_x, b = plant
-    x2, v2, x_dd2, power, sliding_distance, stuck, stop_work = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(segments.n)):
-        s, hi = segment_window(segments, dt, i, begin, end)
-        if hi <= s or segments.d[i] == ARRIVAL:
-            continue
-        c, w, g, r, u_0, slope = resume_stops(plant, law, waves, u_dd, dt, segments, i)
-        z, xi, v, mode = segments.z[i], segments.x_r[i], segments.v_r[i], segments.d[i]
-        d = decode_direction(mode)
-        if decode_beginning(mode) == CHATTERING:
-            load = relative_normal_force(law, waves, 0.0)[0]
-            F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + k_x * z
-            p, q = return_accelerations(plant, law, 1 if z > 0.0 else -1, F_L, load)
-            x2 += z * z * (hi - s)
-            x_dd2 += chatter_mean_square(plant, law, p, q, z, load) * (hi - s)
-            continue
-        if d == 0:
-            stuck += hi - s
-            x2 += (z + xi) ** 2 * (hi - s)
-            c, w = 0.0, 0.0
-        while s < hi:
-            length = min(panel_length(c, w, waves, s), hi - s)
-            for k in range(len(TWELVE_NODES)):
-                at = s + length * TWELVE_NODES[k]
-                weight = length * TWELVE_WEIGHTS[k]
-                u = base_motion(waves, u_0, slope, at)[0]
-                if d == 0:
-                    x_dd2 += weight * u * u
-                    continue
-                xi, v, _, _ = motion_at(c, w, waves, segments.x_r[i], segments.v_r[i], g, r, at)
-                load = relative_normal_force(law, waves, at)[0]
-                F_f, F = friction_and_stop_forces(plant, law, mode, z, xi, v, u, load)
-                x = z + xi
-                x_dd = (k_x * x + b * v + F_f + F) / m
-                x2 += weight * x * x
-                v2 += weight * v * v
-                x_dd2 += weight * x_dd * x_dd
-                power += weight * u * v
-                sliding_distance += weight * load * abs(v)
-                stop_work += weight * F * v
-            s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, sliding_distance, stuck, stop_work
-
-
-@compiled
-def resume_stops(plant, law, waves, u_dd, dt, segments, i):
-    """Set the phases at the start of segment i; return c, w, g, r, u_0 and slope."""
-    t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    c, w, g = begin_stops_segment(plant, law, waves, segments.d[i], segments.z[i], u_0, t)
-    return c, w, g, -slope, u_0, slope
-
-
-@compiled
-def friction_and_stop_forces(plant, law, mode, z, xi, v_r, u_dd, load):
-    """Return the friction force and the force of a stop [N].
-
-    At rest against a rigid stop only their sum is determined: friction then carries as much as
-    its static limit allows, the stop the rest.
-    """
-    stop_state, d = decode_stop_state(mode), decode_direction(mode)
-    if d != 0:
-        return d * law.F_fk * load, bumper_force(law, stop_state, xi, v_r)
-    F_L = plant.m * u_dd + restoring_force(plant, law, stop_state, z, xi)
-    if rigid_stop_side(law, z, xi) != 0:
-        limit = law.F_fs * load
-        F_f = min(max(-F_L, -limit), limit)
-        return F_f, -F_L - F_f
-    return -F_L, bumper_force(law, stop_state, xi, 0.0)
-
+# Peak force of a bumper.
 
 PEAK_SUBDIVISIONS = 40.0
 """Parts per panel, a tenth of a radian each, in which a bumper force has at most one
@@ -1214,156 +1236,54 @@ extremum."""
 
 
 @compiled
-def peak_bumper_force(plant, law, waves, u_dd, dt, segments, begin, end):
+def peak_bumper_force(solution, begin, end):
     """Return the greatest force of a bumper between `begin` and `end` [N]."""
+    _, law, waves, _, dt, segments = solution
     greatest = 0.0
     for i in range(len(segments.n)):
         s, hi = segment_window(segments, dt, i, begin, end)
-        mode = segments.d[i]
-        if hi < s or mode == ARRIVAL or not bumper_acts(law, decode_stop_state(mode)):
+        if hi < s or segments.d[i] == ARRIVAL:
             continue
-        xi, v = segments.x_r[i], segments.v_r[i]
-        if decode_direction(mode) == 0:
-            greatest = max(greatest, abs(law.k_s * xi))
+        part = resume_segment(solution, i)
+        if not touches_bumper(law, part.mode):
             continue
-        c, w, g, r, _, _ = resume_stops(plant, law, waves, u_dd, dt, segments, i)
-        side = 1.0 if decode_stop_state(mode) > 0 else -1.0
-        force, rate = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, s)
+        force, rate = bumper_force_and_rate(law, waves, part, s)
         greatest = max(greatest, force)
-        while s < hi:
-            length = min(panel_length(c, w, waves, s) / PEAK_SUBDIVISIONS, hi - s)
+        while s < hi and part.mode.direction != AT_REST:
+            longest = panel_length(part.equation.c, part.equation.w, waves, s)
+            length = min(longest / PEAK_SUBDIVISIONS, hi - s)
             until = s + length if length < hi - s else hi
-            force, after = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, until)
+            force, after = bumper_force_and_rate(law, waves, part, until)
             greatest = max(greatest, force)
             if rate > 0.0 and after < 0.0:
-                force = local_force_peak(c, w, waves, law, xi, v, g, r, side, s, until)
-                greatest = max(greatest, force)
+                greatest = max(greatest, local_force_peak(law, waves, part, s, until))
             s, rate = until, after
     return greatest
 
 
 @compiled
-def bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s):
+def bumper_force_and_rate(law, waves, part, s):
     """Return the force of a bumper [N] and its rate [N/s] at time s of a segment."""
-    x, v, a, _ = motion_at(c, w, waves, xi, v_r, g, r, s)
-    return side * (law.k_s * x + law.b_s * v), side * (law.k_s * v + law.b_s * a)
+    side = sign(part.mode.stop)
+    if part.mode.direction == AT_REST:
+        return side * bumper_force(law, part.mode, part.xi, 0.0), 0.0
+    c, w, g, r, _ = part.equation
+    x, v, a, _ = motion_at(c, w, waves, part.xi, part.v_r, g, r, s)
+    stiffness, offset = bumper_line(law, abs(part.mode.stop))
+    return side * (stiffness * x + law.b_s * v) - offset, side * (stiffness * v + law.b_s * a)
 
 
 @compiled
-def local_force_peak(c, w, waves, law, xi, v_r, g, r, side, low, high):
+def local_force_peak(law, waves, part, low, high):
     """Return the maximum of a bumper force that rises at time `low` and falls at `high` [N]."""
     s = 0.5 * (low + high)
     for _ in range(MAX_BISECTIONS):
-        rate = bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[1]
+        rate = bumper_force_and_rate(law, waves, part, s)[1]
         low, high = (s, high) if rate > 0.0 else (low, s)
         if high - low <= RESOLUTION * high:
             break
         s = 0.5 * (low + high)
-    return bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[0]
-
-
-# A motion under a normal force that may vanish or is recorded: evaluation and integrals.
-
-
-@compiled
-def evaluate_normal_force(
-    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
-):
-    """Write a motion under a varying normal force at ascending times; as `evaluate_elastic`.
-
-    `z_out` is 0.
-    """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    i = 0
-    known = -1
-    ramp, g, r, u_0, slope = load_ramp_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
-    for k in range(len(t)):
-        i = segment_index(segments, dt, i, t[k])
-        if known != i:
-            ramp, g, r, u_0, slope = resume_normal_force(
-                plant, law, waves, u_dd, dt, segments, i
-            )
-            known = i
-        s = t[k] - (segments.n[i] * dt + segments.s[i])
-        mode, x, v = segments.d[i], segments.x_r[i], segments.v_r[i]
-        z_out[k] = 0.0
-        if mode == STUCK:
-            x_out[k], v_out[k], d_out[k] = x, 0.0, 0
-            F_out[k] = -limit_force(plant, x, base_motion(waves, u_0, slope, s)[0])
-            continue
-        if s != 0.0:
-            x, v, _, _ = motion_at(c, w, waves, x, v, g, r, s)
-        x_out[k], v_out[k] = x, v
-        F_out[k] = law.F_fk * relative_friction(law, waves, ramp, mode, s)
-        d_out[k] = slip_direction(mode)
-        if mode == LIFTED_OFF:
-            d_out[k] = -1 if v < 0.0 else 1
-
-
-@compiled
-def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Integrate a motion under a varying normal force from `begin` to `end` [s].
-
-    Returns as `integrate_elastic`.
-    """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(segments.n)):
-        t = segments.n[i] * dt + segments.s[i]
-        s = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(segments.n):
-            between = (
-                segments.s[i + 1] - segments.s[i] + (segments.n[i + 1] - segments.n[i]) * dt
-            )
-            hi = min(hi, between)
-        if hi <= s:
-            continue
-        ramp, g, r, u_0, slope = resume_normal_force(plant, law, waves, u_dd, dt, segments, i)
-        mode, x_r, v_r = segments.d[i], segments.x_r[i], segments.v_r[i]
-        if mode == STUCK:
-            stuck += hi - s
-            x2 += x_r * x_r * (hi - s)
-        while s < hi:
-            # A stuck mass has no free motion.
-            active = (0.0, 0.0) if mode == STUCK else (c, w)
-            length = min(panel_length(active[0], active[1], waves, s), hi - s)
-            for k in range(len(TWELVE_NODES)):
-                at = s + length * TWELVE_NODES[k]
-                weight = length * TWELVE_WEIGHTS[k]
-                u_now = base_motion(waves, u_0, slope, at)[0]
-                if mode == STUCK:
-                    x_dd2 += weight * u_now * u_now
-                    continue
-                x, v, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, at)
-                share = relative_friction(law, waves, ramp, mode, at)
-                x_dd = -(w * x + c * v + law.F_fk / plant.m * share)
-                x2 += weight * x * x
-                v2 += weight * v * v
-                x_dd2 += weight * x_dd * x_dd
-                power += weight * u_now * v
-                sliding_distance += weight * share * v
-            s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, sliding_distance, stuck
-
-
-@compiled
-def resume_normal_force(plant, law, waves, u_dd, dt, segments, i):
-    """Set the phases at the start of segment i; return load ramp, g, r, u_0 and slope."""
-    t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    d = slip_direction(segments.d[i])
-    set_phases(waves, plant, law, t, d)
-    ramp = load_ramp_at(law, t)
-    f = d * law.F_fk / plant.m
-    return ramp, -u_0 - f * ramp.load, -slope - f * ramp.rate, u_0, slope
-
-
-@compiled
-def relative_friction(law, waves, ramp, mode, s):
-    """Return the friction force of sliding relative to F_fk [-] at time s of a segment."""
-    if mode == LIFTED_OFF:
-        return 0.0
-    return slip_direction(mode) * max(load_at(law, waves, ramp, s)[0], 0.0)
+    return bumper_force_and_rate(law, waves, part, s)[0]
 
 
 # Peaks, crossings and excursions from the turning points.
@@ -1497,15 +1417,13 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
 
 
 @compiled
-def write_turning_points(
-    plant, law, waves, u_dd, dt, segments, lengths, whole, x_rM, at, t_out, x_out
-):
+def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
     """Write the start of each segment and its turning points, until the buffer is full.
 
     Parameters
     ----------
-    plant, law, waves, u_dd, dt, segments, lengths
-        The solution, as in `integrate_elastic_segments`.
+    solution, lengths
+        As in `integrate_segments`, of an elastic contact without stops.
     whole : array, shape (segments,)
         Whether all turning points of a segment are required, as for the last one, or only those
         that can set a new extreme or cross zero or the limit.
@@ -1530,10 +1448,15 @@ def write_turning_points(
     `uneventful_until`) proves that x_r crosses neither zero nor the limit nor sets a new
     extreme.
     """
+    plant, law, waves, u_dd, dt, segments = solution
     i, s, x_r, v_r, far = at
     count = 0
     while i < len(segments.n) and count + 2 <= len(t_out):
-        mode, t, only = segments.d[i], segments.n[i] * dt + segments.s[i], not whole[i]
+        mode, t, only = (
+            decode_mode(segments.d[i]),
+            segments.n[i] * dt + segments.s[i],
+            not whole[i],
+        )
         if s == 0.0:
             x_r, v_r = segments.x_r[i], segments.v_r[i]
             t_out[count], x_out[count] = t, x_r
@@ -1541,17 +1464,17 @@ def write_turning_points(
             far = x_r if i > 0 and whole[i - 1] else half_cycle_extreme(far, x_r)
             count += 1
             # Under a constant limit a yielding contact has no turning point within its segment.
-            yields = abs(mode) == 1 and law.variation == 0.0
+            yields = abs(mode.contact) == 1 and law.variation == 0.0
             if yields or (
-                only and is_holding(mode) and is_hold_uneventful(law, segments, i, x_rM)
+                only and mode.contact == HOLD and is_hold_uneventful(law, segments, i, x_rM)
             ):
                 i += 1
                 continue
         n = segments.n[i]
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         u_0 = u_dd[n] + slope * (segments.s[i] + s)
-        c, w, f = begin_segment(plant, law, waves, mode, segments.z[i], t + s)
-        segment = start_segment(c, w, waves, x_r, v_r, -u_0 - f, -slope)
+        c, w, g, r, _ = mode_equation(plant, law, waves, mode, segments.z[i], u_0, slope, t + s)
+        segment = start_segment(c, w, waves, x_r, v_r, g, r)
         left = lengths[i] - s
         direction, s_turn, x_turn = (
             motion_direction(segment.v_r, segment.a, segment.j),
@@ -1579,13 +1502,13 @@ def write_turning_points(
         far = half_cycle_extreme(far, x_turn)
         count += 1
         until = s_turn
-        if only and is_holding(mode):
+        if only and mode.contact == HOLD:
             x_end = segments.x_r[i + 1]
             until = uneventful_until(
                 law, waves, segment, x_turn, far, x_end, x_rM, s_turn, left
             )
         if until > s_turn:
-            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, segment.g, -slope, until)
+            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, until)
         else:
             x_r, v_r = x_turn, 0.0
         s += until
@@ -1625,7 +1548,7 @@ def write_sampled_turning_points(
             n, s, x, v = segments.n[i], segments.s[i], segments.x_r[i], segments.v_r[i]
             t_out[count], x_turning[count] = n * dt + s, x
             count += 1
-            if not is_holding(segments.d[i]) or not (
+            if decode_mode(segments.d[i]).contact != HOLD or not (
                 whole[i] or not is_hold_uneventful(law, segments, i, x_rM)
             ):
                 i, n = i + 1, -1
@@ -1678,7 +1601,7 @@ def is_hold_uneventful(law, segments, i, x_rM):
     """Return whether the contact limits keep x_r within its uneventful range while holding."""
     side = sign(segments.x_r[i])
     low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], x_rM)
-    reach = law.F_fk / law.k_t * (1.0 + law.variation)
+    reach = law.up.F_fk / law.k_t * (1.0 + law.variation)
     return low <= segments.z[i] - reach and segments.z[i] + reach <= high
 
 

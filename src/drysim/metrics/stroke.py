@@ -16,7 +16,8 @@ from drysim.approach.solution import Floats, Path, Trajectory
 from drysim.core.model import AnyLaw, AnyState, EndStopLaw
 
 if TYPE_CHECKING:
-    from drysim.approach.end_stops import EndStopTrajectory, UnreachedStopsTrajectory
+    from drysim.approach.end_stops import UnreachedStopsTrajectory
+    from drysim.approach.piecewise import PiecewiseTrajectory
 
 Values = dict[str, float | int | None]
 """Metrics by name; None where unknown."""
@@ -154,7 +155,7 @@ def impact_metrics(
     """
     law = trajectory.law
     assert isinstance(law, EndStopLaw), "only called with end stops"
-    solution = cast("EndStopTrajectory | UnreachedStopsTrajectory", trajectory)
+    solution = cast("PiecewiseTrajectory | UnreachedStopsTrajectory", trajectory)
     begin, end = window
     t, v_r = solution.hits()
     inside = (t > begin) & (t <= end)
@@ -173,10 +174,10 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
     """Return the elastic energy of the bumper in a state [J]; 0 without contact."""
     if not isinstance(law, EndStopLaw) or abs(state.x_r) < law.x_rM:
         return 0.0
-    from drysim.core.modes import TOUCHING, stop_coordinates
-
-    _, xi, touch = stop_coordinates(law, state.x_r, state.v_r)
-    return 0.5 * law.k_s * float(xi) ** 2 if abs(touch) == TOUCHING else 0.0
+    side = math.copysign(1.0, state.x_r)
+    depth = abs(state.x_r) - law.x_rM
+    touches = law.k_s * depth + law.b_s * side * state.v_r > 0.0
+    return 0.5 * law.k_s * depth**2 if touches else 0.0
 
 
 def stroke_statistics(

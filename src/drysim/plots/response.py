@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.approach.end_stops import EndStopTrajectory
+    from drysim.approach.piecewise import PiecewiseTrajectory
 
 
 MAX_LINE_POINTS = 20_000
@@ -281,7 +281,7 @@ def draw_limit(
 
 def stop_impacts(response: Response) -> list[tuple[float, float]]:
     """Return time [s] and x_r [m] of every impact on an end stop."""
-    law, trajectory = response.law, cast("EndStopTrajectory", response.trajectory)
+    law, trajectory = response.law, cast("PiecewiseTrajectory", response.trajectory)
     if not isinstance(law, EndStopLaw):
         return []
     t, v_r = trajectory.hits()
@@ -463,13 +463,13 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
 
 def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Return the one-sided values at events where v_r may be nonzero, as at end stops."""
-    trajectory = cast("EndStopTrajectory", response.trajectory)
+    trajectory = cast("PiecewiseTrajectory", response.trajectory)
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
     m, k_x, b = response.plant
 
     def side(at: Floats) -> Curve:
-        x_r, v_r, F_stop, F_f, d = trajectory.at(at)
+        x_r, v_r, _, F_f, F_stop, d = trajectory.at(at)
         u_dd = acceleration_at(response.motion, at)
         x_dd = np.where(d == 0, u_dd, -(k_x * x_r + b * v_r + F_f + F_stop) / m)
         return Curve(t, u_dd, x_dd, x_r, v_r, F_f)

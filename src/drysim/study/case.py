@@ -446,9 +446,9 @@ class StepCost(NamedTuple):
 DEFAULT_COST = StepCost()
 STEP_COSTS = {
     DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
-    ElasticContactLaw: StepCost(40, 6, "march.march_elastic sampled.march_elastic_samples"),
-    EndStopLaw: StepCost(20, 6, "march.march_stops"),
-    NormalForceLaw: StepCost(30, 4, "march.march_normal_force"),
+    ElasticContactLaw: StepCost(40, 6, "march.march sampled.march_elastic_samples"),
+    EndStopLaw: StepCost(20, 6, "march.march"),
+    NormalForceLaw: StepCost(30, 4, "march.march"),
 }
 
 
