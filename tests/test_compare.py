@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from law_scenes import elastic_law
 from seat import rows_of
 
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.cli import main
-from drysim.core.model import BRISTLE, CoulombLaw, DynamicLaw, ElasticContactLaw
+from drysim.core.model import BRISTLE, CoulombLaw, DynamicLaw
 from drysim.errors import ScenarioError, UsageError
 from drysim.plots.comparison import draw
 from drysim.scenario.axes import Axis
@@ -314,7 +315,7 @@ def test_unknown_word_is_held_against_both_shelves():
 class TestOptions:
     def test_law_shares_the_forces_of_the_block(self, laws_scene):
         assert law_of(laws_scene, "lugre") == DynamicLaw(45, 54, BRISTLE, 5e-3, 2, 1e5, 300.0)
-        assert law_of(laws_scene, "jenkins") == ElasticContactLaw(45, 45e3)
+        assert law_of(laws_scene, "jenkins") == elastic_law(45, 45e3)
 
     def test_option_of_a_law_stands_for_the_key_of_the_block(self, laws_scene):
         assert law_of(laws_scene, "dahl").F_fk == 40

@@ -7,18 +7,16 @@ import time
 
 import numpy as np
 import pytest
+from law_scenes import elastic_law, separating_law, stopped_law
 
 import drysim
-from drysim.approach import coulomb, end_stops, exact, scene
+from drysim.approach import coulomb, exact, piecewise, scene
 from drysim.approach import coulomb as marching
 from drysim.approach import solution as responses
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import (
     BLOCK_SIZE,
     CoulombLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
     NormalForceRecord,
     Plant,
     Samples,
@@ -408,11 +406,9 @@ def test_creep_is_the_same_by_every_core_and_mirrored(step: float, b: float) -> 
     assert np.array_equal(mirrored.events.t, whole.events.t)
     steady = NormalForceRecord(np.ones(len(u_dd)), step, 1.0)
     pressed = exact.solve(
-        plant, NormalForceLaw(*friction, force_record=steady), motion, start, step, None, True
+        plant, separating_law(*friction, force_record=steady), motion, start, step, None, True
     )
-    far = end_stops.trajectory_with_stops(
-        plant, EndStopLaw(*friction, 1e3), motion, start, None
-    )
+    far = piecewise.compute_trajectory(plant, stopped_law(*friction, 1e3), motion, start, None)
     for events in (pressed.events, far.events):
         assert events.kind.tolist() == whole.events.kind.tolist()
         assert events.t == pytest.approx(whole.events.t, rel=1e-9, abs=1e-9 * step)
@@ -442,7 +438,7 @@ def test_spring_contact_at_its_limit_on_a_silent_base_makes_no_storm_of_events(
     u_dd = np.concatenate([pulses, gap, rng.uniform(-2, 2, 4), np.zeros(5)])
     step = rng.uniform(2.0, 5.0)
     plant = Plant(1.3, 2.7, 2.0 * np.sqrt(1.3 * 2.7))
-    scene = ElasticContactLaw(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
+    scene = elastic_law(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
     response = exact.solve(plant, *scene)
     mirrored = exact.solve(plant, scene[0], Samples(-u_dd, step), *scene[2:])
     assert np.array_equal(mirrored.x_r, -response.x_r)

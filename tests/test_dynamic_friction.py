@@ -7,7 +7,18 @@ import math
 import numpy as np
 import pytest
 from invariants import Invariants
-from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved, sparse
+from law_scenes import (
+    PAPER,
+    REST,
+    STEP,
+    elastic_law,
+    halved,
+    mirrored,
+    noise,
+    sine,
+    solved,
+    sparse,
+)
 from reference import RTOL, assert_agrees, peak
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 from scipy.optimize import brentq  # noqa: TID253
@@ -20,7 +31,6 @@ from drysim.core.model import (
     STRIBECK,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
     Plant,
     Samples,
     Sines,
@@ -318,7 +328,7 @@ PLAIN = Plant(1.0, 1.0, 0.0)
 ANSWERS_DAHL = DynamicLaw(1.0, 1.0, BRISTLE, sigma_0=20.0)
 LEUVEN_1 = ANSWERS_DAHL._replace(kind=LEUVEN, F_h=2.0)
 YIELDING = {
-    "jenkins": ElasticContactLaw(1.0, 20.0),
+    "jenkins": elastic_law(1.0, 20.0),
     "dahl": ANSWERS_DAHL,
     "leuven-1": LEUVEN_1,
     "leuven-1.5": LEUVEN_1._replace(power=1.5),
@@ -331,7 +341,7 @@ yielding = pytest.mark.parametrize("law", YIELDING.values(), ids=YIELDING)
 
 def scaled(law, force, stiffness):
     """Return a law at another force [N] and another stiffness of its contact [N/m]."""
-    if isinstance(law, ElasticContactLaw):
+    if law.is_elastic:
         return law._replace(F_fk=force, k_t=stiffness)
     return law._replace(F_fk=force, F_fs=force, F_h=2.0 * force, sigma_0=stiffness)
 
@@ -341,7 +351,7 @@ def half_cycle(law, f_0, way, span=2.0, rtol=RTOL):
 
     `span` is 1 on the virgin curve of bristles and 2 behind a turn.
     """
-    if isinstance(law, ElasticContactLaw):
+    if law.is_elastic:
         bends = min((law.F_fk - f_0) / law.k_t, way)
         f = f_0 + law.k_t * bends
         return f, 0.5 * (f_0 + f) * bends + law.F_fk * (way - bends)
@@ -421,7 +431,7 @@ class TestFreeDecay:
     @pytest.mark.parametrize("b", [0.0, 0.1, 0.6])
     @pytest.mark.parametrize(
         "law",
-        [CoulombLaw(1.0, 1.0), DynamicLaw(1.0, 1.0, STRIBECK), ElasticContactLaw(1.0, 1e9)],
+        [CoulombLaw(1.0, 1.0), DynamicLaw(1.0, 1.0, STRIBECK), elastic_law(1.0, 1e9)],
         ids=["coulomb", "stribeck", "jenkins"],
     )
     def test_damping_shrinks_each_turn_as_the_closed_form_says(self, law, b):
@@ -498,7 +508,7 @@ class TestBelt:
         ("law", "off"),
         [
             (CoulombLaw(0.5, 0.5), 1e-12), (DynamicLaw(0.5, 0.5, STRIBECK), 1e-12),
-            (ElasticContactLaw(0.5, 1e5), 1e-5), (scaled(ANSWERS_DAHL, 0.5, 1e5), 5e-4),
+            (elastic_law(0.5, 1e5), 1e-5), (scaled(ANSWERS_DAHL, 0.5, 1e5), 5e-4),
             (scaled(LEUVEN_1, 0.5, 1e5), 5e-4),
         ],
         ids=["coulomb", "stribeck", "jenkins", "dahl", "leuven"],
@@ -529,7 +539,7 @@ def test_orbit_loses_the_area_of_the_loop_in_each_cycle(law):
     metrics = measure(solved(law, motion, orbit.state, T).trajectory, (0.0, T), None)
     x_max, found = metrics["x_r_peak"], metrics["energy_friction"]
     assert_agrees([found], lambda rtol: [loss_of(law, x_max, rtol)], [1e-8 * found])
-    if isinstance(law, ElasticContactLaw):
+    if law.is_elastic:
         assert loss_of(law, x_max) == pytest.approx(
             180.0 * (metrics["x_r_peak"] - 45.0 / 4e4), rel=1e-12
         )

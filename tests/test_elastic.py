@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from contacts import at, march_contact
 from invariants import Invariants, TouchingZero
-from law_scenes import PAPER, REST, STEP, doubled, mirrored, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, doubled, elastic_law, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
 from drysim.approach.piecewise import PiecewiseTrajectory, to_kernel
@@ -23,7 +23,6 @@ from drysim.core.model import (
     ContactState,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
     Plant,
     Samples,
     Sines,
@@ -42,11 +41,11 @@ from drysim.metrics.table import measure, peak_displacement
 
 NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {
-    "stiff": ElasticContactLaw(45.0, 1e5),
-    "soft": ElasticContactLaw(45.0, 2e4),
-    "swinging": ElasticContactLaw(30.0, 1e5, 0.5, 2 * math.pi * 2.3, 0.4),
-    "lifting": ElasticContactLaw(30.0, 1e5, 1.6, 2 * math.pi * 0.7, 0.4),
-    "hammering": ElasticContactLaw(30.0, 5e4, 1.3, 2 * math.pi * 5.7, 0.0),
+    "stiff": elastic_law(45.0, 1e5),
+    "soft": elastic_law(45.0, 2e4),
+    "swinging": elastic_law(30.0, 1e5, 0.5, 2 * math.pi * 2.3, 0.4),
+    "lifting": elastic_law(30.0, 1e5, 1.6, 2 * math.pi * 0.7, 0.4),
+    "hammering": elastic_law(30.0, 5e4, 1.3, 2 * math.pi * 5.7, 0.0),
 }
 
 
@@ -93,11 +92,11 @@ class TestInvariants(Invariants):
 
 
 class TestTouchingZero(TouchingZero):
-    law = ElasticContactLaw(30.0, 1e5, 1.0, 2 * math.pi * 2.3)
+    law = elastic_law(30.0, 1e5, 1.0, 2 * math.pi * 2.3)
 
 
 def test_contact_that_outruns_its_limit_at_the_start_yields_from_the_start():
-    law = ElasticContactLaw(1.0, 1e3, 0.5, 2.0, 1.0)
+    law = elastic_law(1.0, 1e3, 0.5, 2.0, 1.0)
     reach = 1e-3 * (1.0 + 0.5 * math.sin(1.0))
     for v_r, name in ((1e-3, "slip+"), (3e-4, "stick")):  # the limit grows by 5.4e-4 m/s
         found = solved(law, Sines((), (), ()), ContactState(reach, v_r, 0.0), duration=0.1)
@@ -109,7 +108,7 @@ def test_contact_that_outruns_its_limit_at_the_start_yields_from_the_start():
 def test_contact_that_swings_past_its_limit_within_a_step_yields(side, share):
     # The peak lies amid the second step, which begins and ends at nine tenths of it.
     swing, turn = 1e-3, 0.9
-    plant, law = Plant(1.0, 0.0, 0.0), ElasticContactLaw(share, 1e3)
+    plant, law = Plant(1.0, 0.0, 0.0), elastic_law(share, 1e3)
     dt = turn / math.sqrt(1e3)
     v_r = swing * math.sqrt(1e3) * math.sin(1.5 * turn)
     start = ContactState(side * swing * math.cos(1.5 * turn), side * v_r, 0.0)
@@ -124,7 +123,7 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     begin, waves = 1e20, Waves(np.zeros(0), 0, 0)
     segments, log = empty_columns(Segments, 1000), empty_log(1000)
     plant = Plant(1.0, 40.0, 0.0)
-    law = to_kernel(plant, ElasticContactLaw(1.0, 1e3))
+    law = to_kernel(plant, elastic_law(1.0, 1e3))
     scene = Scene(plant, law, waves, np.zeros(2), 2 * begin, 0, 2 * begin)
     state = MarchState(0, begin, 100.0, 0.0, 100.0, mode_of(HOLD, UNKNOWN, APART, 0), 0, 0)
     assert march(scene, state, segments, log, 1000).events == -1
@@ -132,7 +131,7 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
 
 def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():
     plant, motion = Plant(75.0, 7500.0, 0.0), sine(1.0, math.sqrt(12500 / 75) / 2 / math.pi)
-    one = solved(ElasticContactLaw(1e6, 5000.0), motion, duration=3.0, plant=plant)
+    one = solved(elastic_law(1e6, 5000.0), motion, duration=3.0, plant=plant)
     other = solved(
         CoulombLaw(0.0, 0.0), motion, duration=3.0, plant=plant._replace(k_x=12500.0)
     )
@@ -145,7 +144,7 @@ def test_contact_that_begins_at_its_limit_yields_at_once_to_a_push_beyond(side):
     # 3 N push the kilogram, the contact bears 1 N: it is off with 2 m/s².
     push = Samples(np.full(6, -3.0 * side), 0.1)
     start = ContactState(1e-3 * side, 0.0, 0.0)
-    found = solved(ElasticContactLaw(1.0, 1e3), push, start, plant=Plant(1.0, 0.0, 0.0))
+    found = solved(elastic_law(1.0, 1e3), push, start, plant=Plant(1.0, 0.0, 0.0))
     assert found.x_r == pytest.approx(side * (1e-3 + found.t**2), rel=1e-13)
 
 
@@ -153,7 +152,7 @@ def test_contact_that_begins_at_its_limit_yields_at_once_to_a_push_beyond(side):
 @pytest.mark.parametrize("far", [1.001, 1.5, 30.0])
 @pytest.mark.parametrize("side", [1, -1])
 def test_contact_said_to_be_bent_beyond_its_limit_has_given_way_to_it(motion, side, far):
-    law, limit = ElasticContactLaw(45.0, 1e5), 45.0 / 1e5
+    law, limit = elastic_law(45.0, 1e5), 45.0 / 1e5
     for v_r in (0.0, -1e-4 * side, -3e-3 * side):
         beyond, at_limit = (
             solved(law, motion, ContactState(0.0, v_r, -side * z), 0.5)
@@ -208,9 +207,9 @@ def test_direction_on_the_grid_is_the_sign_of_the_velocity(law, motion):
 
 
 RINGING = {
-    "holding": ElasticContactLaw(150.0, 1e6),
-    "yielding": ElasticContactLaw(45.0, 1e7),
-    "swinging": ElasticContactLaw(45.0, 1e7, 0.3, 2 * math.pi * 2.3, 0.4),
+    "holding": elastic_law(150.0, 1e6),
+    "yielding": elastic_law(45.0, 1e7),
+    "swinging": elastic_law(45.0, 1e7, 0.3, 2 * math.pi * 2.3, 0.4),
 }
 
 
@@ -249,7 +248,7 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
 def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
     # Farther out on the same side the mass had been before: that tells of another half cycle,
     # or of the same one before a window that begins within it.
-    law = ElasticContactLaw(40.0, 400.0, 0.99, 0.2 * math.pi)
+    law = elastic_law(40.0, 400.0, 0.99, 0.2 * math.pi)
     motion = Sines((50.0, 5.0), (0.5, 0.2), (0.0, 0.0))
     trajectory = StickSlip().trajectory(
         Plant(1.0, 4.0, 0.0), law, motion, State(0.0, 0.4), STEP, 20.0
@@ -317,7 +316,7 @@ def test_mirrored_ringing_is_the_same_bit_for_bit(law):
 def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
     plant, motion = Plant(75.0, 7500.0, b), Sines((0.7, 0.4), (1.6, 3.7), (0.3, 1.0))
     trajectory = StickSlip().trajectory(
-        plant, ElasticContactLaw(1e3, 1e5), motion, State(1e-4, 0.01), STEP, 2.0
+        plant, elastic_law(1e3, 1e5), motion, State(1e-4, 0.01), STEP, 2.0
     )
     nodes, weights = np.polynomial.legendre.leggauss(12)
     edges = np.linspace(*window, 401)
@@ -351,7 +350,7 @@ def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():
     motion = sine(1.0, 1.6)
     coulomb = solved(CoulombLaw(45.0, 45.0), motion, duration=3.0).x_r
     errors = [
-        np.abs(solved(ElasticContactLaw(45.0, k_t), motion, duration=3.0).x_r - coulomb).max()
+        np.abs(solved(elastic_law(45.0, k_t), motion, duration=3.0).x_r - coulomb).max()
         for k_t in (1e7, 1e8, 1e9)
     ]
     assert errors[2] < 3e-5
@@ -361,7 +360,7 @@ def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():
 
 def test_contact_that_never_yields_is_one_more_spring():
     motion = sine(0.5, 1.6)
-    response = solved(ElasticContactLaw(1e6, 5e3), motion, duration=3.0)
+    response = solved(elastic_law(1e6, 5e3), motion, duration=3.0)
     spring = solved(
         CoulombLaw(0.0, 0.0), motion, duration=3.0, plant=Plant(75.0, 12500.0, 500.0)
     )
@@ -407,7 +406,7 @@ def test_orbit_closes():
 
 @pytest.mark.parametrize("k_t", [1e5, 1e7, 1e9])
 def test_orbit_that_begins_as_the_contact_yields_yields_on(k_t):
-    law, period = ElasticContactLaw(45.0, k_t), 1 / 1.6
+    law, period = elastic_law(45.0, k_t), 1 / 1.6
     for phase in np.linspace(0.0, 6.0, 13):
         motion = Sines((1.5,), (1.6,), (phase,))
         orbit = StickSlip().orbit(PAPER, law, motion, REST, period)
@@ -421,7 +420,7 @@ def test_orbit_that_begins_as_the_contact_yields_yields_on(k_t):
 @pytest.mark.parametrize("b", [0.0, 500.0, 5000.0])
 def test_march_agrees_with_the_general_way_at_any_stiffness(k_t, b):
     """A normal force that swings by next to nothing takes the way of one that varies."""
-    plant, law = Plant(75.0, 7500.0, b), ElasticContactLaw(45.0, k_t)
+    plant, law = Plant(75.0, 7500.0, b), elastic_law(45.0, k_t)
     one = solved(law, NOISE, plant=plant)
     other = solved(law._replace(variation=1e-300, omega=1.0), NOISE, plant=plant)
     scale = np.abs(one.x_r).max()

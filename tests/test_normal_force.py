@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from contacts import at
 from invariants import Invariants, TouchingZero
-from law_scenes import PAPER, REST, STEP, doubled, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, doubled, noise, separating_law, sine, solved
 from pressing import march_pressed
 from reference import assert_agrees, peak
 
@@ -17,7 +17,6 @@ import drysim
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import (
     CoulombLaw,
-    NormalForceLaw,
     NormalForceRecord,
     Plant,
     Samples,
@@ -142,7 +141,7 @@ def test_other_approaches_take_the_mean_in_a_comparison(scene):
     scenario = load(scene())
     mean = scenario.law().force_record.mean
     law = scenario.with_approach("signum").law()
-    assert not isinstance(law, NormalForceLaw)
+    assert not law.may_separate
     assert law.F_fk == pytest.approx(0.3 * mean, rel=1e-12)
     omissions = scenario.omissions("signum")
     assert "signum uses a constant normal force" in omissions
@@ -246,12 +245,12 @@ def recorded(n, step, swing, seed=2):
 
 
 FORCES = {
-    "touching": NormalForceLaw(30.0, 36.0, 1.0, 2 * math.pi * 2.3, 0.4),
-    "lifting": NormalForceLaw(30.0, 30.0, 1.6, 2 * math.pi * 0.7, 0.4),
-    "hammering": NormalForceLaw(30.0, 45.0, 1.3, 2 * math.pi * 5.7, 0.0),
-    "recorded": NormalForceLaw(30.0, 36.0, force_record=recorded(400, 0.0107, 0.2)),
-    "record that lifts": NormalForceLaw(30.0, 36.0, force_record=recorded(400, 0.0107, 0.9)),
-    "record of the same step": NormalForceLaw(
+    "touching": separating_law(30.0, 36.0, 1.0, 2 * math.pi * 2.3, 0.4),
+    "lifting": separating_law(30.0, 30.0, 1.6, 2 * math.pi * 0.7, 0.4),
+    "hammering": separating_law(30.0, 45.0, 1.3, 2 * math.pi * 5.7, 0.0),
+    "recorded": separating_law(30.0, 36.0, force_record=recorded(400, 0.0107, 0.2)),
+    "record that lifts": separating_law(30.0, 36.0, force_record=recorded(400, 0.0107, 0.9)),
+    "record of the same step": separating_law(
         30.0, 30.0, force_record=recorded(1300, STEP, 0.9)
     ),
 }
@@ -329,7 +328,7 @@ class TestInvariants(Invariants):
 @each_base
 def test_constant_record_is_a_constant_force(motion):
     flat = NormalForceRecord(np.ones(1000), 0.0071, 100.0)
-    one = solved(NormalForceLaw(30.0, 40.0, force_record=flat), motion, duration=2.9)
+    one = solved(separating_law(30.0, 40.0, force_record=flat), motion, duration=2.9)
     other = solved(CoulombLaw(30.0, 40.0), motion, duration=2.9)
     assert np.abs(one.x_r - other.x_r).max() < 1e-12 * np.abs(other.x_r).max()
     assert one.events.kind.tolist() == other.events.kind.tolist()
@@ -341,7 +340,7 @@ def test_constant_record_is_a_constant_force(motion):
 def test_constant_record_is_a_constant_force_over_steps_that_hold_many_events():
     motion = Samples(noise(8000, 1.0, seed=3).u_dd[::160], 160 * STEP)
     flat = NormalForceRecord(np.ones(3), 50.0, 100.0)
-    one = solved(NormalForceLaw(30.0, 40.0, force_record=flat), motion)
+    one = solved(separating_law(30.0, 40.0, force_record=flat), motion)
     other = solved(CoulombLaw(30.0, 40.0), motion)
     assert one.events.kind.tolist() == other.events.kind.tolist()
     assert np.abs(one.events.t - other.events.t).max() < 1e-11
@@ -363,19 +362,19 @@ def test_force_that_stays_above_zero_is_that_of_a_varying_limit(motion):
     words = (30.0, 40.0, 0.6, 2 * math.pi * 1.7, 0.3)
     one, other = (
         solved(law, motion, duration=2.9)
-        for law in (NormalForceLaw(*words), CoulombLaw(*words))
+        for law in (separating_law(*words), CoulombLaw(*words))
     )
     assert np.abs(one.x_r - other.x_r).max() < 1e-11 * np.abs(other.x_r).max()
 
 
 class TestTouchingZero(TouchingZero):
-    law = NormalForceLaw(30.0, 36.0, 1.0, 2 * math.pi * 2.3)
+    law = separating_law(30.0, 36.0, 1.0, 2 * math.pi * 2.3)
 
 
 def test_mass_that_is_never_touched_moves_freely():
     apart = NormalForceRecord(np.array([1.0, -1.0, -1.0]), 1e-9, 1.0)
     motion = sine(1.0, 1.6)
-    response = solved(NormalForceLaw(30.0, 40.0, force_record=apart), motion, duration=2.0)
+    response = solved(separating_law(30.0, 40.0, force_record=apart), motion, duration=2.0)
     free = solved(CoulombLaw(0.0, 0.0), motion, duration=2.0)
     assert "lift" in response.events.names[:4]
     assert np.abs(response.x_r - free.x_r).max() < 1e-9 * np.abs(free.x_r).max()
@@ -398,7 +397,7 @@ def test_split_run_equals_the_whole():
 
 
 def test_orbit_of_a_lifting_force_closes():
-    law = NormalForceLaw(30.0, 36.0, 1.4, 2 * math.pi * 0.8, 0.3)
+    law = separating_law(30.0, 36.0, 1.4, 2 * math.pi * 0.8, 0.3)
     orbit = StickSlip().orbit(PAPER, law, sine(1.0, 1.6), REST, 1 / 0.8)
     assert orbit.settled
     assert orbit.closure <= 1e-12

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from killing import ended, kills
+from law_scenes import elastic_law
 from outcomes import PAPER, SINE, STICKY, judgement, names, outcome, record
 from seat import rows_of
 
@@ -26,7 +27,7 @@ import drysim
 from drysim import output
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
-from drysim.core.model import CoulombLaw, ElasticContactLaw, Input, Sines, State
+from drysim.core.model import CoulombLaw, Input, Sines, State
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
@@ -287,7 +288,7 @@ def legend(figure):
 
 
 def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
-    made = outcome(ElasticContactLaw(30.0, 20e3))
+    made = outcome(elastic_law(30.0, 20e3))
     assert made.metrics["stuck_share"] == 0.0
     assert {"no slip", "friction limit ±$F_{fk}$"} <= legend(draw(made))
     assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(CoulombLaw(45.0, 54.0))))

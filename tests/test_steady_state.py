@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from law_scenes import elastic_law, stopped_law
 
 from drysim.approach import steady_state, taylor
 from drysim.approach.solution import Orbit
@@ -13,8 +14,7 @@ from drysim.core.model import (
     STRIBECK,
     ContactState,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
+    PiecewiseLaw,
     Plant,
     Sines,
     State,
@@ -91,7 +91,7 @@ def test_motion_that_circles_in_on_its_orbit_is_not_taken_for_a_long_repetition(
 
 def test_orbit_of_ten_periods_between_stops_is_found():
     F_fk, f = 0.11999109888519495, 0.07957747154594767
-    law = EndStopLaw(F_fk, 5.0 * F_fk, 10.0, e=0.5)
+    law = stopped_law(F_fk, 5.0 * F_fk, 10.0, e=0.5)
     motion = Sines((1.0,), (f,), (0.6791759369443524,))
     start = State(0.0, -0.5202476676680174)
     orbit = steady_state.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
@@ -125,7 +125,7 @@ def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
 
 
 def test_orbit_of_a_contact_is_one_that_was_followed():
-    law = ElasticContactLaw(30.0, 1e5)
+    law = elastic_law(30.0, 1e5)
     orbit = steady_state.find_orbit(FAINT, law, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
     again = steady_state.march_period(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
     np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
@@ -134,16 +134,16 @@ def test_orbit_of_a_contact_is_one_that_was_followed():
 NEXT_TO_NONE = {
     "dahl": DynamicLaw(1e-14, 1e-14, BRISTLE, sigma_0=1.0),
     "stribeck": DynamicLaw(1e-14, 1e-14, STRIBECK),
-    "contact that holds": ElasticContactLaw(100.0, 1.0),
+    "contact that holds": elastic_law(100.0, 1.0),
 }
 """Laws that take next to nothing from a motion within metres [N, N/m]."""
 
 
 def at_half_its_natural_frequency(
-    law: ElasticContactLaw | DynamicLaw, xi: float
+    law: PiecewiseLaw | DynamicLaw, xi: float
 ) -> tuple[Orbit, float]:
     """Return the orbit reached from rest, and its distance from -(m A/k)/(1 - 1/4) sin."""
-    k = 1.0 + (law.k_t if isinstance(law, ElasticContactLaw) else 0.0)
+    k = 1.0 + (law.k_t if law.is_elastic else 0.0)
     period = 4.0 * np.pi / k**0.5
     plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
     sine = Sines((1.0,), (1.0 / period,), (0.0,))
@@ -191,7 +191,7 @@ def test_stated_error_of_an_orbit_holds_what_its_closure_leaves(tmp_path, tolera
 def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     # Before it holds for good it yields a little less in each period, and where that leaves it
     # no sum of changes tells: one had put its force off by a sixth of the limit.
-    m, contact = Plant(1.0, 100.0, 1.0484), ElasticContactLaw(0.1401529, 48.42263)
+    m, contact = Plant(1.0, 100.0, 1.0484), elastic_law(0.1401529, 48.42263)
     motion, period = Sines((1.0,), (23.833 / (2 * np.pi),), (0.0,)), 2 * np.pi / 23.833
     start = state = State(-0.0167221, -0.0871299)
     for _ in range(300):
@@ -205,7 +205,7 @@ A, F = 1.0, 0.5
 RESONANT = {
     "stribeck": DynamicLaw(F, F, STRIBECK),
     "stribeck, loosely": DynamicLaw(F, F, STRIBECK, tolerance=5e-4),
-    "jenkins": ElasticContactLaw(F, 1e6),
+    "jenkins": elastic_law(F, 1e6),
     "dahl": DynamicLaw(F, F, BRISTLE, sigma_0=1e6),
 }
 """Laws that take F |v_r| from an oscillation that is far larger than their contacts bend."""

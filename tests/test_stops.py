@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contacts import at
-from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved, stopped_law
 from reference import assert_agrees
 from stops import march_stops
 
@@ -18,7 +18,7 @@ import drysim as package
 from drysim import errors
 from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
-from drysim.core.model import CoulombLaw, EndStopLaw, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, PiecewiseLaw, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import measure
 from drysim.plots.response import curve_with_events, stop_impacts
@@ -30,26 +30,26 @@ LIMIT = 0.004
 STILL = Sines((), (), ())
 NOISE = noise(1200, 4.0, seed=3)
 STOPS = {
-    "undamped bumper": EndStopLaw(45.0, 54.0, LIMIT, k_s=2e5),
-    "damped bumper": EndStopLaw(45.0, 54.0, LIMIT, k_s=2e5, b_s=300.0),
-    "dead bumper": EndStopLaw(45.0, 45.0, LIMIT, k_s=5e4, b_s=8e3),
-    "rebound": EndStopLaw(45.0, 54.0, LIMIT, e=0.6),
-    "no rebound": EndStopLaw(45.0, 54.0, LIMIT),
-    "no friction": EndStopLaw(0.0, 0.0, LIMIT, e=0.8),
-    "varying": EndStopLaw(30.0, 36.0, LIMIT, 2e5, 300.0, 0.0, 0.5, 2 * math.pi * 2.3, 0.4),
+    "undamped bumper": stopped_law(45.0, 54.0, LIMIT, k_s=2e5),
+    "damped bumper": stopped_law(45.0, 54.0, LIMIT, k_s=2e5, b_s=300.0),
+    "dead bumper": stopped_law(45.0, 45.0, LIMIT, k_s=5e4, b_s=8e3),
+    "rebound": stopped_law(45.0, 54.0, LIMIT, e=0.6),
+    "no rebound": stopped_law(45.0, 54.0, LIMIT),
+    "no friction": stopped_law(0.0, 0.0, LIMIT, e=0.8),
+    "varying": stopped_law(30.0, 36.0, LIMIT, 2e5, 300.0, wave=(0.5, 2 * math.pi * 2.3, 0.4)),
 }
 
 
-def drawn(seed: int) -> tuple[Plant, EndStopLaw, State]:
+def drawn(seed: int) -> tuple[Plant, PiecewiseLaw, State]:
     """Return a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
     draw = np.random.default_rng(seed)
     plant = Plant(75.0, float(draw.choice([0.0, 2e3, 7.5e3])), float(draw.choice([0.0, 400.0])))
     F_fk = float(draw.uniform(0.0, 60.0))
-    law = EndStopLaw(F_fk, F_fk * float(draw.choice([1.0, 1.3])), LIMIT)
+    forces = F_fk, F_fk * float(draw.choice([1.0, 1.3]))
     if seed % 2:
-        law = law._replace(k_s=2e5, b_s=float(draw.choice([0.0, 300.0, 3e3, 8e3])))
+        law = stopped_law(*forces, LIMIT, 2e5, float(draw.choice([0.0, 300.0, 3e3, 8e3])))
     else:
-        law = law._replace(e=float(draw.choice([0.0, draw.uniform(0.2, 0.9)])))
+        law = stopped_law(*forces, LIMIT, e=float(draw.choice([0.0, draw.uniform(0.2, 0.9)])))
     reach = 1.5 * LIMIT if seed % 2 else 0.9 * LIMIT
     return plant, law, State(float(draw.uniform(-reach, reach)), float(draw.uniform(-0.3, 0.3)))
 
@@ -114,7 +114,7 @@ class TestInvariants:
         assert (response.F_stop * response.x_r >= 0.0).all()
         within = np.abs(response.x_r) < LIMIT
         assert (response.F_stop[within] == 0.0).all()
-        if law.rigid:
+        if law.stops.rigid:
             assert np.abs(response.x_r).max() <= LIMIT
 
     def test_friction_holds_and_rubs_as_ever(self, law, motion):
@@ -153,20 +153,20 @@ def test_no_work_is_done_on_stops_that_are_not_there():
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
 def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
     bare = solved(CoulombLaw(45.0, 54.0), motion, duration=2.9)
-    law = EndStopLaw(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
+    law = stopped_law(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
     far = solved(law, motion, duration=2.9)
     assert (far.x_r == bare.x_r).all()
     assert (far.x_dd == bare.x_dd).all()
     assert far.numerics.core == bare.numerics.core
     assert "never reached" in far.numerics.why
     assert not far.F_stop.any()
-    assert measure(far.trajectory, (0.0, 2.9), far.law.x_rM)["contacts"] == 0
+    assert measure(far.trajectory, (0.0, 2.9), far.law.stops.up)["contacts"] == 0
 
 
 def test_orbit_that_never_reaches_its_stops_is_the_orbit_without_them():
     scene = sine(1.0, 1.6), REST, 1 / 1.6
     bare = StickSlip().orbit(PAPER, CoulombLaw(45.0, 54.0), *scene)
-    assert StickSlip().orbit(PAPER, EndStopLaw(45.0, 54.0, 0.5, e=0.5), *scene) == bare
+    assert StickSlip().orbit(PAPER, stopped_law(45.0, 54.0, 0.5, e=0.5), *scene) == bare
 
 
 @pytest.mark.parametrize("name", ["damped bumper", "undamped bumper", "rebound", "no rebound"])
@@ -184,7 +184,7 @@ def test_orbit_between_stops_closes(name):
 
 def test_mass_that_bounces_without_loss_is_on_one_orbit_of_a_continuum():
     """There and back in a period; a little faster, it is back a little sooner for ever."""
-    free, elastic = Plant(75.0, 0.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, e=1.0)
+    free, elastic = Plant(75.0, 0.0, 0.0), stopped_law(0.0, 0.0, 0.01, e=1.0)
     orbit = steady_state.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
     assert orbit.settled
     assert not orbit.unique
@@ -200,7 +200,7 @@ def test_orbit_of_lossy_rebounds_without_a_damper_draws_its_neighbours():
 class TestClosedForms:
     def test_free_mass_between_two_rigid_stops_conserves_its_energy(self):
         """1e5 impacts of a mass that nothing but the stops acts on."""
-        law, v = EndStopLaw(0.0, 0.0, 0.01, e=1.0), 1.0
+        law, v = stopped_law(0.0, 0.0, 0.01, e=1.0), 1.0
         trajectory = StickSlip().trajectory(
             Plant(1.0, 0.0, 0.0), law, STILL, State(0.0, v), 1.0, 0.02 * 100_000 - 0.005
         )
@@ -210,7 +210,7 @@ class TestClosedForms:
         assert t == pytest.approx(0.01 + 0.02 * np.arange(len(t)), rel=1e-11)
 
     def test_sprung_mass_between_rigid_stops_conserves_its_energy(self):
-        plant, law = Plant(1.0, 100.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, e=1.0)
+        plant, law = Plant(1.0, 100.0, 0.0), stopped_law(0.0, 0.0, 0.01, e=1.0)
         trajectory = StickSlip().trajectory(plant, law, STILL, State(0.003, 0.4), 1.0, 5_500.0)
         held = 100.0 * 0.003**2 + 0.4**2
         _, v_r = trajectory.hits()
@@ -220,7 +220,7 @@ class TestClosedForms:
     def test_ball_comes_to_rest_when_the_series_of_its_bounces_ends(self):
         """Thrown up from the stop by v against a steady pull g: 2 v/(g (1 - e)) in all."""
         g, v, e = 2.0, 0.3, 0.6
-        law = EndStopLaw(0.0, 0.0, 0.1, e=e)
+        law = stopped_law(0.0, 0.0, 0.1, e=e)
         pull = Samples(np.full(200, -g), 0.01)
         trajectory = StickSlip().trajectory(
             Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), 1.0, None
@@ -241,7 +241,7 @@ class TestClosedForms:
     def test_rebounds_too_small_to_be_seen_are_flight_and_not_rest(self, limit, F):
         """Times and x"² of the whole chatter are a geometric series; then the mass is stuck."""
         e, end, pull = 0.9, 400.0, Samples(np.full(401, 1.0), 1.0)
-        law = EndStopLaw(F, F, limit, e=e)
+        law = stopped_law(F, F, limit, e=e)
         trajectory = StickSlip().trajectory(Plant(1.0, 0.0, 0.0), law, pull, REST, 1.0, None)
         q, p = 1.0 - F, 1.0 + F
         first = math.sqrt(2.0 * q * limit)
@@ -255,7 +255,7 @@ class TestClosedForms:
     def test_rest_of_a_chatter_may_be_longer_than_a_step(self):
         g, v, e, limit = 1.0, 2e-3, 0.999, 1e6
         pull = Samples(np.full(501, -g), 0.01)
-        law = EndStopLaw(0.0, 0.0, limit, e=e)
+        law = stopped_law(0.0, 0.0, limit, e=e)
         trajectory = StickSlip().trajectory(
             Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), 1.0, None
         )
@@ -268,7 +268,7 @@ class TestClosedForms:
     def test_mass_at_rest_leaves_its_stop_as_the_force_turns(self):
         """Pressed, then pulled away: it leaves as |F_L| exceeds F_fs on that side."""
         u_dd = np.interp(np.arange(201) * 0.01, [0.0, 1.0, 2.0], [-3.0, 0.0, 3.0])
-        law = EndStopLaw(30.0, 60.0, 0.1, e=0.4)
+        law = stopped_law(30.0, 60.0, 0.1, e=0.4)
         trajectory = StickSlip().trajectory(
             Plant(75.0, 0.0, 100.0), law, Samples(u_dd, 0.01), State(0.1, 0.0), 1.0
         )
@@ -279,7 +279,7 @@ class TestClosedForms:
         assert pressed.F_f == pytest.approx(60.0)
 
     def test_bumper_catches_a_mass_for_half_a_swing(self):
-        plant, law = Plant(2.0, 0.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, k_s=5e3)
+        plant, law = Plant(2.0, 0.0, 0.0), stopped_law(0.0, 0.0, 0.01, k_s=5e3)
         trajectory = StickSlip().trajectory(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
         omega = 50.0
         metrics = measure(trajectory, (0.0, 0.1), 0.01)
@@ -291,7 +291,7 @@ class TestClosedForms:
     def test_damped_bumper_gives_the_restitution_of_its_closed_form(self):
         """Contact ends as k_s xi + b_s v_r is zero: at tan ω_d t = 2 ξ q/(2 ξ² - 1)."""
         m, k_s, b_s, v = 2.0, 5e3, 40.0, 0.5
-        law = EndStopLaw(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
+        law = stopped_law(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
         trajectory = StickSlip().trajectory(
             Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 1.0, 0.2
         )
@@ -318,11 +318,11 @@ def restitution_of(xi: float) -> float:
 
 def test_stiff_bumpers_come_to_restitution_as_one_over_the_root_of_their_stiffness():
     xi, motion = 0.3, sine(2.5, 1.6)
-    rigid = EndStopLaw(20.0, 20.0, LIMIT, e=restitution_of(xi))
+    rigid = stopped_law(20.0, 20.0, LIMIT, e=restitution_of(xi))
     exact = solved(rigid, motion, duration=0.5).x_r
     errors = []
     for k_s in (1e9, 1e11, 1e13):
-        law = rigid._replace(k_s=k_s, b_s=2 * xi * math.sqrt(k_s * PAPER.m), e=0.0)
+        law = stopped_law(20.0, 20.0, LIMIT, k_s, 2 * xi * math.sqrt(k_s * PAPER.m))
         errors.append(np.abs(solved(law, motion, duration=0.5).x_r - exact).max())
     assert errors[2] < 1e-6
     assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.2)
@@ -332,14 +332,14 @@ def test_stiff_bumpers_come_to_restitution_as_one_over_the_root_of_their_stiffne
 class TestStarts:
     @pytest.mark.parametrize("side", [1, -1])
     def test_on_a_rigid_stop_and_moving_out_the_mass_is_thrown_back_at_once(self, side):
-        law = EndStopLaw(0.0, 0.0, LIMIT, e=0.5)
+        law = stopped_law(0.0, 0.0, LIMIT, e=0.5)
         start = State(side * LIMIT, side * 0.2)
         trajectory = StickSlip().trajectory(PAPER, law, STILL, start, STEP, 0.02)
         assert trajectory.state(0.0) == State(side * LIMIT, -side * 0.1)
         assert measure(trajectory, (0.0, 0.02), LIMIT)["contacts"] == 1
 
     def test_on_a_rigid_stop_at_rest_the_spring_pulls_the_mass_away(self):
-        law = EndStopLaw(10.0, 10.0, LIMIT, e=0.5)
+        law = stopped_law(10.0, 10.0, LIMIT, e=0.5)
         response = solved(law, STILL, State(LIMIT, 0.0), 1.0)
         free = solved(CoulombLaw(10.0, 10.0), STILL, State(LIMIT, 0.0), 1.0)
         assert np.abs(response.x_r - free.x_r).max() < 1e-16
@@ -348,12 +348,12 @@ class TestStarts:
     def test_beyond_a_bumper_the_mass_is_pressed_or_apart_as_its_speed_says(self, v_r):
         law = STOPS["dead bumper"]
         response = solved(law, STILL, State(1.5 * LIMIT, v_r), 0.1)
-        push = law.k_s * 0.5 * LIMIT + law.b_s * v_r
+        push = law.stops.stages[0][1] * 0.5 * LIMIT + law.stops.b_s * v_r
         assert response.F_stop[0] == pytest.approx(max(push, 0.0), rel=1e-12)
 
     def test_bumper_is_felt_again_where_the_mass_slows_down_beyond_the_limit(self):
         """A dead bumper, and friction that brakes harder than the bumper relaxes."""
-        law = EndStopLaw(3000.0, 3000.0, LIMIT, k_s=5e4, b_s=8e3)
+        law = stopped_law(3000.0, 3000.0, LIMIT, k_s=5e4, b_s=8e3)
         response = solved(law, STILL, State(3 * LIMIT, -0.3), 0.1)
         assert response.events.names[:2] == ["slip-", "contact-"]
 
@@ -378,7 +378,7 @@ def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch
     from drysim.approach import scene
 
     monkeypatch.setattr(scene, "MAX_EVENTS", 2_000)
-    law = EndStopLaw(0.0, 0.0, 0.01, e=1.0)
+    law = stopped_law(0.0, 0.0, 0.01, e=1.0)
     pressed = Samples(np.full(101, -5.0), 1.0)
     with pytest.raises(SolverError, match="too many events: "):
         StickSlip().trajectory(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
@@ -424,7 +424,7 @@ class TestSimulate:
 def test_force_that_only_touches_zero_on_a_sample_does_not_pull_the_mass_away():
     """A record of few levels presses the mass to its stop, lets go and presses, on samples."""
     levels = np.random.default_rng(7).integers(-2, 3, 2000) * 2.0
-    law, dt = EndStopLaw(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
+    law, dt = stopped_law(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
     trajectory = StickSlip().trajectory(
         Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST, STEP
     )

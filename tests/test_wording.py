@@ -7,13 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from law_scenes import elastic_law, separating_law
 
 from drysim import wording
 from drysim.core.model import (
     CoulombLaw,
-    ElasticContactLaw,
     Input,
-    NormalForceLaw,
     Plant,
     Samples,
     Sines,
@@ -168,13 +167,13 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     ],
 )
 def test_swept_amplitude_of_the_normal_force_is_not_told_as_that_of_the_file(swept, words):
-    law = NormalForceLaw(12.0, 16.0, 1.4, 2 * pi * 9)
+    law = separating_law(12.0, 16.0, 1.4, 2 * pi * 9)
     assert wording.describe_friction(law, swept=[swept]) == words
 
 
 @pytest.mark.parametrize("key", ["normal_motion.amplitude", "normal_stiffness"])
 def test_load_of_a_contact_is_not_told_where_what_makes_it_is_swept(key):
-    law = ElasticContactLaw(30.0, 2e4, 1.4, 2 * pi * 4)
+    law = elastic_law(30.0, 2e4, 1.4, 2 * pi * 4)
     assert wording.describe_friction(law, swept=[f"friction.{key}"]).endswith(
         "load varying at 4 Hz"
     )

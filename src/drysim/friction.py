@@ -27,9 +27,8 @@ from drysim.core.model import (
     STRIBECK,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    NormalForceLaw,
     NormalForceRecord,
+    PiecewiseLaw,
 )
 from drysim.records import SI
 from drysim.records.options import Recorded
@@ -263,18 +262,21 @@ class Coulomb(FrictionLimits):
             words.pop("normal", None)
         return words
 
-    def to_law(self, m: float) -> CoulombLaw | NormalForceLaw:
+    def to_law(self, m: float) -> CoulombLaw | PiecewiseLaw:
         """Return the law in forces; the mass m [kg] gives the default normal force."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
         varied = self.normal_variation
         if self.normal_record is not None:
-            return NormalForceLaw(F_fk, F_fs, force_record=self.normal_record.force_record())
+            record = self.normal_record.force_record()
+            return PiecewiseLaw(F_fk, F_fs, force_record=record)
         if varied is None:
             return CoulombLaw(F_fk, F_fs)
         wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
         # For many cases at once the amplitudes are a column, with all values below 1.
         lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
-        return NormalForceLaw(F_fk, F_fs, *wave) if lifts else CoulombLaw(F_fk, F_fs, *wave)
+        if lifts:
+            return PiecewiseLaw(F_fk, F_fs, 0.0, *wave)
+        return CoulombLaw(F_fk, F_fs, *wave)
 
 
 # Elastic contacts, a spring in series with a slider: Jenkins, Petrov-Ewins.
@@ -299,9 +301,10 @@ class Jenkins(PositiveForce):
 
     symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
 
-    def to_law(self, m: float) -> ElasticContactLaw:
+    def to_law(self, m: float) -> PiecewiseLaw:
         """Return the law in forces; the mass m [kg] gives the default normal force."""
-        return ElasticContactLaw(self.kinetic_force(m), self.tangential_stiffness)
+        F_fk = self.kinetic_force(m)
+        return PiecewiseLaw(F_fk, F_fk, self.tangential_stiffness)
 
 
 class NormalMotion(Block):
@@ -360,15 +363,17 @@ class PetrovEwins(Block):
         moved = self.normal_motion
         return (moved.frequency,) if moved and moved.amplitude else ()
 
-    def to_law(self, m: float) -> ElasticContactLaw:
+    def to_law(self, m: float) -> PiecewiseLaw:
         """Return the law in forces; independent of the mass m [kg]."""
         F_fk = self.mu_kinetic * self.normal
         moved = self.normal_motion
         if moved is None or self.normal_stiffness is None:
-            return ElasticContactLaw(F_fk, self.tangential_stiffness)
+            return PiecewiseLaw(F_fk, F_fk, self.tangential_stiffness)
         variation = self.normal_stiffness * moved.amplitude / self.normal
         omega = 2 * pi * moved.frequency
-        return ElasticContactLaw(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
+        return PiecewiseLaw(
+            F_fk, F_fk, self.tangential_stiffness, variation, omega, moved.phase
+        )
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""

@@ -17,10 +17,8 @@ from drysim.core.model import (
     AnyLaw,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
     NormalForceRecord,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -251,7 +249,7 @@ def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None)
     steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
     assert isinstance(steps, list | tuple)
     description = [sanitise(step["sentence"]) for step in steps]
-    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
+    force_record = None if law is None else law.force_record
     force = force_record.clean_up if force_record else ()
     return description + [f"normal force: {sanitise(str(step['sentence']))}" for step in force]
 
@@ -572,35 +570,34 @@ def describe_friction(
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("friction.normal_")}
     if not isinstance(law, DynamicLaw) and law.variation and kinetic and static:
         text += _describe_variation(law, varied)
-    if isinstance(law, NormalForceLaw) and law.force_record is not None:
+    if law.force_record is not None:
         text += f", {_describe_force_record(law.force_record, bool(varied))}"
     return text
 
 
-def _describe_variation(
-    law: CoulombLaw | EndStopLaw | NormalForceLaw | ElasticContactLaw, varied: Collection[str]
-) -> str:
+def _describe_variation(law: CoulombLaw | PiecewiseLaw, varied: Collection[str]) -> str:
     """Return the sinusoidal variation of the normal force, as far as it does not vary."""
     parts = []
     if not {"amplitude", "normal_stiffness"} & {*varied}:
         parts.append(f"± {format_percent(law.variation)}")
     if "frequency" not in varied:
         parts.append(f"at {format_number(law.omega / (2 * pi), 'Hz')}")
-    whose = "load" if isinstance(law, ElasticContactLaw) else "both"
+    whose = "load" if law.is_elastic else "both"
     return f", {whose} {'varying ' * (parts[0][0] == 'a')}{' '.join(parts)}" if parts else ""
 
 
 def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None = None) -> str:
     """Return the end stops; empty without any. `swept` as in `describe_oscillator`."""
-    if not isinstance(law, EndStopLaw):
+    if law.stops is None:
         return ""
-    parts = [("limit", f"at ±{format_length(law.x_rM, peak)}")]
-    if law.rigid:
-        parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(law.e)}")]
+    stops = law.stops
+    parts = [("limit", f"at ±{format_length(stops.up, peak)}")]
+    if stops.rigid:
+        parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(stops.e)}")]
     else:
         parts += [
-            ("stiffness", format_number(law.k_s, "N/m")),
-            ("damping", format_number(law.b_s, "N·s/m")),
+            ("stiffness", format_number(stops.stages[0][1], "N/m")),
+            ("damping", format_number(stops.b_s, "N·s/m")),
         ]
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
     return ", ".join(words for key, words in parts if key not in varied)

@@ -15,12 +15,13 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from law_scenes import elastic_law
 from many import medians
 
 from drysim.approach.solution import Trajectory
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine
-from drysim.core.model import CoulombLaw, ElasticContactLaw, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, PiecewiseLaw, Plant, Samples, Sines, State
 from drysim.excitation.random import random_signal, spectral_lines
 from drysim.metrics.table import measure
 
@@ -39,14 +40,14 @@ def motions(a_u: float, seconds: float) -> dict[str, Motion]:
     return {"samples": samples, "sine": Sines((math.sqrt(2.0) * a_u,), (1.6,), (0.0,))}
 
 
-def laws(F_fk: float) -> Iterator[tuple[str, dict[str, CoulombLaw | ElasticContactLaw]]]:
+def laws(F_fk: float) -> Iterator[tuple[str, dict[str, CoulombLaw | PiecewiseLaw]]]:
     """Return laws to compare, coulomb first."""
     for name, swing in (("jenkins", ()), ("petrov-ewins", SWING)):
-        contacts = {f"{k_t:g}": ElasticContactLaw(F_fk, k_t, *swing) for k_t in STIFFNESSES}
+        contacts = {f"{k_t:g}": elastic_law(F_fk, k_t, *swing) for k_t in STIFFNESSES}
         yield name, {"coulomb": CoulombLaw(F_fk, F_fk, *swing), **contacts}
 
 
-def jobs_of(law: CoulombLaw | ElasticContactLaw, motion: Motion, seconds: float) -> Jobs:
+def jobs_of(law: CoulombLaw | PiecewiseLaw, motion: Motion, seconds: float) -> Jobs:
     """Return what is timed of one law."""
     scene, solver = (PLANT, law, motion, REST, DT, seconds), StickSlip()
 
@@ -76,7 +77,7 @@ def events(trajectory: Trajectory) -> int:
 
 
 def compare(
-    name: str, shelf: dict[str, CoulombLaw | ElasticContactLaw], motion: Motion, options
+    name: str, shelf: dict[str, CoulombLaw | PiecewiseLaw], motion: Motion, options
 ) -> None:
     """Print the rows of one law on one base motion."""
     seconds = options.seconds

@@ -59,7 +59,7 @@ def piecewise(
     modes, record = kernel.modes, kernel.compile.as_engine_array(np.ones(2))
     side = modes.Side(*F, b, limit)
     stages = (k_s, 0.0, 0.0), (0.0, math.inf, math.inf)
-    return modes.PiecewiseLaw(side, side, k_t, *wave, record, 0.0, *stages, b_s, e)
+    return modes.KernelLaw(side, side, k_t, *wave, record, 0.0, *stages, b_s, e)
 
 
 def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], law: Any) -> Any:

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from law_scenes import elastic_law
 from scenes import piecewise, waves_of
 
 from drysim.core.forcing import Waves, motion_at, set_phases, set_wave, start_segment
-from drysim.core.model import ElasticContactLaw, Plant
+from drysim.core.model import Plant
 from drysim.core.modes import transient_response
 
 # When a contact that holds yields: by its envelope, and by steps that a bound proves safe.
@@ -195,7 +196,7 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
 
 
 SINES = (1.0, 1.6, 0.2), (0.1, 0.9, 1.0)
-LAW = ElasticContactLaw(1500.0, 1e6)
+LAW = elastic_law(1500.0, 1e6)
 
 
 def ring_stretch_of(v_r, r):

@@ -20,7 +20,7 @@ def scene(kernel, seed):
     """Return a segment under two sines and a varying load, and an observable above zero."""
     random = np.random.default_rng(seed)
     c, w = float(random.uniform(0.0, 10.0)), float(random.choice([100.0, 1400.0, 2e4]))
-    law = kernel.model.ElasticContactLaw(30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
+    law = kernel.model.PiecewiseLaw(30.0, 30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
     stride = kernel.forcing.WAVE_COLUMNS
     waves = kernel.forcing.Waves([0.0] * (3 * stride), 3, 2)
     for i, f in enumerate((*random.uniform(0.5, 10.0, 2).tolist(), law.omega / 2 / math.pi)):

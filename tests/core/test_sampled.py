@@ -224,7 +224,7 @@ def joint_march(kernel, u_dd, k_t, cuts=()):
     listed = kernel.engine == "plain"
     plant, law = (
         kernel.model.Plant(75.0, 7500.0, 500.0),
-        kernel.model.ElasticContactLaw(30.0, k_t),
+        kernel.model.PiecewiseLaw(30.0, 30.0, k_t),
     )
     n = len(u_dd)
 

@@ -12,6 +12,8 @@ from drysim.core.model import (
     LEUVEN,
     STRIBECK,
     DynamicLaw,
+    EndStops,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -21,6 +23,22 @@ from drysim.core.model import (
 PAPER = Plant(75.0, 7500.0, 500.0)
 REST = State(0.0, 0.0)
 STEP = 2.5e-3
+
+
+def elastic_law(F, k_t, variation=0.0, omega=0.0, phase=0.0):
+    """Return an elastic contact with a friction limit."""
+    return PiecewiseLaw(F, F, k_t, variation, omega, phase)
+
+
+def separating_law(F_fk, F_fs, variation=0.0, omega=0.0, phase=0.0, force_record=None):
+    """Return Coulomb friction under a normal force that may vanish or is recorded."""
+    return PiecewiseLaw(F_fk, F_fs, 0.0, variation, omega, phase, force_record)
+
+
+def stopped_law(F_fk, F_fs, limit, k_s=0.0, b_s=0.0, e=0.0, wave=(0.0, 0.0, 0.0)):
+    """Return Coulomb friction between end stops, rigid without a stiffness."""
+    stops = EndStops(limit, limit, ((0.0, k_s),) if k_s else (), b_s, e)
+    return PiecewiseLaw(F_fk, F_fs, 0.0, *wave, stops=stops)
 
 
 def sine(a_u: float, f: float, phase: float = 0.0) -> Sines:

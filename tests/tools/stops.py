@@ -19,21 +19,22 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTO
     """
     from scipy.integrate import solve_ivp
 
-    (m, k_x, b), limit = plant, law.x_rM
+    (m, k_x, b), limit = plant, law.stops.up
+    k_s = 0.0 if law.stops.rigid else law.stops.stages[0][1]
     t, y, touch, pieces, hits = 0.0, np.array(state, dtype=float), 0, [], []
 
     def push(touch, x, v):
-        return law.k_s * (x - touch * limit) + law.b_s * v if touch else 0.0
+        return k_s * (x - touch * limit) + law.stops.b_s * v if touch else 0.0
 
     def heading(t, x, touch):
         F_L = m * base(t) + k_x * x + push(touch, x, 0.0)
         if abs(F_L) <= law.F_fs:
             return 0, F_L
         d = -int(np.sign(F_L))
-        wall = int(np.sign(x)) if law.rigid and abs(x) == limit else 0
+        wall = int(np.sign(x)) if law.stops.rigid and abs(x) == limit else 0
         return (0 if d == wall else d), F_L
 
-    if not law.rigid and abs(y[0]) > limit:
+    if not law.stops.rigid and abs(y[0]) > limit:
         side = int(np.sign(y[0]))
         touch = side if side * push(side, *y) > 0 else 0
     d = int(np.sign(y[1])) or heading(t, y[0], touch)[0]
@@ -41,7 +42,7 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTO
         end = min([knot for knot in knots if knot > t + 1e-13] + [duration])
         if d == 0:
             x = y[0]
-            wall = int(np.sign(x)) if law.rigid and abs(x) == limit else 0
+            wall = int(np.sign(x)) if law.stops.rigid and abs(x) == limit else 0
             pull = k_x * x + push(touch, x, 0.0)
 
             def still(t, y):
@@ -85,11 +86,11 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTO
         if met:
             hits.append((t, y[1]))
             y[0] = d * limit
-            if law.rigid:
-                y[1] *= -law.e
+            if law.stops.rigid:
+                y[1] *= -law.stops.e
                 d = -d
                 pressed = -np.sign(y[0]) * (m * base(t) + k_x * y[0]) - law.F_fk > 0
-                if abs(y[1]) < LAID_DOWN and (pressed or law.e == 0.0):
+                if abs(y[1]) < LAID_DOWN and (pressed or law.stops.e == 0.0):
                     y[1] = 0.0
                     d = heading(t, y[0], 0)[0]
             else:
@@ -98,7 +99,7 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTO
             touch = 0 if touch else away
         elif turned:
             y[1] = 0.0
-            if law.rigid and abs(abs(y[0]) - limit) < 1e-15:
+            if law.stops.rigid and abs(abs(y[0]) - limit) < 1e-15:
                 y[0] = np.sign(y[0]) * limit
             d = heading(t, y[0], touch)[0]
     return pieces, hits

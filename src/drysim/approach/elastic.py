@@ -60,7 +60,7 @@ from drysim.core.events import MAX_EVENTS_PER_STEP, Segments
 from drysim.core.model import (
     AnyState,
     ContactState,
-    ElasticContactLaw,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -82,7 +82,7 @@ from drysim.core.trajectory import (
 
 def solve(
     plant: Plant,
-    law: ElasticContactLaw,
+    law: PiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     step: float,
@@ -97,13 +97,13 @@ def solve(
 
 def compute_trajectory(
     plant: Plant,
-    law: ElasticContactLaw,
+    law: PiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
 ) -> piecewise.PiecewiseTrajectory | SampledElasticTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
-    if isinstance(motion, Samples) and not law.variation:
+    if isinstance(motion, Samples) and not law.variation and law.force_record is None:
         return sampled_elastic_trajectory(plant, law, motion, start, duration)
     return piecewise.compute_trajectory(plant, law, motion, start, duration)
 
@@ -128,7 +128,7 @@ class SampledElasticTrajectory(EventDriven):
     """
 
     plant: Plant
-    law: ElasticContactLaw
+    law: PiecewiseLaw
     motion: Samples
     u_dd: Floats
     x_r: Floats
@@ -265,7 +265,7 @@ class SampledElasticTrajectory(EventDriven):
 
 def sampled_elastic_trajectory(
     plant: Plant,
-    law: ElasticContactLaw,
+    law: PiecewiseLaw,
     motion: Samples,
     start: AnyState,
     duration: float | None,

@@ -1,22 +1,41 @@
-"""Exact solution of a scene by the module that fits its friction law."""
+"""Exact solution of a scene by the module that fits its friction law.
+
+A scene with end stops is first solved without them, which is faster. If x_r stays between the
+stops, this solution is exact for the scene with stops as well. x_r is compared at the extreme
+points of the path, so that no contact is missed.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
+import numpy as np
+
 from drysim.approach import coulomb
-from drysim.approach.solution import Response, Trajectory
+from drysim.approach.solution import (
+    EventDriven,
+    Impacts,
+    Numerics,
+    Path,
+    Response,
+    Trajectory,
+)
 from drysim.core.model import (
     AnyLaw,
     AnyState,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
+    EndStops,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
+    Totals,
 )
+
+NOT_REACHED = "the end stops are never reached"
 
 
 def solve(
@@ -57,10 +76,21 @@ def solve(
         If events do not advance in time, or the motion is not finite.
     """
     scene = (plant, law, motion, start, step, duration)
-    if isinstance(law, CoulombLaw | EndStopLaw):
-        response: Response = solver_module(law).solve(*scene, whole)
-        return response
-    response = solver_module(law).solve(*scene)
+    if isinstance(law, CoulombLaw):
+        return coulomb.solve(plant, law, motion, start, step, duration, whole)
+    if isinstance(law, PiecewiseLaw) and law.stops is not None:
+        inner = law.without_stops
+        unstopped = solve(plant, inner, motion, start, step, duration, whole)
+        assert unstopped.trajectory is not None, "it always has a trajectory"
+        if reaches_stops(unstopped.trajectory, law.stops):
+            stopped: Response = solver_module(law).solve(*scene)
+            return stopped
+        trajectory = UnreachedStopsTrajectory(law, unstopped.trajectory)
+        compute_numerics = partial(unreached_numerics, unstopped)
+        return replace(
+            unstopped, law=law, compute_numerics=compute_numerics, trajectory=trajectory
+        )
+    response: Response = solver_module(law).solve(*scene)
     return response if law.F_fs > 0.0 else coulomb.without_friction(response)
 
 
@@ -75,6 +105,10 @@ def compute_trajectory(
 
     Parameters and errors as in `solve`.
     """
+    if isinstance(law, PiecewiseLaw) and law.stops is not None:
+        unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration)
+        if not reaches_stops(unstopped, law.stops):
+            return UnreachedStopsTrajectory(law, unstopped)
     trajectory: Trajectory = solver_module(law).compute_trajectory(
         plant, law, motion, start, duration
     )
@@ -85,18 +119,72 @@ def solver_module(law: AnyLaw) -> Any:
     """Return the module that solves scenes of a law; its kernels are loaded on first use."""
     if isinstance(law, CoulombLaw):
         return coulomb
-    if isinstance(law, EndStopLaw):
-        from drysim.approach import end_stops
-
-        return end_stops
     if isinstance(law, DynamicLaw):
         from drysim.approach import taylor
 
         return taylor
-    if isinstance(law, ElasticContactLaw):
+    if law.is_elastic and law.stops is None:
         from drysim.approach import elastic
 
         return elastic
     from drysim.approach import piecewise
 
     return piecewise
+
+
+# End stops that are not reached.
+
+
+def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
+    """Return whether x_r reaches a stop, at an extreme point of the path or at its end."""
+    path = trajectory.path((0.0, trajectory.end), min(stops.up, stops.down)).x_r
+    end = trajectory.state(trajectory.end).x_r
+    return bool(stops.reaches(path).any() or stops.reaches(end))
+
+
+def unreached_numerics(unstopped: Response) -> Numerics:
+    """Return the `Numerics` of a response that never reaches the stops."""
+    return replace(unstopped.numerics, why=f"{unstopped.numerics.why}; {NOT_REACHED}")
+
+
+@dataclass(frozen=True, eq=False)
+class UnreachedStopsTrajectory(EventDriven):
+    """Solution of a scene that never reaches its end stops; wraps that without stops."""
+
+    law: PiecewiseLaw
+    unstopped: Trajectory
+
+    @property
+    def plant(self) -> Plant:
+        """Oscillator."""
+        return self.unstopped.plant
+
+    @property
+    def closest_decision(self) -> float:
+        """Smallest relative margin of a decision between stick and slip [-]."""
+        return self.unstopped.closest_decision
+
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Return the extreme points of x_r from the start to the end of a window [s]."""
+        return self.unstopped.path(window, x_rM)
+
+    @property
+    def end(self) -> float:
+        """Final time [s]."""
+        return self.unstopped.end
+
+    def state(self, t: float) -> AnyState:
+        """Return the state at time t [s]."""
+        return self.unstopped.state(t)
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Return the integrals over a window [s]."""
+        return self.unstopped.totals(begin, end)
+
+    def hits(self) -> Impacts:
+        """Return no contacts."""
+        return Impacts(np.empty(0), np.empty(0))
+
+    def peak_bumper_force(self, begin: float, end: float) -> float:
+        """Return 0 N."""
+        return 0.0

@@ -24,7 +24,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +51,7 @@ from drysim.approach.solution import (
     Events,
     Floats,
     Grid,
+    Impacts,
     Int8Array,
     Path,
     Points,
@@ -66,9 +67,8 @@ from drysim.core.model import (
     AnyState,
     ContactState,
     CoulombLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
+    EndStops,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -78,7 +78,8 @@ from drysim.core.model import (
 from drysim.core.modes import (
     ARRIVAL,
     FREE,
-    PiecewiseLaw,
+    MAX_STAGES,
+    KernelLaw,
     Side,
     initial_piecewise_mode,
 )
@@ -92,8 +93,6 @@ from drysim.core.trajectory import (
     table_size,
     write_turning_points,
 )
-
-AnyPiecewiseLaw = ElasticContactLaw | EndStopLaw | NormalForceLaw
 
 STEPS_PER_CALL = 16_384
 """Steps per kernel call; between calls Python can handle an interrupt."""
@@ -110,7 +109,7 @@ NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 
 def solve(
     plant: Plant,
-    law: AnyPiecewiseLaw,
+    law: PiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     step: float,
@@ -130,13 +129,13 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
         grid = ElasticSineGrid(trajectory, dt, points)
     else:
         found = trajectory.at(grid_times(0, points, dt))
-        stop = found.F_stop if isinstance(law, EndStopLaw) else None
+        stop = None if law.stops is None else found.F_stop
         u_dd = base_acceleration_on_grid(motion, 0, points, dt)
         grid = StoredGrid(dt, u_dd, Points(found.x_r, found.v_r, found.d, found.F_f, stop))
     approach = "stick-slip"
-    if isinstance(law, EndStopLaw) and law.F_fs == 0.0:
+    if law.stops is not None and law.F_fs == 0.0:
         # As without stops, turning points are no events here; rest at a stop is one.
-        kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
+        kind, at_stop = np.abs(events.kind), law.stops.reaches(events.x_r)
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
         events, approach = events.select(stays), "viscous"
     compute_numerics = partial(
@@ -148,7 +147,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
 
 def compute_trajectory(
     plant: Plant,
-    law: AnyPiecewiseLaw,
+    law: PiecewiseLaw,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
@@ -192,21 +191,6 @@ def compute_trajectory(
     )  # fmt: skip
 
 
-class Impacts(NamedTuple):
-    """Contacts with a stop: arrays of shape (n,).
-
-    Attributes
-    ----------
-    t : ndarray
-        Time [s].
-    v_r : ndarray
-        Velocity just before [m/s]; its sign is the side of the stop.
-    """
-
-    t: Floats
-    v_r: Floats
-
-
 @dataclass(frozen=True, eq=False)
 class PiecewiseTrajectory(EventDriven):
     """Solution stored as segments.
@@ -215,7 +199,7 @@ class PiecewiseTrajectory(EventDriven):
     """
 
     plant: Plant
-    law: AnyPiecewiseLaw
+    law: PiecewiseLaw
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
@@ -252,15 +236,15 @@ class PiecewiseTrajectory(EventDriven):
     def series(self) -> tuple[Floats, ...]:
         """Values of each state component along the motion."""
         x_r = self.path((0.0, self.end), None).x_r
-        if not isinstance(self.law, EndStopLaw):
-            return x_r, self.segments.v_r, self.segments.z
-        return x_r, self.segments.v_r
+        if self.law.stops is not None and not self.law.is_elastic:
+            return x_r, self.segments.v_r
+        return x_r, self.segments.v_r, self.segments.z
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
         found = self.at(np.array([t]))
         x_r, v_r = float(found.x_r[0]), float(found.v_r[0])
-        if isinstance(self.law, EndStopLaw):
+        if self.law.stops is not None and not self.law.is_elastic:
             return State(x_r, v_r)
         return ContactState(x_r, v_r, float(found.z[0]))
 
@@ -268,10 +252,11 @@ class PiecewiseTrajectory(EventDriven):
         """Return the integrals over a window [s], impacts at its end included."""
         sums = integrate_segments(self.solution, self._lengths, begin, end)
         stop_work = sums.stop_work
-        if isinstance(self.law, EndStopLaw) and self.law.rigid:
+        stops = self.law.stops
+        if stops is not None and stops.rigid:
             t, v_r = self.hits()
             struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
-            stop_work = float(0.5 * self.plant.m * (1.0 - self.law.e**2) * struck)
+            stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.waves, begin, end)
         x2, v2, x_dd2, power, distance, stuck, _, _ = sums
         return Totals(x2, v2, x_dd2, power, distance, stuck, *squares, stop_work)
@@ -289,7 +274,7 @@ class PiecewiseTrajectory(EventDriven):
     @cached_property
     def holds_and_yields(self) -> bool:
         """Whether x_r may turn within a segment: an elastic contact, and nothing else."""
-        return isinstance(self.law, ElasticContactLaw)
+        return self.law.is_elastic and self.law.stops is None
 
     @cached_property
     def solution(self) -> Solution:
@@ -340,34 +325,32 @@ class ElasticSineGrid(SineGrid):
 # Laws as kernels take them, and what follows from events.
 
 
-def to_kernel(plant: Plant, law: AnyPiecewiseLaw) -> PiecewiseLaw:
+def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     """Return a law, with the damper of the plant, as its kernels take it."""
-    k_t, limit, load, step = 0.0, math.inf, np.ones(2), 0.0
-    k_s, b_s, e = 0.0, 0.0, 0.0
-    if isinstance(law, ElasticContactLaw):
-        k_t = law.k_t
-    elif isinstance(law, EndStopLaw):
-        limit, k_s, b_s, e = law.x_rM, law.k_s, law.b_s, law.e
-    record: Any = as_engine_array(load)
-    if isinstance(law, NormalForceLaw) and law.force_record is not None:
+    record, step = as_engine_array(np.ones(2)), 0.0
+    if law.force_record is not None:
         record, step = law.force_record.kernel_input, law.force_record.step
-    side = Side(law.F_fk, law.F_fs, plant.b, limit)
-    stages = (k_s, 0.0, 0.0), (0.0, math.inf, math.inf)
+    stops = law.stops or EndStops(math.inf, math.inf)
+    stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
+    if not stops.stages:
+        stages[0] = 0.0, 0.0
+    (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
+    up = Side(law.F_fk, law.F_fs, plant.b, stops.up)
+    down = Side(law.F_fk, law.F_fs, plant.b, stops.down)
     wave = law.variation, law.omega, law.phase
-    return PiecewiseLaw(side, side, k_t, *wave, record, step, *stages, b_s, e)
+    k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
+    return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
 
 
-def smallest_margin(law: AnyPiecewiseLaw, events: Events) -> float:
+def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
     """Return the smallest relative margin of a decision between stick and slip [-]."""
-    if isinstance(law, ElasticContactLaw) or law.F_fs == 0.0:
+    if law.is_elastic or law.F_fs == 0.0:
         return math.inf
-    load = law.load(events.t) if isinstance(law, NormalForceLaw) else 1.0
-    F_fs, F_L = law.F_fs * load + 0.0 * events.t, np.abs(events.F_L)
+    F_fs, F_L = law.F_fs * law.load(events.t), np.abs(events.F_L)
     decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
-    if isinstance(law, EndStopLaw):
-        decided &= (np.abs(events.x_r) < law.x_rM) | (not law.rigid)
-    else:
-        decided[0] = False
+    decided[0] &= law.stops is not None
+    if law.stops is not None and law.stops.rigid:
+        decided &= ~law.stops.reaches(events.x_r)
     larger = np.maximum(F_fs, F_L)[decided]
     return float((np.abs(F_L - F_fs)[decided] / larger).min(initial=math.inf))
 

@@ -24,9 +24,6 @@ from drysim.core.model import (
     AnyState,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
     Plant,
     Samples,
     Sines,
@@ -272,14 +269,14 @@ def describe_numerics(
 
 def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     """Return the smallest algorithm that is exact for a scene, and the reason."""
-    if isinstance(law, EndStopLaw):
+    if law.stops is not None:
         return (
             "bounded",
             "end stops: closed form from event to event; solved without stops if none is hit",
         )
-    if isinstance(law, ElasticContactLaw):
+    if law.is_elastic:
         return "contact", "elastic contact: closed form in each mode"
-    if isinstance(law, NormalForceLaw):
+    if law.may_separate:
         kind = "recorded" if law.force_record else "vanishing"
         return "pressed", f"{kind} normal force: closed form in each mode"
     if isinstance(law, DynamicLaw):

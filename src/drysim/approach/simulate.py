@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
 from drysim.approach.solution import Events, Floats, Numerics, Points, Response, StoredGrid
-from drysim.core.model import CoulombLaw, EndStopLaw, Plant, Samples, State
+from drysim.core.model import CoulombLaw, EndStops, PiecewiseLaw, Plant, Samples, State
 from drysim.errors import SolverError, UsageError
 from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE, shorten
 
@@ -121,7 +121,7 @@ def stop_law(
     b_s: float,
     e: float | None,
     start: State,
-) -> EndStopLaw:
+) -> PiecewiseLaw:
     """Return the law of friction and end stops; raise UsageError for invalid stops."""
     if x_rM is None or (k_s is None) == (e is None):
         raise UsageError("end stops need x_rM and either k_s (bumpers) or e (rigid)")
@@ -140,8 +140,9 @@ def stop_law(
         raise UsageError(f"e must lie between 0 and 1, not {e:g}")
     if e is not None and abs(start.x_r) > x_rM:
         raise UsageError(f"x_r = {start.x_r:g} m is beyond the rigid stops at {x_rM:g} m")
-    F_fk, F_fs = law.F_fk, law.F_fs
-    return EndStopLaw(F_fk, F_fs, x_rM, k_s or 0.0, b_s, e or 0.0)
+    stages = () if k_s is None else ((0.0, k_s),)
+    stops = EndStops(x_rM, x_rM, stages, b_s, e or 0.0)
+    return PiecewiseLaw(law.F_fk, law.F_fs, stops=stops)
 
 
 def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:

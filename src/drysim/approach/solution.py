@@ -21,8 +21,7 @@ from drysim.core.model import (
     MAX_CACHED,
     AnyLaw,
     AnyState,
-    CoulombLaw,
-    EndStopLaw,
+    DynamicLaw,
     Plant,
     Samples,
     Sines,
@@ -239,6 +238,21 @@ class Path(NamedTuple):
     x_r: Floats
 
 
+class Impacts(NamedTuple):
+    """Contacts with an end stop; arrays of shape (n,).
+
+    Attributes
+    ----------
+    t : ndarray
+        Time [s].
+    v_r : ndarray
+        Velocity just before [m/s]; its sign is the side of the stop.
+    """
+
+    t: Floats
+    v_r: Floats
+
+
 class Trajectory(Protocol):
     """Continuous solution behind a response: state at any time, integrals over any window."""
 
@@ -433,7 +447,7 @@ class Response:
         if force is not None:
             return force
         kinetic = d * self.law.F_fk
-        if isinstance(self.law, CoulombLaw | EndStopLaw) and self.law.variation:
+        if not isinstance(self.law, DynamicLaw) and self.law.variation:
             t = np.arange(*part.indices(len(self))) * self.dt
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.approach import coulomb, end_stops, exact, piecewise
+from drysim.approach import coulomb, exact, piecewise
 from drysim.approach.solution import Orbit
 from drysim.core.model import (
     AnyLaw,
@@ -34,8 +34,7 @@ from drysim.core.model import (
     ContactState,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
+    PiecewiseLaw,
     Plant,
     Sines,
 )
@@ -52,7 +51,7 @@ from drysim.core.orbit import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from drysim.approach.piecewise import AnyPiecewiseLaw, PiecewiseTrajectory
+    from drysim.approach.piecewise import PiecewiseTrajectory
     from drysim.approach.solution import Floats, Path
     from drysim.approach.taylor import TaylorTrajectory
 
@@ -79,7 +78,7 @@ def find_orbit(
     SolverError
         If events do not advance in time, or the motion is not finite.
     """
-    if isinstance(law, EndStopLaw):
+    if law.stops is not None:
         return find_orbit_with_stops(plant, law, motion, start, period)
     if not isinstance(law, CoulombLaw):
         return find_orbit_by_marching(plant, law, motion, start, period)
@@ -94,21 +93,22 @@ DECAY_TIMES = 40.0
 
 
 def find_orbit_with_stops(
-    plant: Plant, law: EndStopLaw, motion: Sines, start: AnyState, period: float
+    plant: Plant, law: PiecewiseLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Return the periodic orbit of a scene with end stops, which may not be reached at all."""
-    without_stops = coulomb.find_orbit(plant, law.coulomb, motion, start, period)
-    if without_stops.settled and without_stops.run_up_peak < law.x_rM:
+    assert law.stops is not None, "only called with end stops"
+    inner = law.without_stops
+    without_stops = find_orbit(plant, inner, motion, start, period)
+    nearest = min(law.stops.up, law.stops.down)
+    if without_stops.settled and without_stops.run_up_peak < nearest:
         decay = 0.5 * plant.b / plant.m * period
         periods = (
             STOP_SEARCH_PERIODS
             if decay * STOP_SEARCH_PERIODS < DECAY_TIMES
             else math.ceil(DECAY_TIMES / decay)
         )
-        path = coulomb.compute_trajectory(
-            plant, law.coulomb, motion, start, max(periods, 1) * period
-        )
-        if not end_stops.reaches_stops(path, law.x_rM):
+        path = exact.compute_trajectory(plant, inner, motion, start, max(periods, 1) * period)
+        if not exact.reaches_stops(path, law.stops):
             return without_stops
     return find_orbit_by_marching(plant, law, motion, start, period)
 
@@ -138,7 +138,7 @@ ReturnMap = Callable[[float, float], AnyState]
 
 def find_orbit_by_marching(
     plant: Plant,
-    law: AnyPiecewiseLaw | DynamicLaw,
+    law: PiecewiseLaw | DynamicLaw,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -154,7 +154,7 @@ def find_orbit_by_marching(
     """
     convergence = OrbitConvergence(closure_tolerance(law))
     orbit, events = march_to_orbit(plant, law, motion, start, period, convergence)
-    if convergence.extrapolated and isinstance(law, ElasticContactLaw) and events == 0:
+    if convergence.extrapolated and law.is_elastic and events == 0:
         convergence = OrbitConvergence(
             closure_tolerance(law), quiet_repetitions=CHANGES_PER_EXTRAPOLATION
         )
@@ -167,7 +167,7 @@ def find_orbit_by_marching(
 
 def march_to_orbit(
     plant: Plant,
-    law: AnyPiecewiseLaw | DynamicLaw,
+    law: PiecewiseLaw | DynamicLaw,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -212,13 +212,13 @@ def march_to_orbit(
 
 def march_period(
     plant: Plant,
-    law: AnyPiecewiseLaw | DynamicLaw,
+    law: PiecewiseLaw | DynamicLaw,
     motion: Sines,
     state: AnyState,
     period: float,
 ) -> PiecewiseTrajectory | TaylorTrajectory:
     """Return the trajectory of one period from a state."""
-    if isinstance(law, EndStopLaw):
+    if law.stops is not None:
         return piecewise.compute_trajectory(plant, law, motion, state, period)
     trajectory: Any = exact.compute_trajectory(plant, law, motion, state, period)
     found: PiecewiseTrajectory | TaylorTrajectory = trajectory
@@ -239,7 +239,7 @@ def state_scales(
 
 
 def perturbed_state(
-    law: AnyPiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
+    law: PiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
 ) -> AnyState:
     """Return a state displaced by dx [m] and dv [m/s].
 
@@ -251,7 +251,7 @@ def perturbed_state(
     return state._replace(x_r=x_r, v_r=v_r)
 
 
-def closure_tolerance(law: AnyPiecewiseLaw | DynamicLaw) -> float:
+def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
     """Return the scaled change over a repetition that counts as zero [-]."""
     if isinstance(law, DynamicLaw):
         return max(CLOSURE_TOLERANCE, TOLERANCE_FACTOR * law.tolerance)

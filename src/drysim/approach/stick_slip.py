@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any, ClassVar, Literal
 
 from drysim.approach.solution import Orbit, Response, Trajectory
-from drysim.core.model import AnyLaw, AnyState, CoulombLaw, EndStopLaw, Plant, Samples, Sines
+from drysim.core.model import AnyLaw, AnyState, CoulombLaw, PiecewiseLaw, Plant, Samples, Sines
 from drysim.units import Block
 
 
@@ -156,4 +156,4 @@ class Viscous(ExactApproach):
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
         """Return no dry friction, between the same end stops."""
-        return law._replace(F_fk=0.0, F_fs=0.0) if isinstance(law, EndStopLaw) else NO_FRICTION
+        return NO_FRICTION if law.stops is None else PiecewiseLaw(0.0, 0.0, stops=law.stops)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from drysim.bench.work import Answer, Entry, Run, Work
-from drysim.core.model import AnyLaw, CoulombLaw, EndStopLaw, NormalForceLaw, Samples
+from drysim.core.model import AnyLaw, DynamicLaw, Samples
 from drysim.errors import SolverError
 from drysim.wording import format_number
 
@@ -198,11 +198,10 @@ def omitted(work: Work) -> tuple[str, ...]:
 
 def unsupported_law(law: AnyLaw) -> str:
     """Return what the peers do not support in a law; empty for Coulomb friction."""
-    if isinstance(law, EndStopLaw):
+    if law.stops is not None:
         return "end stops"
-    if isinstance(law, CoulombLaw | NormalForceLaw):
-        varies = isinstance(law, NormalForceLaw) or law.variation
-        return "a varying normal force" if varies else ""
+    if not (isinstance(law, DynamicLaw) or law.is_elastic):
+        return "a varying normal force" if law.may_separate or law.variation else ""
     return "this friction law"
 
 

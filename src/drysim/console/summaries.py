@@ -20,7 +20,7 @@ from drysim.console.terminal import (
     stdout,
     wrap,
 )
-from drysim.core.model import AnyLaw, EndStopLaw
+from drysim.core.model import AnyLaw
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
@@ -158,7 +158,7 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     yield SummaryRow("peak |x_r|", format_length(peak), limit)
     if metrics["stroke_once_an_hour"] is not None:
         yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome.response.law, peak)
-    if isinstance(outcome.response.law, EndStopLaw):
+    if outcome.response.law.stops is not None:
         yield from _end_stop_rows(metrics)
     elif metrics["violations"]:
         first = format_number(metrics["t_first_violation"], "s")
@@ -196,7 +196,8 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
     how = "reached once an hour, extrapolated from the largest peaks"
-    if isinstance(law, EndStopLaw) and law.rigid and stroke == law.x_rM:
+    stops = law.stops
+    if stops is not None and stops.rigid and stroke == max(stops.up, stops.down):
         how = "limited by the rigid stops"
     return SummaryRow("hourly peak", format_length(stroke, peak), how)
 

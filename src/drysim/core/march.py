@@ -262,7 +262,7 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    plant, law : Plant, PiecewiseLaw
+    plant, law : Plant, KernelLaw
     waves : Waves
     u_dd, dt : array of float, float
         Base acceleration besides the waves at the samples [m/s²], and their interval [s].

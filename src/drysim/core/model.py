@@ -69,89 +69,136 @@ class CoulombLaw(NamedTuple):
         """Whether the mass can stick under this law."""
         return True
 
+    @property
+    def is_elastic(self) -> bool:
+        """False: the contact is rigid."""
+        return False
 
-class EndStopLaw(NamedTuple):
-    """Coulomb friction with an end stop on either side.
+    @property
+    def may_separate(self) -> bool:
+        """False: the surfaces never separate."""
+        return False
 
-    A stop is a bumper (spring and damper) where `k_s` is above 0, and rigid where it is 0.
+    @property
+    def force_record(self) -> None:
+        """None: the normal force is not recorded."""
+
+    @property
+    def stops(self) -> None:
+        """None: there are no end stops."""
+
+
+class EndStops(NamedTuple):
+    """End stops on both sides: bumpers, or rigid stops.
 
     Attributes
     ----------
-    F_fk, F_fs : float
-        Kinetic friction force [N], at least 0, and static limit [N], at least that.
-    x_rM : float
-        Position of the stops [m]: at |x_r| = x_rM, above 0.
-    k_s, b_s : float
-        Stiffness [N/m] and damping [N·s/m] of a bumper, at least 0.
+    up, down : float
+        Distance of the stops at positive and at negative x_r [m], above 0.
+    stages : tuple of (float, float)
+        Stages of a bumper: penetration at which each begins [m], 0 for the first, and the
+        stiffness that it adds [N/m]. Rigid stops have none.
+    b_s : float
+        Damping of a bumper [N·s/m], at least 0.
     e : float
         Coefficient of restitution of a rigid stop [-], 0 to 1.
-    variation, omega, phase : float
-        Variation of the normal force as in `CoulombLaw`.
     """
 
-    F_fk: float
-    F_fs: float
-    x_rM: float
-    k_s: float = 0.0
+    up: float
+    down: float
+    stages: tuple[tuple[float, float], ...] = ()
     b_s: float = 0.0
     e: float = 0.0
-    variation: float = 0.0
-    omega: float = 0.0
-    phase: float = 0.0
-
-    @property
-    def can_stick(self) -> bool:
-        """Whether the mass can stick under this law."""
-        return True
 
     @property
     def rigid(self) -> bool:
         """Whether the stops are rigid."""
-        return self.k_s == 0.0
+        return not self.stages
 
-    @property
-    def coulomb(self) -> CoulombLaw:
-        """The same friction without the stops."""
-        return CoulombLaw(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
+    def limit(self, x_r: float) -> float:
+        """Return the distance of the stop on the side of x_r [m]."""
+        return self.up if x_r > 0.0 else self.down
+
+    def elastic_force_and_energy(self, x_r: float) -> tuple[float, float]:
+        """Return force [N] and energy [J] of a bumper at rest at x_r [m]; 0 if apart."""
+        depth, force, energy = abs(x_r) - self.limit(x_r), 0.0, 0.0
+        for begin, stiffness in self.stages:
+            squeezed = max(depth - begin, 0.0)
+            force += stiffness * squeezed
+            energy += 0.5 * stiffness * squeezed**2
+        return force, energy
+
+    def reaches(self, x_r: Any) -> Any:
+        """Return whether displacements [m] are at a stop or beyond."""
+        return (x_r >= self.up) | (x_r <= -self.down)
 
 
-class ElasticContactLaw(NamedTuple):
-    """Elastic contact with a friction limit (Jenkins element); the limit may vary as a sine.
+class PiecewiseLaw(NamedTuple):
+    """Friction contact and end stops with a closed-form solution in each mode.
 
-    The limit at time t is `F_fk` times 1 + variation·sin(omega·t + phase). Where that is
-    negative the surfaces are separated and there is no force.
+    The contact is rigid, and sticks and slides as under `CoulombLaw`, or elastic: a spring in
+    series with a slider, which holds and yields. The limits at time t are `F_fk` and `F_fs`
+    times the normal force relative to its mean: 1 + variation·sin(omega·t + phase), or
+    `force_record`. Where that is negative the surfaces are separated and there is no friction.
 
     Attributes
     ----------
-    F_fk : float
-        Limit of the contact force [N], above 0.
+    F_fk, F_fs : float
+        Kinetic friction force, or limit of an elastic contact [N]; and static limit [N].
     k_t : float
-        Tangential stiffness [N/m], above 0.
+        Tangential stiffness of an elastic contact [N/m]; 0 for a rigid contact.
     variation : float
         Relative amplitude of the normal force [-], at least 0.
     omega, phase : float
         Angular frequency of the variation [rad/s] and its phase at t = 0 [rad].
+    force_record : NormalForceRecord or None
+        Recorded normal force, in place of a variation.
+    stops : EndStops or None
 
     Notes
     -----
-    Source: E. P. Petrov and D. J. Ewins, J. Turbomach. 125 (2003) 364.
+    Source: E. P. Petrov and D. J. Ewins, J. Turbomach. 125 (2003) 364, for the elastic contact.
     """
 
     F_fk: float
-    k_t: float
+    F_fs: float
+    k_t: float = 0.0
     variation: float = 0.0
     omega: float = 0.0
     phase: float = 0.0
+    force_record: NormalForceRecord | None = None
+    stops: EndStops | None = None
 
     @property
-    def F_fs(self) -> float:
-        """Static limit [N]: equal to F_fk."""
-        return self.F_fk
+    def is_elastic(self) -> bool:
+        """Whether the contact is elastic: it deforms before it slides."""
+        return self.k_t > 0.0
 
     @property
     def can_stick(self) -> bool:
-        """False: the contact deforms before it slides."""
-        return False
+        """Whether the mass can stick under this law."""
+        return not self.is_elastic
+
+    @property
+    def may_separate(self) -> bool:
+        """Whether the normal force of a rigid contact may vanish, or is recorded."""
+        return not self.is_elastic and (self.variation >= 1.0 or self.force_record is not None)
+
+    @property
+    def without_stops(self) -> CoulombLaw | PiecewiseLaw:
+        """The same contact without end stops."""
+        if self.is_elastic or self.may_separate:
+            return self._replace(stops=None)
+        return CoulombLaw(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
+
+    def load(self, t: Any) -> Any:
+        """Return the normal force relative to its mean [-] at times t [s]; 0 if separated."""
+        if self.force_record is None:
+            found = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
+        else:
+            times = np.arange(len(self.force_record.relative)) * self.force_record.step
+            found = np.interp(t, times, self.force_record.relative)
+        return np.maximum(found, 0.0)
 
 
 STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
@@ -206,47 +253,23 @@ class DynamicLaw(NamedTuple):
         """Whether the mass can stick; bristles always deform."""
         return self.kind == STRIBECK
 
-
-class NormalForceLaw(NamedTuple):
-    """Coulomb friction under a normal force that may vanish or is recorded.
-
-    The limits at time t are `F_fk` and `F_fs` times the normal force relative to its mean: 1 +
-    variation·sin(omega·t + phase), or `force_record`. Where it is not above zero the surfaces
-    are separated and there is no friction. Not to be confused with `CoulombLaw`, whose surfaces
-    never separate.
-
-    Attributes
-    ----------
-    F_fk, F_fs : float
-        Kinetic friction force and static limit under the mean normal force [N].
-    variation : float
-        Relative amplitude of the normal force [-], at least 0.
-    omega, phase : float
-        Angular frequency of the variation [rad/s] and its phase at t = 0 [rad].
-    force_record : NormalForceRecord or None
-        Recorded normal force, in place of a variation.
-    """
-
-    F_fk: float
-    F_fs: float
-    variation: float = 0.0
-    omega: float = 0.0
-    phase: float = 0.0
-    force_record: NormalForceRecord | None = None
+    @property
+    def is_elastic(self) -> bool:
+        """False: the contact is no spring in series with a slider."""
+        return False
 
     @property
-    def can_stick(self) -> bool:
-        """Whether the mass can stick under this law."""
-        return True
+    def may_separate(self) -> bool:
+        """False: the surfaces never separate."""
+        return False
 
-    def load(self, t: Any) -> Any:
-        """Return the normal force relative to its mean [-] at times t [s]; 0 if separated."""
-        if self.force_record is None:
-            found = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
-        else:
-            times = np.arange(len(self.force_record.relative)) * self.force_record.step
-            found = np.interp(t, times, self.force_record.relative)
-        return np.maximum(found, 0.0)
+    @property
+    def force_record(self) -> None:
+        """None: the normal force is not recorded."""
+
+    @property
+    def stops(self) -> None:
+        """None: there are no end stops."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +310,7 @@ class NormalForceRecord:
         return (len(self.relative) - 1) * self.step
 
 
-AnyLaw = CoulombLaw | DynamicLaw | ElasticContactLaw | EndStopLaw | NormalForceLaw
+AnyLaw = CoulombLaw | DynamicLaw | PiecewiseLaw
 """Any friction law, with or without end stops."""
 
 

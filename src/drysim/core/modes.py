@@ -105,7 +105,7 @@ class Side(NamedTuple):
     limit: float
 
 
-class PiecewiseLaw(NamedTuple):
+class KernelLaw(NamedTuple):
     """Friction contact, damper and end stops of a piecewise-linear law.
 
     Attributes
@@ -516,7 +516,7 @@ class Hold(NamedTuple):
     ----------
     segment, waves
         As in `first_root`, with the stiffness of the contact in the segment.
-    law : PiecewiseLaw
+    law : KernelLaw
     ramp : LoadRamp
         Of the normal force at the start.
     x_0 : float

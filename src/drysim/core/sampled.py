@@ -882,7 +882,7 @@ def march_elastic_samples(
 
     Parameters
     ----------
-    law : ElasticContactLaw
+    law : PiecewiseLaw
         With constant normal force.
     x_0 : float
         Displacement at which the contact carries no force [m].

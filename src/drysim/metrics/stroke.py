@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from drysim.approach.solution import Floats, Path, Trajectory
-from drysim.core.model import AnyLaw, AnyState, EndStopLaw
+from drysim.core.model import AnyLaw, AnyState
 
 if TYPE_CHECKING:
-    from drysim.approach.end_stops import UnreachedStopsTrajectory
+    from drysim.approach.exact import UnreachedStopsTrajectory
     from drysim.approach.piecewise import PiecewiseTrajectory
 
 Values = dict[str, float | int | None]
@@ -153,8 +153,8 @@ def impact_metrics(
     repeats : bool
         Whether the end continues at the start, as on a periodic orbit.
     """
-    law = trajectory.law
-    assert isinstance(law, EndStopLaw), "only called with end stops"
+    stops = trajectory.law.stops
+    assert stops is not None, "only called with end stops"
     solution = cast("PiecewiseTrajectory | UnreachedStopsTrajectory", trajectory)
     begin, end = window
     t, v_r = solution.hits()
@@ -165,19 +165,18 @@ def impact_metrics(
     return {
         "contacts": int(inside.sum()),
         "impact_speed": fastest,
-        "impulse_peak": trajectory.plant.m * (1.0 + law.e) * fastest if law.rigid else None,
-        "stop_force_peak": None if law.rigid else solution.peak_bumper_force(begin, end),
+        "impulse_peak": trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
+        "stop_force_peak": None if stops.rigid else solution.peak_bumper_force(begin, end),
     }
 
 
 def bumper_energy(law: AnyLaw, state: AnyState) -> float:
     """Return the elastic energy of the bumper in a state [J]; 0 without contact."""
-    if not isinstance(law, EndStopLaw) or abs(state.x_r) < law.x_rM:
+    if law.stops is None:
         return 0.0
-    side = math.copysign(1.0, state.x_r)
-    depth = abs(state.x_r) - law.x_rM
-    touches = law.k_s * depth + law.b_s * side * state.v_r > 0.0
-    return 0.5 * law.k_s * depth**2 if touches else 0.0
+    force, energy = law.stops.elastic_force_and_energy(state.x_r)
+    outward = math.copysign(state.v_r, state.x_r * state.v_r)
+    return energy if force + law.stops.b_s * outward > 0.0 else 0.0
 
 
 def stroke_statistics(

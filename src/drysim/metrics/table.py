@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Path, Trajectory
-from drysim.core.model import AnyState, EndStopLaw, Plant, Totals
+from drysim.core.model import AnyState, Plant, Totals
 from drysim.metrics.stroke import (
     Values,
     bumper_energy,
@@ -177,12 +177,13 @@ def measure(
     values |= energy_metrics(
         trajectory.plant, trajectory.law.F_fk, totals, *ends, bumper_energies
     )
-    if isinstance(trajectory.law, EndStopLaw):
+    if trajectory.law.stops is not None:
         values |= impact_metrics(trajectory, window, repeats=closure is not None)
         values["energy_stops"] = totals.stop_work - (bumper_energies[1] - bumper_energies[0])
         hourly = values.get("stroke_once_an_hour")
-        if trajectory.law.rigid and hourly is not None:  # rigid stops bound the stroke
-            values["stroke_once_an_hour"] = min(hourly, trajectory.law.x_rM)
+        stops = trajectory.law.stops
+        if stops.rigid and hourly is not None:  # rigid stops bound the stroke
+            values["stroke_once_an_hour"] = min(hourly, max(stops.up, stops.down))
     if x_rM is not None:
         times, t_first, t_beyond = excursions(
             trajectory, path, x_rM, repeats=closure is not None

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import drysim
-from drysim.core.model import NormalForceLaw, Samples, Sines
+from drysim.core.model import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.output.tables import format_numbers, join_rows, write_csv
 from drysim.study.case import signal_sha256
@@ -132,7 +132,7 @@ def sidecar_fields(
         Further fields, placed after the metrics.
     """
     scenario, law = result.scenario, result.scenario.law()
-    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
+    force_record = law.force_record
     inputs = (*getattr(motion, "inputs", ()), *(force_record.inputs if force_record else ()))
     fields = {
         **header_fields(provenance, getattr(result, "complete", True)),

@@ -17,7 +17,7 @@ import orjson
 from numpy.typing import NDArray
 
 from drysim.approach.solution import EVENT_NAMES, Events, Response
-from drysim.core.model import BLOCK_SIZE, EndStopLaw
+from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
 from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS
 from drysim.metrics.table import UNITS as METRIC_UNITS
@@ -66,7 +66,7 @@ EVENT_CODES = sorted(EVENT_NAMES)
 def write_response_csv(outcome: Outcome, folder: Path) -> None:
     """Write response.csv: the motion on the output grid, with the force of end stops if any."""
     motion = outcome.response
-    stops = isinstance(motion.law, EndStopLaw)
+    stops = motion.law.stops is not None
     blocks = (_response_block(motion, part, stops) for part in motion.parts())
     columns = (*RESPONSE_COLUMNS, "F_stop") if stops else RESPONSE_COLUMNS
     write_csv(

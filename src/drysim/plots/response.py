@@ -19,11 +19,8 @@ from drysim import wording
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import (
     AnyLaw,
-    CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
+    PiecewiseLaw,
     acceleration_at,
 )
 from drysim.plots import style
@@ -237,7 +234,7 @@ def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None
 
 def stuck_label(law: AnyLaw) -> str:
     """Return the label of shaded phases: with an elastic contact the mass moves in them."""
-    return "no slip" if isinstance(law, ElasticContactLaw) else "stuck"
+    return "no slip" if law.is_elastic else "stuck"
 
 
 def mark_settling_end(above: Axes, below: Axes, begin: float) -> None:
@@ -282,10 +279,14 @@ def draw_limit(
 def stop_impacts(response: Response) -> list[tuple[float, float]]:
     """Return time [s] and x_r [m] of every impact on an end stop."""
     law, trajectory = response.law, cast("PiecewiseTrajectory", response.trajectory)
-    if not isinstance(law, EndStopLaw):
+    if law.stops is None:
         return []
     t, v_r = trajectory.hits()
-    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
+    return list(
+        zip(
+            t.tolist(), np.where(v_r > 0.0, law.stops.up, -law.stops.down).tolist(), strict=True
+        )
+    )
 
 
 def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
@@ -329,7 +330,7 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
     axes.set_xlim(*_axis_limits(x_r))
-    if not (motion.law.variation or isinstance(motion.law, NormalForceLaw)):
+    if not (motion.law.variation or motion.law.force_record is not None):
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
@@ -442,12 +443,12 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
     inside = inside[(inside > 0) & response.law.can_stick]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
-    if isinstance(law, NormalForceLaw):
+    if isinstance(law, PiecewiseLaw) and law.may_separate:
         limit = law.F_fk * law.load(t)
         # While the contact opens, closes or is open no force jumps, and v_r may be nonzero.
         in_contact = limit > SEPARATION_TOLERANCE * law.F_fk
         inside, t, x_r, F_L, limit = (each[in_contact] for each in (inside, t, x_r, F_L, limit))
-    elif isinstance(law, CoulombLaw | EndStopLaw):
+    elif not isinstance(law, DynamicLaw) and not law.is_elastic:
         limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
     else:
         limit = np.full_like(t, law.F_fs)

@@ -31,7 +31,6 @@ from numpy.typing import NDArray
 
 from drysim import wording
 from drysim.approach.solution import Floats
-from drysim.core.model import EndStopLaw
 from drysim.plots import response, style
 from drysim.plots.style import (
     IMPACT_SPEED,
@@ -108,10 +107,8 @@ def draw_stroke(table: Table) -> Figure:
     if needs_quantiles(table):
         return draw_quantiles(table, [peak])
     # With end stops |x_r| is nearly the same in all cases that reach them.
-    law = table.scenario.law()
-    stop_metrics = (
-        [IMPACT_SPEED if law.rigid else STOP_FORCE] if isinstance(law, EndStopLaw) else []
-    )
+    stops = table.scenario.law().stops
+    stop_metrics = [] if stops is None else [IMPACT_SPEED if stops.rigid else STOP_FORCE]
     view = sweep_view(table)
     top = max(known_values(view, peak.of), default=0.0)
 

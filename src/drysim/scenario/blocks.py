@@ -26,7 +26,7 @@ from pydantic import (
 )
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
-from drysim.core.model import CoulombLaw, EndStopLaw, Plant, State
+from drysim.core.model import CoulombLaw, EndStops, PiecewiseLaw, Plant, State
 from drysim.errors import Problem
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
@@ -102,11 +102,14 @@ class Stops(Block):
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "restitution"),)
     needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
 
-    def with_friction(self, law: CoulombLaw, limit: float) -> EndStopLaw:
+    def with_friction(self, law: CoulombLaw | PiecewiseLaw, limit: float) -> PiecewiseLaw:
         """Return the law with stops at ±limit [m] and friction between them."""
-        F_fk, F_fs, *variation = law
-        k_s, b_s, e = self.stiffness or 0.0, self.damping or 0.0, self.restitution or 0.0
-        return EndStopLaw(F_fk, F_fs, limit, k_s, b_s, e, *variation)
+        stages = () if self.stiffness is None else ((0.0, self.stiffness),)
+        stops = EndStops(limit, limit, stages, self.damping or 0.0, self.restitution or 0.0)
+        if isinstance(law, PiecewiseLaw):
+            return law._replace(stops=stops)
+        F_fk, F_fs, variation, omega, phase = law
+        return PiecewiseLaw(F_fk, F_fs, 0.0, variation, omega, phase, stops=stops)
 
 
 class Stroke(Block):

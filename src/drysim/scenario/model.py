@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, ValidationInfo, WithJsonSchema, field_validator
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
-from drysim.core.model import AnyLaw, CoulombLaw, EndStopLaw, NormalForceLaw
+from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
@@ -151,7 +151,7 @@ class Scenario(FromFile):
         friction = self.active_friction
         law = friction.to_law(self.oscillator.mass) if friction else CoulombLaw(0.0, 0.0)
         # Other laws with stops are an error, which `unsupported_values` reports.
-        if self.stops is None or self.stroke is None or not isinstance(law, CoulombLaw):
+        if self.stops is None or self.stroke is None or isinstance(law, DynamicLaw):
             return law
         return self.stops.with_friction(law, self.stroke.limit)
 
@@ -529,10 +529,7 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
         key = next(key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
         sentence = f"approach {name} does not support a static limit above kinetic friction"
         yield ("friction", key), f"{sentence}; remove it or choose stick-slip"
-    if (
-        not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
-        and not member.supports_dynamic
-    ):
+    if (law.is_elastic or isinstance(law, DynamicLaw)) and not member.supports_dynamic:
         sentence = f"approach {name} supports Coulomb friction only"
         yield ("friction", "law"), f"{sentence}; choose law coulomb or approach stick-slip"
     recorded = _has_recorded_normal_force(friction)
@@ -551,11 +548,11 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
         yield ("stroke", "stops"), f"{sentence}; remove them or choose stick-slip"
     elif APPROACHES_BY_NAME[name].supports_friction:
         recorded = _has_recorded_normal_force(scenario.active_friction)
-        if recorded or isinstance(scenario.law(), NormalForceLaw):
+        if recorded or scenario.law().may_separate:
             key = "normal_record" if recorded else "normal_variation"
             sentence = "end stops need a normal force that is always positive and not a record"
             yield ("stroke", "stops"), f"{sentence}; change friction.{key} or remove them"
-        elif not isinstance(scenario.law(), CoulombLaw | EndStopLaw):
+        elif scenario.law().is_elastic or isinstance(scenario.law(), DynamicLaw):
             sentence = "end stops support Coulomb friction only, not this friction.law"
             yield ("stroke", "stops"), f"{sentence}; choose law coulomb or remove them"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
@@ -823,12 +820,9 @@ def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if not member.supports_static and (law.F_fs > law.F_fk or swept & _STATIC_PATHS):
         yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
-    if (
-        not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
-        and not member.supports_dynamic
-    ):
+    if (law.is_elastic or isinstance(law, DynamicLaw)) and not member.supports_dynamic:
         yield f"{name} uses Coulomb friction with the forces of the law"
-    varies = isinstance(law, NormalForceLaw) or law.variation
+    varies = law.may_separate or law.variation
     varies = varies or any(key.startswith(_VARIATION_PREFIXES) for key in swept)
     if not member.supports_variation and varies:
         yield f"{name} uses a constant normal force"

@@ -14,8 +14,6 @@ from math import inf, isclose, nan, pi, sqrt
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.model import (
     AnyLaw,
-    EndStopLaw,
-    NormalForceLaw,
     Samples,
     Sines,
     blocks,
@@ -185,8 +183,8 @@ def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
     peak = max_abs(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
     load, least = m * peak + k_x * abs(start.x_r), _least_normal_force(law)
     hold, drag = law.F_fs * least, law.F_fk * least
-    if isinstance(law, EndStopLaw):  # a start beyond the limit compresses a bumper
-        load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
+    if law.stops is not None:  # a start beyond the limit compresses a bumper
+        load += law.stops.elastic_force_and_energy(start.x_r)[0]
     if start.v_r == 0 and load <= hold and law.can_stick:
         yield WarningMessage(
             "will-not-move",
@@ -205,8 +203,8 @@ def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
 
 def _least_normal_force(law: AnyLaw) -> float:
     """Return the smallest normal force relative to its mean [-]."""
-    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
-    return 1.0 - law.variation if force_record is None else float(force_record.relative.min())
+    record = law.force_record
+    return 1.0 - law.variation if record is None else float(record.relative.min())
 
 
 def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:

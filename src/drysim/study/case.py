@@ -34,9 +34,7 @@ from drysim.core.model import (
     AnyLaw,
     CoulombLaw,
     DynamicLaw,
-    ElasticContactLaw,
-    EndStopLaw,
-    NormalForceLaw,
+    PiecewiseLaw,
     Plant,
     Samples,
     Signal,
@@ -164,11 +162,7 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
         raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
     law = scenario.law()
-    force = (
-        law.force_record.warnings
-        if isinstance(law, NormalForceLaw) and law.force_record
-        else ()
-    )
+    force = law.force_record.warnings if law.force_record else ()
     known = (
         *scenario_warnings(scenario, motion, compared),
         *getattr(motion, "warnings", ()),
@@ -270,7 +264,7 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
 
 def short_normal_record(case: Case) -> str:
     """Return the error message for a normal-force record that ends before the run, else ""."""
-    force_record = case.law.force_record if isinstance(case.law, NormalForceLaw) else None
+    force_record = case.law.force_record
     if force_record is None or case.window[1] <= force_record.end * (1.0 + LENGTH_TOLERANCE):
         return ""
     ends = f"ends at {format_number(force_record.end, 's')}"
@@ -446,9 +440,7 @@ class StepCost(NamedTuple):
 DEFAULT_COST = StepCost()
 STEP_COSTS = {
     DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
-    ElasticContactLaw: StepCost(40, 6, "march.march sampled.march_elastic_samples"),
-    EndStopLaw: StepCost(20, 6, "march.march"),
-    NormalForceLaw: StepCost(30, 4, "march.march"),
+    PiecewiseLaw: StepCost(30, 6, "march.march"),
 }
 
 
@@ -507,7 +499,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
         fastest = max(case.motion.f, default=0.0)
         radians = 2.0 * pi * fastest * span
         yield Oscillation("excitation", "base motion", radians, radians)
-    if isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw) and law.variation:
+    if not (isinstance(law, DynamicLaw) or law.is_elastic) and law.variation:
         fastest = max(fastest, law.omega / (2.0 * pi))
         radians = law.omega * span
         yield Oscillation("friction.normal_variation", "normal force", radians, radians)
@@ -532,7 +524,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
             minimum,
             SECONDS_PER_BRISTLE_DECAY,
         )
-    if isinstance(law, ElasticContactLaw):
+    if isinstance(law, PiecewiseLaw) and law.is_elastic:
         name = "oscillation on the contact"
         yield _free_oscillation(
             "friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks

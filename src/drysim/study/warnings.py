@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
 from drysim.approach.solution import FIXED_STEP, Orbit, Response
-from drysim.core.model import AnyLaw, EndStopLaw
+from drysim.core.model import AnyLaw
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Metrics
@@ -92,7 +92,8 @@ def response_warnings(
     """
     if limit is not None and metrics["violations"]:
         yield stroke_warning(metrics, limit, response.law, includes_settling, window_peak)
-    if isinstance(response.law, EndStopLaw) and response.law.rigid and metrics["contacts"]:
+    stops = response.law.stops
+    if stops is not None and stops.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
     residual = metrics["energy_residual"]
     # Fixed steps never close the energy balance: the residual is then a metric, no warning.
@@ -127,7 +128,7 @@ def stroke_warning(
     """Return the warning about the stroke limit or end stops."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     window_peak = window_peak or peak
-    if isinstance(law, EndStopLaw):
+    if law.stops is not None:
         sentence = (
             f"the mass hits its end stops, first at t = {format_number(t_first, 's')}, at up "
             f"to {format_number(metrics['impact_speed'], 'm/s')}"
@@ -329,7 +330,8 @@ def ensemble_warnings(
     yield from (warning for warning in shown.warnings if warning.slug not in REPLACED_SLUGS)
     if case.limit is not None:
         yield from ensemble_stroke_warnings(rows, found, case.limit)
-    if isinstance(case.law, EndStopLaw) and case.law.rigid and has_contacts(found):
+    stops = case.law.stops
+    if stops is not None and stops.rigid and has_contacts(found):
         yield rigid_impact_warning()
     residual = found.get("energy_residual")
     slugs = {warning.slug for warning in shown.warnings}
