@@ -215,11 +215,10 @@ def test_approaches_without_a_use_for_it_refuse_it(scene, name, force):
 @pytest.mark.parametrize(
     "force", [RECORD, "normal: 100, normal_variation: {amplitude: 1.2, frequency: 4}"]
 )
-def test_end_stops_refuse_surfaces_that_part(scene, force):
-    stops = {"stroke.stops.restitution": 0.3}
-    with pytest.raises(ScenarioError) as found:
-        load(scene(force), stops)
-    assert "end stops need a normal force" in found.value.problems[0].sentence
+def test_surfaces_that_part_go_between_end_stops(scene, force):
+    scenario = load(scene(force), {"stroke.stops.restitution": 0.3})
+    assert scenario.law().stops.rigid
+    assert scenario.law().may_separate
 
 
 def test_faintest_force_that_varies_holds_what_nothing_pulls():

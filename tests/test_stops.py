@@ -15,13 +15,14 @@ from stops import march_stops
 
 import drysim
 import drysim as package
-from drysim import errors
 from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import CoulombLaw, PiecewiseLaw, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import measure
 from drysim.plots.response import curve_with_events, stop_impacts
+from drysim.scenario.axes import iter_points
+from drysim.wording import describe_stops
 
 # End stops, bumpers and rigid ones: against a state machine, closed forms, invariants.
 
@@ -456,17 +457,28 @@ def loaded(folder: Path, stops: str, *overrides: str) -> package.Scenario:
 
 
 @pytest.mark.parametrize("stops", [BUMPERS, RIGID])
-def test_stops_go_with_surfaces_that_never_lift_off(tmp_path, stops):
+def test_stops_go_with_surfaces_that_lift_off_and_with_elastic_contacts(tmp_path, stops):
     words = "{law: coulomb, mu_kinetic: 0.1, normal: 400 N, normal_variation: VARIED}"
     varied = "{amplitude: %s, frequency: 3 Hz}"
     pressed = loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 0.9))
-    assert pressed.stops is not None
-    with pytest.raises(errors.ScenarioError) as found:
-        loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 1.3))
-    assert [problem.sentence for problem in found.value.problems] == [
-        "end stops need a normal force that is always positive and not a record; change "
-        "friction.normal_variation or remove them"
-    ]
+    assert pressed.law().stops is not None
+    lifted = loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 1.3))
+    assert lifted.law().may_separate
+    jenkins = "{law: jenkins, kinetic: 30, tangential_stiffness: 1e5}"
+    for scenario in (lifted, loaded(tmp_path, stops, f"friction={jenkins}")):
+        metrics = package.run(scenario).metrics
+        assert metrics["contacts"] is not None
+        assert metrics["energy_residual"] < 1e-11
+
+
+def test_stages_of_a_bumper_are_read_described_and_swept(tmp_path):
+    stages = "{stages: [{from: 0 mm, stiffness: 20 kN/m}, {from: 5 mm, stiffness: 2e5}]}"
+    scenario = loaded(tmp_path, stages)
+    assert scenario.law().stops.stages == ((0.0, 2e4), (0.005, 1.8e5))
+    assert "20000 N/m, 200000 N/m from 5 mm" in describe_stops(scenario.law())
+    swept = loaded(tmp_path, stages, "sweep={stroke.stops.stages.1.from: [2 mm, 4 mm]}")
+    begins = [case.law().stops.stages[1][0] for case in map(swept.at, iter_points(swept.sweep))]
+    assert begins == [0.002, 0.004]
 
 
 @pytest.mark.parametrize("stops", [BUMPERS, RIGID])

@@ -595,10 +595,13 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
     if stops.rigid:
         parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(stops.e)}")]
     else:
-        parts += [
-            ("stiffness", format_number(stops.stages[0][1], "N/m")),
-            ("damping", format_number(stops.b_s, "N·s/m")),
-        ]
+        stiffness, texts = 0.0, []
+        for begin, added in stops.stages:
+            stiffness += added
+            where = f" from {format_length(begin)}" if begin else ""
+            texts.append(format_number(stiffness, "N/m") + where)
+        parts += [("stiffness", ", ".join(texts))] if len(texts) == 1 or not swept else []
+        parts += [("damping", format_number(stops.b_s, "N·s/m"))]
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
     return ", ".join(words for key, words in parts if key not in varied)
 

@@ -64,6 +64,7 @@ from drysim.core.events import CONTACT, LIFT, RELEASE, REVERSAL, SLIP, STICK, Se
 from drysim.core.forcing import Waves
 from drysim.core.march import MarchState, Scene, march
 from drysim.core.model import (
+    MAX_STAGES,
     AnyState,
     ContactState,
     CoulombLaw,
@@ -78,7 +79,6 @@ from drysim.core.model import (
 from drysim.core.modes import (
     ARRIVAL,
     FREE,
-    MAX_STAGES,
     KernelLaw,
     Side,
     initial_piecewise_mode,

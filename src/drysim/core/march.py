@@ -67,6 +67,7 @@ from drysim.core.modes import (
     CHATTERING,
     FREE,
     HOLD,
+    LEAVING,
     RELEASED,
     STEADY_BUMPER,
     Hold,
@@ -346,7 +347,8 @@ def march(scene, state, segments, log, capacity):
         equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
         c, w, g, r, ramp = equation
         segment = start_segment(c, w, waves, xi, v_r, g, r)
-        if abs(mode.direction) == 1 and not is_rigid_slip(law, mode):
+        free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
+        if free and mode.bumper != LEAVING:
             d = motion_direction(v_r, segment.a, segment.j)
             if d == -mode.direction:
                 mode = Mode(mode.contact, d, mode.stop, mode.origin, mode.poised, mode.bumper)
@@ -360,7 +362,7 @@ def march(scene, state, segments, log, capacity):
         z = origin_of(law, mode.origin)
         # Time and kind of the first exit. `stop` is a zero of v_r, or the end of rest.
         stop, change, transition = NEVER, NEVER, NEVER
-        contact, after, direction = mode.contact, mode.stop, 0
+        side, after, direction = HOLD, mode.stop, 0
         x, v = xi, v_r
         a, creeping = segment.a, False
         if mode.bumper == CHATTERING:
@@ -388,7 +390,7 @@ def march(scene, state, segments, log, capacity):
             # An exit at the end of the interval is decided in the next one.
             stop = stop if stop < left else NEVER
             if law.k_t > 0.0 and mode.contact != FREE:
-                change, contact = pressed_contact_exit(
+                change, side = pressed_contact_exit(
                     law, waves, mode, z + xi - x_0, ramp, t, min(until, stop)
                 )
         else:
@@ -407,16 +409,17 @@ def march(scene, state, segments, log, capacity):
                     v_r, a = rescale(v_r, a_carried)
                     j = r - c * a - w * v_r
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
+            if mode.bumper == LEAVING:
+                d, a, j = mode.direction, 0.0, j + c * a
             if law.k_t == 0.0 or (directed and d != 0):
                 stop = slip_end_time(c, w, waves, xi, v_r, a, j, g, r, d, until)
             if law.k_t > 0.0 and mode.contact == HOLD:
                 hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
-                change, contact, x, v = end_of_hold(hold, min(stop, until))
+                change, side, x, v = end_of_hold(hold, min(stop, until))
             elif law.k_t > 0.0 and mode.contact != FREE:
                 change, x, v = end_of_yield(
                     segment, waves, law, ramp, mode.contact, min(stop, until)
                 )
-                contact = HOLD
             if directed and d != 0:
                 transition, after = next_stop_transition(
                     equation, waves, law, mode, xi, v_r, min(stop, change, until)
@@ -438,8 +441,9 @@ def march(scene, state, segments, log, capacity):
             load = max(load, 0.0)
             x_r = z + xi
             F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
-            d = mode.direction
+            d, contact = mode.direction, mode.contact
             if step == change:
+                contact = side
                 if contact == HOLD:
                     x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
                 poised = mode.contact if contact == HOLD else 0
@@ -448,11 +452,12 @@ def march(scene, state, segments, log, capacity):
                     kind = STICK if contact == HOLD else contact * SLIP
                     count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif d == AT_REST and step == stop:
-                poised, kind = 0, direction * RELEASE
+                poised, start, kind = 0, LEAVING, direction * RELEASE
                 if law.k_t == 0.0 and contact == HOLD:
-                    contact, poised, kind = direction, direction, direction * SLIP
+                    contact, poised, start = direction, direction, STEADY_BUMPER
+                    kind = direction * SLIP
                     F_L = -direction * side_of(law, direction).F_fs * load
-                mode = Mode(contact, direction, mode.stop, mode.origin, poised, STEADY_BUMPER)
+                mode = Mode(contact, direction, mode.stop, mode.origin, poised, start)
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif step in (transition, stop):
                 if step == transition and mode.stop == APART:

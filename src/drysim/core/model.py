@@ -88,6 +88,10 @@ class CoulombLaw(NamedTuple):
         """None: there are no end stops."""
 
 
+MAX_STAGES = 3
+"""Largest number of linear stages of a bumper."""
+
+
 class EndStops(NamedTuple):
     """End stops on both sides: bumpers, or rigid stops.
 

@@ -65,7 +65,7 @@ from drysim.core.forcing import (
     start_segment,
     steady_response,
 )
-from drysim.core.model import CoulombLaw, Plant
+from drysim.core.model import MAX_STAGES, CoulombLaw, Plant
 from drysim.core.roots import (
     MAX_BISECTIONS,
     NEVER,
@@ -81,9 +81,6 @@ from drysim.core.roots import (
 )
 
 # Law and mode, as kernels read them.
-
-MAX_STAGES = 3
-"""Linear stages of a bumper."""
 
 
 class Side(NamedTuple):
@@ -152,9 +149,10 @@ APART, RELEASED = 0, 3
 the stage, plus RELEASED: separated there, because a bumper only pushes and relaxes more slowly
 than the mass moves away. All but APART carry the sign of the side."""
 
-STEADY_BUMPER, BUMPER_AT_ZERO, CHATTERING = 0, 1, 2
+STEADY_BUMPER, BUMPER_AT_ZERO, CHATTERING, LEAVING = 0, 1, 2, 3
 """How a segment begins at a stop: in regular motion; with a bumper force that is exactly zero;
-or as the rest of a chatter against a rigid stop, with v_r of the first rebound."""
+as the rest of a chatter against a rigid stop, with v_r of the first rebound; or as the mass
+leaves a rigid stop where the force that pressed it there is exactly zero."""
 
 
 class Mode(NamedTuple):

@@ -26,7 +26,7 @@ from pydantic import (
 )
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
-from drysim.core.model import CoulombLaw, EndStops, PiecewiseLaw, Plant, State
+from drysim.core.model import MAX_STAGES, CoulombLaw, EndStops, PiecewiseLaw, Plant, State
 from drysim.errors import Problem
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
@@ -80,6 +80,15 @@ class Oscillator(Block):
         return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
 
 
+class Stage(Block):
+    """Linear stage of a bumper."""
+
+    begin: Annotated[float, Quantity("m", at_least=0)] = Field(alias="from")
+    """Penetration at which the stage begins [m]; 0 for the first one."""
+    stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness of the bumper from there on [N/m], above 0."""
+
+
 class Stops(Block):
     """End stops at both ends of the stroke: elastic bumpers or rigid stops.
 
@@ -87,24 +96,47 @@ class Stops(Block):
     -----
     A bumper is a spring and a damper that push and never pull. With xi the signed displacement
     beyond the limit, F_stop = stiffness xi + damping v_r as long as it has the sign of xi, else
-    0; with damping, contact is lost before x_r is back at the limit. A rigid stop changes v_r
-    to -restitution v_r; a sequence of ever smaller rebounds ends at rest against the stop.
+    0; with damping, contact is lost before x_r is back at the limit. The spring may have up to
+    three linear stages. A rigid stop changes v_r to -restitution v_r; a sequence of ever
+    smaller rebounds ends at rest against the stop.
     """
 
     stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
     """Stiffness of a bumper [N/m], above 0."""
+    stages: Annotated[tuple[Stage, ...], Field(min_length=1, max_length=MAX_STAGES)] | None = (
+        None
+    )
+    """Up to three linear stages of a bumper, in place of `stiffness`."""
     damping: Damping | None = None
     """Damping of a bumper [N·s/m]; default: 0."""
     restitution: Annotated[float, Quantity("", at_least=0, at_most=1)] | None = None
     """Coefficient of restitution of a rigid stop [-], 0 to 1: speed after over speed before an
     impact. Instead of `stiffness`."""
 
-    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "restitution"),)
-    needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "stages", "restitution"),)
+
+    @model_validator(mode="after")
+    def _check_bumper(self) -> Self:
+        if self.damping is not None and self.restitution is not None:
+            raise InvalidValue("requires stiffness or stages", "damping")
+        begins = [stage.begin for stage in self.stages or ()]
+        for i, begin in enumerate(begins):
+            if i == 0 and begin != 0.0:
+                raise InvalidValue(
+                    f"must be 0 for the first stage, not {begin:.12g}", "stages", 0, "from"
+                )
+            if i > 0 and begin <= begins[i - 1]:
+                least = f"above that of the stage before, {begins[i - 1]:.12g} m"
+                raise InvalidValue(f"must be {least}, not {begin:.12g}", "stages", i, "from")
+        return self
 
     def with_friction(self, law: CoulombLaw | PiecewiseLaw, limit: float) -> PiecewiseLaw:
         """Return the law with stops at ±limit [m] and friction between them."""
         stages = () if self.stiffness is None else ((0.0, self.stiffness),)
+        below = 0.0
+        for stage in self.stages or ():
+            stages = (*stages, (stage.begin, stage.stiffness - below))
+            below = stage.stiffness
         stops = EndStops(limit, limit, stages, self.damping or 0.0, self.restitution or 0.0)
         if isinstance(law, PiecewiseLaw):
             return law._replace(stops=stops)
@@ -119,8 +151,8 @@ class Stroke(Block):
     """Stroke limit x_rM [m] to either side, half of the total travel: |x_r| must stay below it.
     Without `stops` it is only checked."""
     stops: Stops | None = None
-    """End stops at the limit; without this block the mass moves beyond it. Supported for law
-    `coulomb` with a positive normal force that is not a record, and without friction."""
+    """End stops at the limit; without this block the mass moves beyond it. Supported for the
+    laws `coulomb`, `jenkins` and `petrov-ewins`, and without friction."""
 
 
 class Start(Block):

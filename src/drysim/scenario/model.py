@@ -83,6 +83,8 @@ STATIC_KEYS = ("static", "static_ratio", "mu_static")
 _STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
 _VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
 _STOPS_PREFIX = "stroke.stops."
+LAWS_WITH_STOPS = ("coulomb", "jenkins", "petrov-ewins")
+"""Friction laws that may be combined with end stops: those solved in closed form."""
 
 
 class Scenario(FromFile):
@@ -546,15 +548,9 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
     if not APPROACHES_BY_NAME[name].supports_stops:
         sentence = f"approach {name} does not support end stops"
         yield ("stroke", "stops"), f"{sentence}; remove them or choose stick-slip"
-    elif APPROACHES_BY_NAME[name].supports_friction:
-        recorded = _has_recorded_normal_force(scenario.active_friction)
-        if recorded or scenario.law().may_separate:
-            key = "normal_record" if recorded else "normal_variation"
-            sentence = "end stops need a normal force that is always positive and not a record"
-            yield ("stroke", "stops"), f"{sentence}; change friction.{key} or remove them"
-        elif scenario.law().is_elastic or isinstance(scenario.law(), DynamicLaw):
-            sentence = "end stops support Coulomb friction only, not this friction.law"
-            yield ("stroke", "stops"), f"{sentence}; choose law coulomb or remove them"
+    elif isinstance(scenario.nominal_law(), DynamicLaw):
+        sentence = f"end stops support the laws {', '.join(LAWS_WITH_STOPS)}"
+        yield ("stroke", "stops"), f"{sentence}; choose one of them or remove the stops"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
         sentence = (
             f"start.x_r must be within ±stroke.limit = ±{stroke.limit:.12g} m with rigid "
@@ -756,10 +752,10 @@ def _with_column(old: Any, annotation: Any, steps: Sequence[str], column: NDArra
         values: Any = {first: column}
         return next(iter(block_models(annotation))).model_construct(**values)
     assert isinstance(old, Block), "a key leads through blocks and lists"
-    inner = _with_column(
-        getattr(old, first), type(old).model_fields[first].annotation, rest, column
-    )
-    return old.model_copy(update={first: inner})
+    fields = type(old).model_fields
+    name = next(name for name, field in fields.items() if (field.alias or name) == first)
+    inner = _with_column(getattr(old, name), fields[name].annotation, rest, column)
+    return old.model_copy(update={name: inner})
 
 
 # The scenario under another approach, and what that approach leaves out
@@ -831,7 +827,7 @@ def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
 # The scenario under another friction law, and what that law leaves out
 
 COULOMB = "coulomb"
-"""The law that end stops need."""
+"""The law of approaches that support no other."""
 
 NORMAL_FORCE_PREFIX = "normal_"
 """Prefix of the keys of a varying normal force, which are common to all laws."""
@@ -851,7 +847,7 @@ def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:
     """Return whether a law uses a key of the scenario."""
     block, option, *_ = key.split(".")
     friction = scenario.friction
-    if key.startswith(_STOPS_PREFIX) and name != COULOMB:
+    if key.startswith(_STOPS_PREFIX) and name not in LAWS_WITH_STOPS:
         return False
     if block != "friction" or friction is None or friction.law == name:
         return approach_uses_key(EXACT, key)
@@ -864,7 +860,7 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     The parameters specific to the law of the file are not listed.
     """
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
-    if scenario.stops is not None and name != COULOMB:
+    if scenario.stops is not None and name not in LAWS_WITH_STOPS:
         yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
     if friction is None or friction.law == name:
         return

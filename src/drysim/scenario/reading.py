@@ -508,7 +508,7 @@ class Reading:
                 self.fault(sentence, (*at, name), at_key=True)
         for group in (*model.one_of, *model.any_of):
             if not words.keys() & set(group):
-                either = " or ".join(group)
+                either = " or ".join((", ".join(group[:-1]), group[-1]))
                 self.fault(f"{dotted_name(at)} needs {either}", (*at, group[0]), at_key=True)
 
     def _note_clashes(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
