@@ -9,17 +9,24 @@ import numpy as np
 import pytest
 from law_scenes import PAPER, mirrored, noise
 
+import drysim as package
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import (
+    CoulombLaw,
     EndStops,
     NormalForceRecord,
     PiecewiseLaw,
+    Plant,
     Samples,
     Sines,
     State,
     acceleration_at,
 )
+from drysim.errors import ScenarioError
 from drysim.metrics.table import measure
+from drysim.scenario.axes import iter_points
+from drysim.scenario.load import load
+from drysim.wording import describe_scene
 
 LIMIT = 0.004
 RECORD = NormalForceRecord(1.0 + 1.1 * np.sin(np.arange(400) * 0.07), 0.01, 100.0)
@@ -79,6 +86,95 @@ def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
         PAPER, law, mirrored(motion), State(-1e-3, -0.02), 1e-3, SPAN
     )
     assert (other.at(t).x_r == -one.x_r).all()
+
+
+def directed(F_up, F_down, ratio=1.2, **further) -> PiecewiseLaw:
+    """Return Coulomb friction by direction."""
+    return PiecewiseLaw(F_up, ratio * F_up, compression=(F_down, ratio * F_down), **further)
+
+
+def test_free_decay_under_unequal_friction_turns_where_the_energy_says():
+    """Half a swing in direction d turns about -d F_d/k: the closed form of every reversal."""
+    plant, law = Plant(2.0, 800.0, 0.0), directed(3.0, 7.0, 1.0)
+    still = Samples(np.zeros(401), 0.01)
+    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 0.01, 4.0)
+    turns, x, d = [0.1], 0.1, -1
+    while abs(plant.k_x * x) > (7.0 if x > 0.0 else 3.0):
+        x = 2.0 * (-d * (3.0 if d > 0 else 7.0) / plant.k_x) - x
+        turns.append(x)
+        d = -d
+    assert trajectory.turning_points.x_r == pytest.approx(turns, rel=1e-12)
+    half = math.pi / math.sqrt(plant.k_x / plant.m)
+    assert trajectory.turning_points.t == pytest.approx(
+        [half * n for n in range(len(turns))], rel=1e-12
+    )
+    work = trajectory.totals(0.0, 4.0).friction_work
+    lost = 0.5 * plant.k_x * (turns[0] ** 2 - turns[-1] ** 2)
+    assert work == pytest.approx(lost, rel=1e-12)
+
+
+def test_free_decay_of_a_directed_damper_loses_each_half_swing_its_own_share():
+    plant, still = Plant(1.0, 100.0, 1.2), Samples(np.zeros(801), 0.005)
+    law = PiecewiseLaw(0.0, 0.0, damping=(2.0, 0.4))
+    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 0.005, 3.0)
+    turns = [0.1]
+    for n in range(len(trajectory.turning_points.x_r) - 1):
+        c = (0.4, 2.0)[n % 2]
+        omega = math.sqrt(100.0 - 0.25 * c * c)
+        turns.append(-turns[-1] * math.exp(-0.5 * c * math.pi / omega))
+    assert trajectory.turning_points.x_r == pytest.approx(turns, rel=1e-12)
+    assert measure(trajectory, (0.0, 3.0), None)["energy_residual"] < 1e-13
+
+
+@pytest.mark.parametrize("stops", [None, *STOPS])
+@pytest.mark.parametrize("load", LOADS)
+def test_exchanged_directions_in_the_mirrored_scene_give_the_mirrored_motion(load, stops):
+    further = LOADS[load] | {"stops": None if stops is None else STOPS[stops]}
+    motion, t = MOTIONS["sines"], np.linspace(0.0, SPAN, 999)
+    one = directed(30.0, 55.0, damping=(200.0, 700.0), **further)
+    other = directed(55.0, 30.0, damping=(700.0, 200.0), **further)
+    seen, mirror = (
+        StickSlip().trajectory(PAPER, law, base, State(side * 1e-3, 0.0), 1e-3, SPAN)
+        for law, base, side in ((one, motion, 1), (other, mirrored(motion), -1))
+    )
+    assert (mirror.at(t).x_r == -seen.at(t).x_r).all()
+    assert measure(seen, (0.0, SPAN), None)["energy_residual"] < 1e-11
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize("stops", ["damped bumper", "rigid"])
+def test_equal_directions_solve_as_one_value_does(stops, motion):
+    single = PiecewiseLaw(45.0, 54.0, stops=STOPS[stops])
+    pair = single._replace(compression=(45.0, 54.0), damping=(PAPER.b, PAPER.b))
+    t = np.linspace(0.0, SPAN, 999)
+    one, other = (
+        StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN).at(t)
+        for law in (single, pair)
+    )
+    assert (one.x_r == other.x_r).all()
+
+
+def test_mean_displacement_under_directed_damping_is_that_of_small_steps():
+    """A damper that resists extension more draws the mass below its rest (jacking down)."""
+    law, motion = PiecewiseLaw(0.0, 0.0, damping=(900.0, 300.0)), Sines((3.0,), (2.0,), (0.0,))
+    h, span = 2e-5, 12.0
+    x, v, total, n = 0.0, 0.0, 0.0, round(span / h)
+    u_dd = acceleration_at(motion, np.arange(2 * n + 1) * (h / 2)).tolist()
+    m, k_x, _ = PAPER
+
+    def rate(x, v, u):
+        return -u - (k_x * x + (900.0 if v > 0.0 else 300.0) * v) / m
+
+    for i in range(n):
+        a = rate(x, v, u_dd[2 * i])
+        v_mid = v + 0.5 * h * a
+        a_mid = rate(x + 0.5 * h * v, v_mid, u_dd[2 * i + 1])
+        total += x * h if i * h >= 11.0 else 0.0
+        x, v = x + h * v_mid, v + h * a_mid
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, span)
+    mean = float(trajectory.at(11.0 + np.arange(10_000) * 1e-4).x_r.mean())
+    assert mean == pytest.approx(total, rel=1e-4)
+    assert abs(mean) > 1e-3
 
 
 def stepped(law: PiecewiseLaw, motion: Sines | Samples, span: float, h: float) -> np.ndarray:
@@ -143,3 +239,86 @@ def test_stages_that_continue_the_line_are_a_single_bumper():
     )
     assert np.abs(one.at(t).x_r - other.at(t).x_r).max() < 1e-13
     assert len(one.events) == len(other.events)
+
+
+# The same in scenario files.
+
+SCENE = """\
+oscillator: {mass: 75, stiffness: 7500, damping: DAMPING}
+friction: {kinetic: KINETIC, static_ratio: 1.2}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {step: 2.5e-3}
+"""
+
+
+def scene(folder, kinetic="30 N", damping="500", *overrides):
+    file = folder / "scene.yaml"
+    file.write_text(SCENE.replace("KINETIC", kinetic).replace("DAMPING", damping))
+    return load(file, overrides)
+
+
+def test_values_by_direction_are_read_described_written_and_swept(tmp_path):
+    made = scene(
+        tmp_path,
+        "{extension: 30 N, compression: 0.06 kN}",
+        "{extension: 900, compression: 300}",
+    )
+    assert made.law() == directed(30.0, 60.0, damping=(900.0, 300.0))
+    assert made.oscillator.plant().b == 600.0
+    words = dict(describe_scene(made.oscillator.plant(), made.law()))
+    assert "b 900 in extension, 300 N·s/m in compression" in words["oscillator"]
+    assert words["friction"].startswith("F_fk 30 in extension, 60 N in compression")
+    assert made.resolved()["friction"]["kinetic"] == {"extension": 30.0, "compression": 60.0}
+    swept = scene(
+        tmp_path, "{extension: 30 N, compression: 60 N}", "500",
+        "sweep={friction.kinetic.compression: [40, 50 N]}",
+    )  # fmt: skip
+    assert [case.law().compression[0] for case in map(swept.at, iter_points(swept.sweep))] == [
+        40.0,
+        50.0,
+    ]
+
+
+def test_equal_values_by_direction_are_one_value(tmp_path):
+    same = "{extension: 30 N, compression: 30 N}", "{extension: 500, compression: 500}"
+    pair, single = scene(tmp_path, *same), scene(tmp_path)
+    assert pair.law() == single.law()
+    assert package.run(pair).metrics == package.run(single).metrics
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "damping", "words"),
+    [
+        ("{extension: 30 N}", "500", "friction.kinetic.compression is required"),
+        ("{extension: 30, compression: -1}", "500", "must be at least 0 N, not -1"),
+        ("{extension: 30, compression: 0}", "500", "above 0 in both directions, or 0 in both"),
+        ("{up: 30, compression: 5}", "500", "unknown key `up` in friction.kinetic"),
+        ("30 N", "{extension: a, compression: 1}", "oscillator.damping.extension"),
+        ("[30, 40]", "500", "must be a number [N], not a list"),
+    ],
+)
+def test_faulty_values_by_direction_are_located(tmp_path, kinetic, damping, words):
+    with pytest.raises(ScenarioError) as found:
+        scene(tmp_path, kinetic, damping)
+    assert any(words in problem.sentence for problem in found.value.problems)
+
+
+def test_what_cannot_use_directions_refuses_them_or_says_what_it_leaves_out(tmp_path):
+    pairs = "{extension: 30, compression: 60}", "{extension: 900, compression: 300}"
+    with pytest.raises(ScenarioError) as found:
+        scene(tmp_path, *pairs, "solver.approach=signum", "friction.static_ratio=1")
+    assert [problem.sentence for problem in found.value.problems] == [
+        "approach signum does not support damping that depends on direction; give one value "
+        "or choose stick-slip",
+        "approach signum does not support friction that depends on direction; give one value "
+        "or choose stick-slip",
+    ]
+    made = scene(tmp_path, *pairs)
+    assert made.omissions("signum")[:2] == (
+        "signum uses the mean of oscillator.damping in both directions",
+        "signum uses the mean of the friction forces in both directions",
+    )
+    assert made.with_approach("signum").law() == CoulombLaw(45.0, 45.0)
+    assert made.with_approach("viscous").law().damping == (900.0, 300.0)
+    law = made.copy_with({}).with_law("coulomb").law()
+    assert law == made.law()

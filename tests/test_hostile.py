@@ -284,7 +284,7 @@ REFUSED = {
     ),
     "stops for bristles": (
         stops(restitution=0.3) | law("dahl", bristle_stiffness=1e5),
-        "end stops support Coulomb friction only",
+        "end stops support the laws coulomb, jenkins",
     ),
     "damping that drives": ({"oscillator.damping": -1}, "damping must be at least 0 N·s/m"),
     "surfaces that pull": (lifting(-1.0, 4.0), "amplitude must be at least 0, not -1"),

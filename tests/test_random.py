@@ -234,7 +234,7 @@ def test_faulty_points_are_refused_at_their_place(tmp_path, points, sentence):
 
 WORDS = {
     "seed: 1": "excitation.duration is required",
-    "duration: 60": "excitation needs seed or seeds or until",
+    "duration: 60": "excitation needs seed, seeds or until",
     "duration: 0, seed: 1": "excitation.duration must be above 0 s",
     "duration: 60, seed: 1.5": "excitation.seed must be a whole number",
     "duration: 60, seed: true": "excitation.seed must be a whole number",

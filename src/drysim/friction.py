@@ -32,7 +32,18 @@ from drysim.core.model import (
 )
 from drysim.records import SI
 from drysim.records.options import Recorded
-from drysim.units import Angle, Block, Damping, Force, Frequency, InvalidValue, Quantity
+from drysim.units import (
+    Angle,
+    Block,
+    Damping,
+    DirectedForce,
+    Force,
+    Frequency,
+    InvalidValue,
+    Quantity,
+    by_direction,
+    depends_on_direction,
+)
 from drysim.wording import format_number
 
 GRAVITY = 9.81
@@ -119,10 +130,13 @@ class FrictionLimits(KineticForce):
             ("static", self.static, self.kinetic, " N"),
             ("mu_static", self.mu_static, self.mu_kinetic, ""),
         ):
-            if static is not None and kinetic is not None and static < kinetic:
-                least = f"{kinetic:.12g}{unit}"
-                given = f"{static:.12g}{unit}"
-                raise InvalidValue(f"must be at least the kinetic {least}, not {given}", name)
+            if static is None or kinetic is None:
+                continue
+            for low, high in zip(by_direction(kinetic), by_direction(static), strict=True):
+                if high < low:
+                    least, given = f"{low:.12g}{unit}", f"{high:.12g}{unit}"
+                    sentence = f"must be at least the kinetic {least}, not {given}"
+                    raise InvalidValue(sentence, name)
         return self
 
     @property
@@ -224,6 +238,12 @@ class Coulomb(FrictionLimits):
 
     by_default: ClassVar[bool] = True
 
+    # The base class serves laws without a direction, too.
+    kinetic: DirectedForce | None = None  # type: ignore[assignment]
+    """Kinetic friction force F_fk [N]: one value, or `{extension: ..., compression: ...}`."""
+    static: DirectedForce | None = None  # type: ignore[assignment]
+    """Static limit F_fs [N], at least the kinetic force; default: equal to it. One value, or
+    one for each direction."""
     law: Literal["coulomb"]
     """Coulomb friction, the default of a block without `law`."""
     normal_variation: NormalVariation | None = None
@@ -240,6 +260,18 @@ class Coulomb(FrictionLimits):
     )
     needs: ClassVar[dict[str, str]] = {**FrictionLimits.needs, "normal_record": "mu_kinetic"}
 
+    @model_validator(mode="after")
+    def _check_directions(self) -> Self:
+        one, other = by_direction(self.kinetic)
+        if (one == 0.0) != (other == 0.0):
+            raise InvalidValue("must be above 0 in both directions, or 0 in both", "kinetic")
+        return self
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether the forces depend on the direction of motion."""
+        return depends_on_direction(self.kinetic) or depends_on_direction(self.static)
+
     @property
     def frequencies(self) -> tuple[float, ...]:
         """Frequencies of a periodic normal force [Hz]."""
@@ -255,6 +287,13 @@ class Coulomb(FrictionLimits):
             else mu * record.force_record().mean
         )
 
+    def in_direction(self, i: int) -> Self:
+        """Return the block with the forces of extension (0) or compression (1) alone."""
+        forces = {"kinetic": self.kinetic, "static": self.static}
+        return self.model_copy(
+            update={key: by_direction(force)[i] for key, force in forces.items()}
+        )
+
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""
         words = super().with_defaults(m)
@@ -264,7 +303,12 @@ class Coulomb(FrictionLimits):
 
     def to_law(self, m: float) -> CoulombLaw | PiecewiseLaw:
         """Return the law in forces; the mass m [kg] gives the default normal force."""
-        F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
+        if self.is_directed:
+            extension, compression = (self.in_direction(i).to_law(m) for i in (0, 1))
+            forces = compression.F_fk, compression.F_fs
+            return extension.as_piecewise()._replace(compression=forces)
+        alike = self.in_direction(0)
+        F_fk, F_fs = alike.kinetic_force(m), alike.static_force(m)
         varied = self.normal_variation
         if self.normal_record is not None:
             record = self.normal_record.force_record()

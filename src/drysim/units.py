@@ -15,14 +15,21 @@ import math
 import operator
 import re
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Tag,
+)
 from pydantic_core import CoreSchema, core_schema
 
 if TYPE_CHECKING:
@@ -424,6 +431,77 @@ class Block(BaseModel):
         if cls.needs:
             schema["dependentRequired"] = {key: [other] for key, other in cls.needs.items()}
         return schema
+
+
+class ByDirection(Block):
+    """Values [unit] that differ between extension (v_r > 0) and compression (v_r < 0)."""
+
+    extension: Any
+    compression: Any
+
+    @property
+    def pair(self) -> tuple[Any, Any]:
+        """Value of extension, and of compression."""
+        return self.extension, self.compression
+
+    @property
+    def mean(self) -> Any:
+        """Mean of both values."""
+        return 0.5 * (self.extension + self.compression)
+
+
+class ForceByDirection(ByDirection):
+    """Friction force that depends on the direction of motion."""
+
+    extension: Force
+    """Force [N] against v_r > 0."""
+    compression: Force
+    """Force [N] against v_r < 0."""
+
+
+class DampingByDirection(ByDirection):
+    """Damping that depends on the direction of motion, as of a shock absorber."""
+
+    extension: Damping
+    """Damping [N·s/m] of v_r > 0."""
+    compression: Damping
+    """Damping [N·s/m] of v_r < 0."""
+
+
+def _number_or_directions(value: object) -> str:
+    """Return the tag of the type that validates a value."""
+    return "directions" if isinstance(value, Mapping | ByDirection) else "number"
+
+
+DirectedForce = Annotated[
+    Annotated[Force, Tag("number")] | Annotated[ForceByDirection, Tag("directions")],
+    Discriminator(_number_or_directions),
+]
+"""One force [N], or one per direction of motion."""
+
+DirectedDamping = Annotated[
+    Annotated[Damping, Tag("number")] | Annotated[DampingByDirection, Tag("directions")],
+    Discriminator(_number_or_directions),
+]
+"""One damping [N·s/m], or one per direction of motion."""
+
+
+def depends_on_direction(value: Any) -> bool:
+    """Return whether a value differs between the directions; columns of many cases may."""
+    if not isinstance(value, ByDirection):
+        return False
+    one, other = value.pair
+    return not (isinstance(one, float) and isinstance(other, float) and one == other)
+
+
+def by_direction(value: Any) -> tuple[Any, Any]:
+    """Return a value for extension and for compression."""
+    return value.pair if isinstance(value, ByDirection) else (value, value)
+
+
+def mean_of_directions(value: Any) -> Any:
+    """Return the mean of a value that may depend on the direction of motion."""
+    return value.mean if isinstance(value, ByDirection) else value
 
 
 def field_descriptions(model: type[BaseModel]) -> dict[str, str]:

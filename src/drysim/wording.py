@@ -493,7 +493,7 @@ def describe_scene(
         law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios
     )
     parts = (
-        ("oscillator", describe_oscillator(plant, swept, ratios)),
+        ("oscillator", describe_oscillator(plant, swept, ratios, law.damping)),
         ("friction", forces),
         ("end stops", describe_stops(law, swept, peak)),
     )
@@ -501,7 +501,10 @@ def describe_scene(
 
 
 def describe_oscillator(
-    plant: Plant, swept: Collection[str] = (), ratios: Mapping[str, float] = NO_RATIOS
+    plant: Plant,
+    swept: Collection[str] = (),
+    ratios: Mapping[str, float] = NO_RATIOS,
+    damping: tuple[float, float] | None = None,
 ) -> str:
     """Return mass, stiffness and damping, with natural frequency and damping ratio.
 
@@ -513,6 +516,8 @@ def describe_oscillator(
     ratios : mapping, optional
         Ratios of the scenario, `damping_ratio` and `static_ratio`. A ratio is included even if
         the quantity it refers to varies.
+    damping : tuple of float, optional
+        Damping of extension and compression [N·s/m], where they differ.
     """
     varied = [key for key in swept if key.startswith("oscillator.")]
     m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
@@ -522,13 +527,24 @@ def describe_oscillator(
         f"k_x {format_number(plant.k_x, 'N/m')}"
     ] * k_x
     if damped and (not varied or not by_ratio):
-        parts.append(f"b {format_number(plant.b, 'N·s/m')}")
+        parts.append(f"b {_format_directions((plant.b, plant.b), damping, 'N·s/m')}")
     if plant.k_x > 0 and m and k_x:
         parts.append(f"f_0 {format_number(sqrt(plant.k_x / plant.m) / (2 * pi), 'Hz')}")
     if plant.k_x > 0 and damped and (not varied or by_ratio):
         xi = plant.b / (2 * sqrt(plant.m * plant.k_x))
         parts.append(f"ξ {format_number(xi, digits=3)}")
     return ", ".join(parts)
+
+
+def _format_directions(
+    same: tuple[float, float], pair: tuple[float, float] | None, unit: str
+) -> str:
+    """Return a value, or those of extension and compression where they differ."""
+    extension, compression = pair or same
+    if extension == compression:
+        return format_number(extension, unit)
+    one, other = format_number(extension), format_number(compression, unit)
+    return f"{one} in extension, {other} in compression"
 
 
 def describe_friction(
@@ -559,8 +575,9 @@ def describe_friction(
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
     limit = static and (not terms or law.F_fs > law.F_fk)
-    parts = [f"F_fk {format_number(law.F_fk, 'N')}"] * kinetic
-    parts += [f"F_fs {format_number(law.F_fs, 'N')}"] * limit
+    F_fk, F_fs = law.compression or (law.F_fk, law.F_fs)
+    parts = [f"F_fk {_format_directions((law.F_fk, F_fk), None, 'N')}"] * kinetic
+    parts += [f"F_fs {_format_directions((law.F_fs, F_fs), None, 'N')}"] * limit
     if not static and "static_ratio" in ratios and "friction.static_ratio" not in swept:
         parts.append(f"F_fs/F_fk {format_number(ratios['static_ratio'])}")
     text = ", ".join([*terms[:1], *parts])

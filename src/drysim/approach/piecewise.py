@@ -258,8 +258,13 @@ class PiecewiseTrajectory(EventDriven):
             struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.waves, begin, end)
-        x2, v2, x_dd2, power, distance, stuck, _, _ = sums
-        return Totals(x2, v2, x_dd2, power, distance, stuck, *squares, stop_work)
+        x2, v2, x_dd2, power, distance, stuck, _, damper_work = sums
+        law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
+        totals = totals._replace(stop_work=stop_work)
+        if law.compression is not None:
+            work = max(law.F_fk, law.compression[0]) * distance
+            totals = totals._replace(friction_work=work)
+        return totals if law.damping is None else totals._replace(damper_work=damper_work)
 
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""
@@ -335,8 +340,9 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     if not stops.stages:
         stages[0] = 0.0, 0.0
     (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
-    up = Side(law.F_fk, law.F_fs, plant.b, stops.up)
-    down = Side(law.F_fk, law.F_fs, plant.b, stops.down)
+    b_up, b_down = law.damping or (plant.b, plant.b)
+    up = Side(law.F_fk, law.F_fs, b_up, stops.up)
+    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.down)
     wave = law.variation, law.omega, law.phase
     k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
     return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
@@ -347,6 +353,9 @@ def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
     if law.is_elastic or law.F_fs == 0.0:
         return math.inf
     F_fs, F_L = law.F_fs * law.load(events.t), np.abs(events.F_L)
+    if law.compression is not None:
+        # F_L above zero pushes the mass towards v_r < 0.
+        F_fs[events.F_L > 0.0] *= law.compression[1] / law.F_fs
     decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
     decided[0] &= law.stops is not None
     if law.stops is not None and law.stops.rigid:

@@ -276,6 +276,8 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
         )
     if law.is_elastic:
         return "contact", "elastic contact: closed form in each mode"
+    if law.is_directed:
+        return "directed", "friction or damping by direction: closed form in each mode"
     if law.may_separate:
         kind = "recorded" if law.force_record else "vanishing"
         return "pressed", f"{kind} normal force: closed form in each mode"

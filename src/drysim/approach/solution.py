@@ -459,7 +459,10 @@ class Response:
         """Return x_dd [m/s²] on a slice of the grid."""
         m, k_x, b = self.plant
         x_r, v_r, d, force, stop = self.points(part)
-        pull = k_x * x_r + b * v_r + self.friction(part)
+        damper = b * v_r
+        if self.law.damping is not None:
+            damper = np.where(v_r > 0.0, *self.law.damping) * v_r
+        pull = k_x * x_r + damper + self.friction(part)
         if stop is not None:
             pull += stop
         sticks = force is None or stop is not None

@@ -27,6 +27,8 @@ class ApproachBase(Block):
     """Whether friction laws other than Coulomb's are modelled."""
     supports_stops: ClassVar[bool] = False
     """Whether end stops are modelled."""
+    supports_direction: ClassVar[bool] = False
+    """Whether friction and damping may depend on the direction of motion."""
 
     def substeps(self, plant: Plant, law: AnyLaw, dt: float) -> int:
         """Return the number of integration steps per step of the output grid [s]."""
@@ -49,6 +51,7 @@ class ExactApproach(ApproachBase):
 
     supports_dynamic: ClassVar[bool] = True
     supports_stops: ClassVar[bool] = True
+    supports_direction: ClassVar[bool] = True
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
         """Return the part of a friction law that acts: all of it."""
@@ -156,4 +159,6 @@ class Viscous(ExactApproach):
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
         """Return no dry friction, between the same end stops."""
-        return NO_FRICTION if law.stops is None else PiecewiseLaw(0.0, 0.0, stops=law.stops)
+        if law.stops is None and law.damping is None:
+            return NO_FRICTION
+        return PiecewiseLaw(0.0, 0.0, stops=law.stops, damping=law.damping)

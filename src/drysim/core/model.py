@@ -69,6 +69,11 @@ class CoulombLaw(NamedTuple):
         """Whether the mass can stick under this law."""
         return True
 
+    def as_piecewise(self) -> PiecewiseLaw:
+        """Return the same law as a `PiecewiseLaw`, to which more may be added."""
+        F_fk, F_fs, variation, omega, phase = self
+        return PiecewiseLaw(F_fk, F_fs, 0.0, variation, omega, phase)
+
     @property
     def is_elastic(self) -> bool:
         """False: the contact is rigid."""
@@ -86,6 +91,19 @@ class CoulombLaw(NamedTuple):
     @property
     def stops(self) -> None:
         """None: there are no end stops."""
+
+    @property
+    def compression(self) -> None:
+        """None: the forces are the same in both directions."""
+
+    @property
+    def damping(self) -> None:
+        """None: the damper is that of the plant."""
+
+    @property
+    def is_directed(self) -> bool:
+        """False: nothing depends on the direction of motion."""
+        return False
 
 
 MAX_STAGES = 3
@@ -158,6 +176,11 @@ class PiecewiseLaw(NamedTuple):
     force_record : NormalForceRecord or None
         Recorded normal force, in place of a variation.
     stops : EndStops or None
+    compression : tuple of float or None
+        F_fk and F_fs of a rigid contact against v_r < 0 [N], where `F_fk` and `F_fs` hold for
+        v_r > 0 (extension); None for equal forces.
+    damping : tuple of float or None
+        Damping [N·s/m] of v_r > 0 and of v_r < 0, in place of that of the plant.
 
     Notes
     -----
@@ -172,6 +195,13 @@ class PiecewiseLaw(NamedTuple):
     phase: float = 0.0
     force_record: NormalForceRecord | None = None
     stops: EndStops | None = None
+    compression: tuple[float, float] | None = None
+    damping: tuple[float, float] | None = None
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether friction or damping depends on the direction of motion."""
+        return self.compression is not None or self.damping is not None
 
     @property
     def is_elastic(self) -> bool:
@@ -188,10 +218,14 @@ class PiecewiseLaw(NamedTuple):
         """Whether the normal force of a rigid contact may vanish, or is recorded."""
         return not self.is_elastic and (self.variation >= 1.0 or self.force_record is not None)
 
+    def as_piecewise(self) -> PiecewiseLaw:
+        """Return this law."""
+        return self
+
     @property
     def without_stops(self) -> CoulombLaw | PiecewiseLaw:
         """The same contact without end stops."""
-        if self.is_elastic or self.may_separate:
+        if self.is_elastic or self.may_separate or self.is_directed:
             return self._replace(stops=None)
         return CoulombLaw(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
 
@@ -274,6 +308,19 @@ class DynamicLaw(NamedTuple):
     @property
     def stops(self) -> None:
         """None: there are no end stops."""
+
+    @property
+    def compression(self) -> None:
+        """None: the forces are the same in both directions."""
+
+    @property
+    def damping(self) -> None:
+        """None: the damper is that of the plant."""
+
+    @property
+    def is_directed(self) -> bool:
+        """False: nothing depends on the direction of motion."""
+        return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,6 +417,9 @@ class Totals(NamedTuple):
         Integral of u² [m²s]; None where u is not known.
     stop_work : float
         Work done by the mass on the end stops [J].
+    friction_work, damper_work : float or None
+        Work done on contact and damper [J]; None where it is F_fk times `sliding_distance`, and
+        b times `v2`.
     """
 
     x2: float
@@ -381,6 +431,8 @@ class Totals(NamedTuple):
     u_dd2: float
     u2: float | None
     stop_work: float = 0.0
+    friction_work: float | None = None
+    damper_work: float | None = None
 
 
 # The motion of the base.

@@ -281,8 +281,9 @@ def energy_metrics(
     begin = mechanical_energy(plant, first) + bumpers[0]
     stored = mechanical_energy(plant, last) + bumpers[1] - begin
     stops = totals.stop_work - (bumpers[1] - bumpers[0])
-    viscous = plant.b * totals.v2
-    friction = F_fk * totals.sliding_distance
+    viscous, friction = totals.damper_work, totals.friction_work
+    viscous = plant.b * totals.v2 if viscous is None else viscous
+    friction = F_fk * totals.sliding_distance if friction is None else friction
     exchanged = plant.m * sqrt(totals.u_dd2 * totals.v2)
     least = ENERGY_FLOOR_SHARE * F_fk * maximum(abs(first.x_r), abs(last.x_r))
     scale = maximum(

@@ -323,7 +323,9 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:
         axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
-        force = motion.plant.b * shown.v_r
+        damping = motion.law.damping
+        b = motion.plant.b if damping is None else np.where(shown.v_r > 0.0, *damping)
+        force = b * shown.v_r
         axes.plot(x_r, force, **mass_style(force))
         return
     axes.set_title("friction force $F_f$ [N]", loc="left")
@@ -334,8 +336,9 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
-        for side in (-1, 1):
-            axes.axhline(side * motion.law.F_fs, **STATIC_LIMIT_STYLE, label=words)
+        limits = motion.law.F_fs, (motion.law.compression or (0.0, motion.law.F_fs))[1]
+        for side, F_fs in zip((1, -1), limits, strict=True):
+            axes.axhline(side * F_fs, **STATIC_LIMIT_STYLE, label=words)
 
 
 def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
@@ -434,7 +437,7 @@ def time_bounds(response: Response, part: slice) -> tuple[float, float]:
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Return the one-sided values at the events of an interval: just before and just after."""
-    if response.points(slice(0, 1)).stop is not None:
+    if response.points(slice(0, 1)).stop is not None or response.law.is_directed:
         return _event_sides_at_stops(response, begin, end)
     events = response.events
     directions = np.sign(events.kind)
@@ -467,12 +470,13 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
     trajectory = cast("PiecewiseTrajectory", response.trajectory)
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
-    m, k_x, b = response.plant
+    (m, k_x, b), law = response.plant, response.law
 
     def side(at: Floats) -> Curve:
         x_r, v_r, _, F_f, F_stop, d = trajectory.at(at)
         u_dd = acceleration_at(response.motion, at)
-        x_dd = np.where(d == 0, u_dd, -(k_x * x_r + b * v_r + F_f + F_stop) / m)
+        damper = b if law.damping is None else np.where(v_r > 0.0, *law.damping)
+        x_dd = np.where(d == 0, u_dd, -(k_x * x_r + damper * v_r + F_f + F_stop) / m)
         return Curve(t, u_dd, x_dd, x_r, v_r, F_f)
 
     return side(np.nextafter(t, 0.0)), side(t)

@@ -34,14 +34,18 @@ from drysim.metrics.table import sqrt
 from drysim.scenario.reading import LAWS
 from drysim.units import (
     Block,
+    ByDirection,
     Damping,
+    DirectedDamping,
     InvalidValue,
     Length,
     Mass,
     Quantity,
     Stiffness,
     Velocity,
+    depends_on_direction,
     format_value,
+    mean_of_directions,
     name_hint,
 )
 from drysim.yaml_document import Document, KeyPath
@@ -56,8 +60,9 @@ class Oscillator(Block):
     """Sprung mass m [kg], above 0."""
     stiffness: Stiffness
     """Spring stiffness k_x [N/m]; 0 for none."""
-    damping: Damping | None = None
-    """Viscous damping b [N·s/m]; 0 for none."""
+    damping: DirectedDamping | None = None
+    """Viscous damping b [N·s/m]; 0 for none. One value, or
+    `{extension: ..., compression: ...}` for v_r > 0 and v_r < 0."""
     damping_ratio: Annotated[float, Quantity("", at_least=0)] | None = None
     """Damping ratio b/(2√(k_x m)) [-], instead of `damping`; needs a stiffness above 0."""
 
@@ -72,12 +77,23 @@ class Oscillator(Block):
         return self
 
     def plant(self) -> Plant:
-        """Return mass, stiffness and damping as numbers."""
+        """Return mass, stiffness and damping as numbers; the damping is the mean of both."""
         if self.damping is not None:
-            return Plant(self.mass, self.stiffness, self.damping)
+            return Plant(self.mass, self.stiffness, mean_of_directions(self.damping))
         assert self.damping_ratio is not None, "one of the two is given"
         critical = 2 * sqrt(self.stiffness * self.mass)
         return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
+
+    def without_direction(self) -> Self:
+        """Return the oscillator with the mean damping in both directions."""
+        return self.model_copy(update={"damping": mean_of_directions(self.damping)})
+
+    @property
+    def damping_pair(self) -> tuple[float, float] | None:
+        """Damping of extension and compression [N·s/m], where they differ."""
+        if isinstance(self.damping, ByDirection) and depends_on_direction(self.damping):
+            return self.damping.pair
+        return None
 
 
 class Stage(Block):
@@ -138,10 +154,7 @@ class Stops(Block):
             stages = (*stages, (stage.begin, stage.stiffness - below))
             below = stage.stiffness
         stops = EndStops(limit, limit, stages, self.damping or 0.0, self.restitution or 0.0)
-        if isinstance(law, PiecewiseLaw):
-            return law._replace(stops=stops)
-        F_fk, F_fs, variation, omega, phase = law
-        return PiecewiseLaw(F_fk, F_fs, 0.0, variation, omega, phase, stops=stops)
+        return law.as_piecewise()._replace(stops=stops)
 
 
 class Stroke(Block):

@@ -59,7 +59,15 @@ from drysim.scenario.reading import (
     validation_faults,
 )
 from drysim.scenario.sampling import SampledValues
-from drysim.units import NUMBER_PATTERN, Block, InvalidValue, format_value, name_hint
+from drysim.units import (
+    NUMBER_PATTERN,
+    Block,
+    ByDirection,
+    InvalidValue,
+    format_value,
+    mean_of_directions,
+    name_hint,
+)
 from drysim.wording import format_count, format_number
 from drysim.yaml_document import KeyPath
 
@@ -152,8 +160,12 @@ class Scenario(FromFile):
         """
         friction = self.active_friction
         law = friction.to_law(self.oscillator.mass) if friction else CoulombLaw(0.0, 0.0)
-        # Other laws with stops are an error, which `unsupported_values` reports.
-        if self.stops is None or self.stroke is None or isinstance(law, DynamicLaw):
+        # Dynamic laws with these are an error, which `unsupported_values` reports.
+        if isinstance(law, DynamicLaw):
+            return law
+        if self.oscillator.damping_pair is not None:
+            law = law.as_piecewise()._replace(damping=self.oscillator.damping_pair)
+        if self.stops is None or self.stroke is None:
             return law
         return self.stops.with_friction(law, self.stroke.limit)
 
@@ -249,6 +261,8 @@ class Scenario(FromFile):
             "sweep": tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key)),
             "reference": None,
         }
+        if not member.supports_direction:
+            changed["oscillator"] = self.oscillator.without_direction()
         if self.stroke is not None and not member.supports_stops:
             changed["stroke"] = self.stroke.model_copy(update={"stops": None})
         return self.copy_with(changed)
@@ -279,7 +293,9 @@ class Scenario(FromFile):
                 ),
                 "reference": None,
             }
-            if self.stroke is not None and name != COULOMB:
+            if name not in LAWS_WITH_STOPS:
+                changed["oscillator"] = self.oscillator.without_direction()
+            if self.stroke is not None and name not in LAWS_WITH_STOPS:
                 changed["stroke"] = self.stroke.model_copy(update={"stops": None})
             scene = self.copy_with(changed, law=name)
             found = first_conflict(scene)
@@ -525,8 +541,24 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
     member, friction = APPROACHES_BY_NAME[name], scenario.friction
     if scenario.stops is not None:
         yield from _stop_faults(scenario, scenario.stops)
+    if scenario.oscillator.damping_pair is not None:
+        keys, remedy = ("oscillator", "damping"), "give one value or choose"
+        if not member.supports_direction:
+            sentence = f"approach {name} does not support damping that depends on direction"
+            yield keys, f"{sentence}; {remedy} stick-slip"
+        elif isinstance(law, DynamicLaw) and member.supports_friction:
+            sentence = "damping that depends on direction supports the laws "
+            yield keys, f"{sentence}{', '.join(LAWS_WITH_STOPS)}; {remedy} one of them"
     if not member.supports_friction or friction is None:
         return
+    if law.compression is not None and not member.supports_direction:
+        key = (
+            "kinetic"
+            if isinstance(getattr(friction, "kinetic", None), ByDirection)
+            else "static"
+        )
+        sentence = f"approach {name} does not support friction that depends on direction"
+        yield ("friction", key), f"{sentence}; give one value or choose stick-slip"
     if law.F_fs > law.F_fk and not member.supports_static:
         key = next(key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
         sentence = f"approach {name} does not support a static limit above kinetic friction"
@@ -774,6 +806,9 @@ def _friction_for_approach(
         words = friction.model_dump(exclude_none=True, include=set(Coulomb.model_fields))
         friction = Coulomb(**words | {"law": COULOMB})
     less: dict[str, Any] = {}
+    if isinstance(friction, Coulomb) and not member.supports_direction:
+        keys = ("kinetic", "static")
+        less |= {key: mean_of_directions(getattr(friction, key)) for key in keys}
     if not member.supports_static and friction.static_given:
         less |= NO_STATIC_EXCESS
     if isinstance(friction, Coulomb) and not member.supports_variation:
@@ -808,12 +843,16 @@ def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     member, law = APPROACHES_BY_NAME[validate_approach(name)], scenario.law()
     if scenario.stops is not None and not member.supports_stops:
         yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
+    if scenario.oscillator.damping_pair is not None and not member.supports_direction:
+        yield f"{name} uses the mean of oscillator.damping in both directions"
     swept = {axis.key for axis in scenario.sweep}
     rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
     if not member.supports_friction:
         if rubs:
             yield f"{name} ignores dry friction"
         return
+    if law.compression is not None and not member.supports_direction:
+        yield f"{name} uses the mean of the friction forces in both directions"
     if not member.supports_static and (law.F_fs > law.F_fk or swept & _STATIC_PATHS):
         yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
     if (law.is_elastic or isinstance(law, DynamicLaw)) and not member.supports_dynamic:
@@ -862,8 +901,12 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
     if scenario.stops is not None and name not in LAWS_WITH_STOPS:
         yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
+    if scenario.oscillator.damping_pair is not None and name not in LAWS_WITH_STOPS:
+        yield f"{name} uses the mean of oscillator.damping in both directions"
     if friction is None or friction.law == name:
         return
+    if scenario.law().compression is not None:
+        yield f"{name} uses the mean of the friction forces in both directions"
     known = LAWS[name].model_fields
     used = {key.split(".")[1] for key in swept if key.startswith("friction.")}
     used |= {key for key, value in friction if value is not None}

@@ -32,6 +32,7 @@ from drysim.units import (
     did_you_mean,
     field_descriptions,
     format_value,
+    mean_of_directions,
     shorten,
 )
 from drysim.wording import join_words
@@ -164,9 +165,11 @@ def _block_keys(
         annotation: Any = entry.annotation
         if entry.metadata:
             annotation = Annotated[(annotation, *entry.metadata)]
-        found = _as_numeric_key(annotation, model, block, present)
-        yield f"{at}{name}", found
         value = block.get(name)
+        found = None
+        if not isinstance(value, dict):
+            found = _as_numeric_key(annotation, model, block, present)
+        yield f"{at}{name}", found
         if not isinstance(value, dict | list) and value == entry.default:
             value = None  # the default, such as `remove: nothing`
         if found is None and not (value is None and entry.is_required()):
@@ -185,7 +188,7 @@ def _nested_keys(
             yield f"{at}.{i}", found
             if types and found is None:
                 yield from _nested_keys(types[0], entry, f"{at}.{i}")
-    elif isinstance(value, dict | None) and (models := block_models(kind)):
+    elif isinstance(value, dict | None) and (models := block_models(annotation)):
         block = value or {}
         if chosen := _named_model(models, block):
             yield from _block_keys(chosen, block, f"{at}.", value is not None)
@@ -219,6 +222,8 @@ def _strip_annotation(
     if origin is Annotated:
         return _strip_annotation(parts[0], (*metadata, *parts[1:]))
     some = [part for part in parts if part is not type(None)]
+    if len(some) > 1:  # a number, or a block with one per direction
+        some = [part for part in some if not block_models(part)]
     if origin in (Union, UnionType) and len(some) == 1:
         return _strip_annotation(some[0], metadata)
     return annotation, metadata
@@ -275,7 +280,10 @@ def excluded_keys(name: str, own: Collection[str]) -> set[str]:
 
 def law_arguments(friction: Friction, name: str) -> dict[str, Any]:
     """Return the parameters of a law from a block of any law, in SI."""
-    return merge_law_keys(name, set_values(friction), law_options(friction, name))
+    shared = set_values(friction)
+    if name != friction.law:
+        shared = {key: mean_of_directions(value) for key, value in shared.items()}
+    return merge_law_keys(name, shared, law_options(friction, name))
 
 
 def friction_uses_key(friction: Friction, name: str, key: str) -> bool:
