@@ -194,11 +194,19 @@ def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, e
     easy, dear = (prepared(sweep=cases, **law) for law in ({}, {"friction": LUGRE}))
     steps, kernels = engine(sweep.choose_engine, easy, [easy.scenario])
     assert steps <= MAX_PLAIN_STEPS
-    assert kernels == ""
+    assert kernels == "march.march_sines_from_start"
     steps, kernels = engine(sweep.choose_engine, dear, [dear.scenario])
     assert steps > MAX_PLAIN_STEPS
     assert kernels == "taylor.march_taylor"
     assert dear.work == 5 * easy.work
+
+
+@pytest.mark.parametrize(("least", "steps"), [(100.0, 1_000), (0.0, 300_000)])
+def test_orbits_cost_more_without_a_damper(prepared, engine, least, steps):
+    swept = {"oscillator.damping": [least, 500.0]}
+    case = prepared(sweep=swept, measure={"steady": True})
+    chosen = engine(sweep.choose_engine, case, [case.scenario])
+    assert chosen == (steps, "orbit.solve_orbits")
 
 
 def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engine):

@@ -109,6 +109,11 @@ class Case:
         return step_cost(self.approach, self.law)
 
     @property
+    def kernels(self) -> str:
+        """Kernels compiled for the case, as `compile.choose_engine` takes them."""
+        return self.step_cost.kernels_for(self.motion)
+
+    @property
     def limit(self) -> float | None:
         """Stroke limit x_rM [m], if any."""
         stroke = self.scenario.stroke
@@ -431,14 +436,21 @@ class StepCost(NamedTuple):
     sines: int = 1
     kernels: str = ""
     """Kernels compiled only for this law, as `compile.choose_engine` takes them."""
+    sine_kernels: str = ""
+    """The same under sines, if others."""
 
     def of(self, motion: Sines | Samples) -> int:
         """Return the cost of a step under this base motion."""
         return self.sines if isinstance(motion, Sines) else self.sampled
 
+    def kernels_for(self, motion: Sines | Samples) -> str:
+        """Return the kernels compiled for this law under this base motion."""
+        return (isinstance(motion, Sines) and self.sine_kernels) or self.kernels
 
-DEFAULT_COST = StepCost()
+
+FIXED_STEP_COST = StepCost()
 STEP_COSTS = {
+    CoulombLaw: StepCost(1, 1, "sampled.march_chunks", "march.march_sines_from_start"),
     DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
     PiecewiseLaw: StepCost(30, 6, "march.march"),
 }
@@ -446,11 +458,7 @@ STEP_COSTS = {
 
 def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
     """Return the cost of a step; fixed steps cost the same under every law."""
-    return (
-        STEP_COSTS.get(type(law), DEFAULT_COST)
-        if isinstance(approach, ExactApproach)
-        else DEFAULT_COST
-    )
+    return STEP_COSTS[type(law)] if isinstance(approach, ExactApproach) else FIXED_STEP_COST
 
 
 class Oscillation(NamedTuple):

@@ -181,7 +181,7 @@ def solve(
     SolverError
         When the numerics fail for every seed.
     """
-    compile.choose_engine(case.work * max_seeds(case.scenario), case.step_cost.kernels)
+    compile.choose_engine(case.work * max_seeds(case.scenario), case.kernels)
     rows: list[Row] = []
     known = done or {}
     for row in solve_seeds(case.scenario, thread_count(case, workers), known):

@@ -58,7 +58,7 @@ SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
 
 def solve(case: Case) -> Outcome:
     """Solve a prepared case."""
-    choose_engine(case.work, case.step_cost.kernels)
+    choose_engine(case.work, case.kernels)
     response, window, motion_warnings = (
         march_from_start(case) if case.period is None else periodic_motion(case)
     )

@@ -18,7 +18,14 @@ from drysim.errors import WarningMessage
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.case import Case, prepare, step_cost
-from drysim.study.plan import CaseRange, CaseRanges, Plan, Workers, approaches_of
+from drysim.study.plan import (
+    CaseRange,
+    CaseRanges,
+    Plan,
+    Workers,
+    approaches_of,
+    can_solve_together,
+)
 from drysim.study.run import count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,
@@ -113,18 +120,31 @@ def partial_table(case: Case, store: Store) -> Table:
     return gather(case, found, store, complete=False)
 
 
-STEPS_PER_ORBIT = 2_000
-"""Cost of a periodic orbit in the choice of the engine, in steps of sampled motion."""
+STEPS_PER_ORBIT, STEPS_PER_UNDAMPED_ORBIT = 500, 150_000
+"""Cost of a periodic orbit in the choice of the engine, in steps of sampled motion. Measured:
+200 to 1,000 steps; without a damper and dry friction the motion never settles."""
+
+STEPS_PER_MARCHED_ORBIT = 2_000
+"""The same for an orbit that is marched period by period."""
 
 
 def choose_engine(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Choose the engine for all cases, by the law with the most expensive step."""
     costs = [step_cost(scenario.solver.member(), scenario.law()) for scenario in scenarios]
     highest = max(costs, key=lambda one: one.of(case.motion))
-    steps = max(case.steps, STEPS_PER_ORBIT) * highest.of(case.motion)
-    compile.choose_engine(
-        steps * max_seeds(case.scenario) * count_cases(scenarios), highest.kernels
-    )
+    kernels, least_steps = highest.kernels_for(case.motion), STEPS_PER_MARCHED_ORBIT
+    if all(map(can_solve_together, scenarios)):
+        kernels = "orbit.solve_orbits"
+        least_steps = STEPS_PER_ORBIT if is_damped(case) else STEPS_PER_UNDAMPED_ORBIT
+    steps = max(case.steps, least_steps) * highest.of(case.motion)
+    compile.choose_engine(steps * max_seeds(case.scenario) * count_cases(scenarios), kernels)
+
+
+def is_damped(case: Case) -> bool:
+    """Return whether every case of a sweep has a damper."""
+    keys = "oscillator.damping", "oscillator.damping_ratio"
+    swept = [min(axis.values) for axis in case.scenario.sweep if axis.key in keys]
+    return min(swept, default=case.plant.b) > 0.0
 
 
 def solve_ranges(
