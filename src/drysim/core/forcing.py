@@ -250,7 +250,7 @@ def motion_at(c, w, waves, x_r, v_r, g, r, s):
     return motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)[:4]
 
 
-@inlined
+@compiled
 def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
     """Return the motion at time s of a segment.
 
@@ -324,7 +324,7 @@ def steady_response(values, at, s):
     return swing, rate, push, push_d, -omega * omega * push
 
 
-@inlined
+@compiled
 def response_from_rest(c, w, values, at, s, y, y_d):
     """Return x_r, v_r, a, j and k of the response to a wave from rest at time s."""
     omega = values[at + OMEGA]
@@ -339,7 +339,7 @@ def response_from_rest(c, w, values, at, s, y, y_d):
     return x, v, a, j, -omega * omega * push - c * j - w * a
 
 
-@inlined
+@compiled
 def break_away_margin(plant, law, waves, x_r, u_0, slope, side, s):
     """Return the force that is missing for break-away on one side, with two derivatives.
 

@@ -951,9 +951,9 @@ def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
     rise = slope - hold_down * ramp.rate / plant.m
     fall = slope + hold_up * ramp.rate / plant.m
     if wall > 0:
-        return stick_exit_time(one, rising, waves, pull, u_0, rise, 1, 0.0, left), -1
+        return stick_exit_time(one, rising, waves, pull, u_0, rise, wall, 0.0, left), -1
     if wall < 0:
-        return stick_exit_time(one, falling, waves, pull, u_0, fall, -1, 0.0, left), 1
+        return stick_exit_time(one, falling, waves, pull, u_0, fall, wall, 0.0, left), 1
     return break_away_time(one, rising, falling, waves, pull, u_0, rise, fall, left)
 
 

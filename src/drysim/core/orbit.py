@@ -19,6 +19,8 @@ Method
        that the orbit is not reached. A spectral radius of 1 means that the orbit is one of a
        continuum: neutrally stable and not unique.
 
+The outer loops are compiled into `solve_orbits` (`merged`).
+
 A creeping overdamped mass gets few periods (`period_budget`). `solve_orbits` handles a block of
 scenes in one call.
 
@@ -30,7 +32,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compile import compiled
+from drysim.core.compile import compiled, merged
 from drysim.core.events import direction_after, initial_direction
 from drysim.core.forcing import (
     OMEGA,
@@ -79,6 +81,11 @@ beyond the limit; excursions as in `excursions`. ANSWER_COLUMNS is the number of
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
 """Status of a scene. The last three have no orbit: endless events without progress in time,
 a state that is not finite, and more events per repetition than the log holds."""
+
+
+INTERVAL, NO_EVENTS, ONE_EVENT = 0, 0, 1
+"""Arguments of `march_sines`: the only interval, and the number of events in the log. Kernels
+pass them by `int`, because numba compiles a kernel anew for each literal integer."""
 
 
 @compiled
@@ -136,14 +143,15 @@ def scene_waves(scene, values, law):
     return Waves(values, base + 1, base)
 
 
-@compiled
+@merged
 def measure_orbit(plant, law, waves, x_r, v_r, length, x_rM, log, capacity, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
     log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
     reached, x, v, _, count, _ = march_sines(
-        plant, law, waves, 0.0, 0.0, 0, 0.0, length, 0.0, x_r, v_r, d, log, 1, capacity
-    )
+        plant, law, waves, 0.0, 0.0, int(INTERVAL), 0.0, length, 0.0, x_r, v_r, d, log,
+        int(ONE_EVENT), capacity,
+    )  # fmt: skip
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
         answer[STATUS] = (
@@ -205,7 +213,7 @@ NEWTON_PAUSE = 10
 failure."""
 
 
-@compiled
+@merged
 def find_orbit(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacity):
     """Return the periodic orbit to which the motion from a start converges.
 
@@ -259,7 +267,7 @@ def initial_direction_under_sines(plant, law, waves, x_r, v_r):
     return initial_direction(plant, limits, x_r, v_r, u_dd)
 
 
-@compiled
+@merged
 def linear_steady_state(plant, waves):
     """Return x_r and v_r at t = 0 of the steady response without dry friction."""
     x_r, v_r = 0.0, 0.0
@@ -274,7 +282,7 @@ def linear_steady_state(plant, waves):
     return x_r, v_r
 
 
-@compiled
+@merged
 def iterate_period_map(
     plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
 ):
@@ -459,7 +467,7 @@ def period_budget(plant, period, most):
     return min(most, CREEP_PERIODS) if creeps else most
 
 
-@compiled
+@merged
 def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacity):
     """Return whether an orbit is isolated, and the distance of the motion from it.
 
@@ -526,8 +534,9 @@ def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
     peak = abs(x_r)
     while begin < period:
         begin, x_r, v_r, d, count, _ = march_sines(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, period, begin, x_r, v_r, d, log, 0, capacity
-        )
+            plant, law, waves, 0.0, 0.0, int(INTERVAL), 0.0, period, begin, x_r, v_r, d,
+            log, int(NO_EVENTS), capacity,
+        )  # fmt: skip
         if count < 0:
             return x_r, v_r, d, -1, peak
         for i in range(count):
@@ -542,7 +551,7 @@ def characteristic_rate(plant, period):
     return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
 
 
-@compiled
+@merged
 def newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log):
     """Take one Newton step from a state with known image under `period_map` to a fixed point.
 

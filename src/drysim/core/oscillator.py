@@ -367,17 +367,17 @@ def series_factors(c, w):
 def higher_series_factors(factors, c, w):
     """Return the factors of q_10 to q_15, each from the two before it."""
     a_10, j_10 = (
-        next_factor(c, w, factors.a_9, factors.a_8, 10),
-        next_factor(c, w, factors.j_9, factors.j_8, 10),
+        next_factor(c, w, factors.a_9, factors.a_8, 10.0),
+        next_factor(c, w, factors.j_9, factors.j_8, 10.0),
     )
     a_11, j_11 = (
-        next_factor(c, w, a_10, factors.a_9, 11),
-        next_factor(c, w, j_10, factors.j_9, 11),
+        next_factor(c, w, a_10, factors.a_9, 11.0),
+        next_factor(c, w, j_10, factors.j_9, 11.0),
     )
-    a_12, j_12 = next_factor(c, w, a_11, a_10, 12), next_factor(c, w, j_11, j_10, 12)
-    a_13, j_13 = next_factor(c, w, a_12, a_11, 13), next_factor(c, w, j_12, j_11, 13)
-    a_14, j_14 = next_factor(c, w, a_13, a_12, 14), next_factor(c, w, j_13, j_12, 14)
-    a_15, j_15 = next_factor(c, w, a_14, a_13, 15), next_factor(c, w, j_14, j_13, 15)
+    a_12, j_12 = next_factor(c, w, a_11, a_10, 12.0), next_factor(c, w, j_11, j_10, 12.0)
+    a_13, j_13 = next_factor(c, w, a_12, a_11, 13.0), next_factor(c, w, j_12, j_11, 13.0)
+    a_14, j_14 = next_factor(c, w, a_13, a_12, 14.0), next_factor(c, w, j_13, j_12, 14.0)
+    a_15, j_15 = next_factor(c, w, a_14, a_13, 15.0), next_factor(c, w, j_14, j_13, 15.0)
     return HigherSeriesFactors(
         a_10, j_10, a_11, j_11, a_12, j_12, a_13, j_13, a_14, j_14, a_15, j_15
     )  # fmt: skip
@@ -385,7 +385,7 @@ def higher_series_factors(factors, c, w):
 
 @compiled
 def next_factor(c, w, last, one_before, n):
-    """Return the factor of sⁿ from the two before it."""
+    """Return the factor of sⁿ from the two before it; n is a float."""
     return -(c * last + w * one_before / (n - 1)) / n
 
 

@@ -222,7 +222,7 @@ MAX_HALVINGS = 60
 the safe step may be a millionth of it."""
 
 
-@inlined
+@compiled
 def safe_step(v, a, j, snap, growth, max_step):
     """Return a step within which a velocity provably stays above zero.
 
@@ -320,7 +320,7 @@ def has_converged(h, a, fourth, s):
 # A velocity under waves.
 
 
-@inlined
+@compiled
 def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
 
@@ -568,11 +568,15 @@ touch from above: equality sticks."""
 WINDOW_RADIANS = 32.0
 """Length of the first search window, in radians of the fastest wave."""
 
+RISING, FALLING = 1, -1
+"""Sides on which F_L breaks the contact, passed by `int`: numba compiles a kernel anew for each
+literal integer."""
+
 SQUARE_UNDERFLOW = 1e-140
 """Below this, squares come near the end of double precision, and `hypot` takes their place."""
 
 
-@inlined
+@compiled
 def break_away_time(plant, rising, falling, waves, x_r, u_0, rise, fall, h):
     """Return when within h [s] a stuck mass breaks away, or infinity, and in which direction.
 
@@ -596,14 +600,16 @@ def break_away_time(plant, rising, falling, waves, x_r, u_0, rise, fall, h):
         max_omega = force_rate_bounds(waves, 0.0)[3]
     begin, until = 0.0, min(WINDOW_RADIANS / max_omega, h) if max_omega > 0.0 else h
     while True:
-        up = stick_exit_time(plant, rising, waves, x_r, u_0, rise, 1, begin, until)
-        down = stick_exit_time(plant, falling, waves, x_r, u_0, fall, -1, begin, min(up, until))
+        up = stick_exit_time(plant, rising, waves, x_r, u_0, rise, int(RISING), begin, until)
+        down = stick_exit_time(
+            plant, falling, waves, x_r, u_0, fall, int(FALLING), begin, min(up, until)
+        )
         if up < NEVER or down < NEVER or until >= h:
             return (down, 1) if down < up else (up, -1)
         begin, until = until, min(3.0 * until, h)
 
 
-@inlined
+@compiled
 def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
     """Return the first time in [begin, h] at which side·F_L exceeds F_fs, or infinity.
 
@@ -651,7 +657,7 @@ def is_one_sine(waves, u_0, slope):
     return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
 
 
-@inlined
+@compiled
 def one_sine_exit_time(plant, law, waves, x_r, side, h):
     """Return `stick_exit_time` for a single sine, in closed form."""
     values = waves.values

@@ -555,7 +555,7 @@ def integrate_coulomb_events(plant, law, waves, t, kind, x_r, v_first, begin, en
         d = direction_after(kind[i])
         v_r = v_first if i == 0 else 0.0
         lo = max(begin - t[i], 0.0)
-        part = integrate_segment(
+        part = integrate_by_panels(
             plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i]
         )
         sums = add_sums(sums, part)
@@ -666,6 +666,16 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
         return integrate_slip_series(
             c, w, f, factors, higher_series_factors(factors, c, w), u_0, slope, x_r, v_r, d, hi
         )
+    return integrate_by_panels(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi)
+
+
+@compiled
+def integrate_by_panels(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
+    """Integrate one segment by Gauss quadrature on panels; as `integrate_segment`."""
+    m, k_x, b = plant
+    c = b / m
+    w = k_x / m
+    f = d * law.F_fk / m
     set_phases(waves, plant, law, t, d)
     x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
