@@ -10,15 +10,17 @@ import os
 import stat
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from io import BufferedReader
 from numbers import Integral
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from drysim.errors import OutputError, UsageError
 from drysim.units import shorten
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 
 def total_memory() -> float:
@@ -179,7 +181,10 @@ def map_in_order(
     if threads == 1:
         yield from map(function, items)
         return
-    executor, futures = ThreadPoolExecutor(threads), deque[Future[Result]]()
+    from concurrent.futures import ThreadPoolExecutor, wait
+
+    executor = ThreadPoolExecutor(threads)
+    futures: deque[Future[Result]] = deque()
     try:
         for item in items:
             futures.append(executor.submit(function, item))

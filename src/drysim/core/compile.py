@@ -18,7 +18,6 @@ import os
 import pickle
 import stat
 import sys
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -249,6 +248,8 @@ def cache_folder() -> Path | None:
     It lies in the user's cache folder, else below the temporary folder. As anybody may create
     folders there, each folder on that path must be owned by the user.
     """
+    import tempfile
+
     name, own = f"kernels-{source_key()}", f"cache-{_user_id()}"
     home = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(home):  # relative: to be ignored by the XDG specification
