@@ -72,7 +72,9 @@ def save_png(draw: Callable[[], Figure], file: Path) -> None:
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         canvas: Any = FigureCanvasAgg(draw())
         # Without the version of matplotlib, equal pictures are equal files.
-        canvas.print_png(str(file), metadata={"Software": None})
+        # Level 3 of zlib takes half the time of the default for a file 5 % larger.
+        options = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 3}}
+        canvas.print_png(str(file), **options)
 
 
 def new_figure(height: float) -> Figure:
