@@ -25,7 +25,7 @@ from drysim.core.model import (
     base_acceleration,
 )
 from drysim.core.sampled import CHUNK
-from drysim.errors import ScenarioError
+from drysim.errors import ScenarioError, SolverError
 from drysim.metrics import stroke
 from drysim.metrics.table import measure
 from drysim.plots import response
@@ -713,3 +713,12 @@ def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
     for name in ("t", "kind", "x_r", "F_L"):
         assert np.array_equal(getattr(one.events, name), getattr(other.events, name))
     assert one.numerics.closest_decision == other.numerics.closest_decision
+
+
+def test_motion_under_sines_with_more_events_than_memory_holds_is_refused(monkeypatch):
+    """A motion whose events crowd must end in a message, not fill the memory."""
+    monkeypatch.setattr(scene, "MAX_EVENTS", 1_500)
+    monkeypatch.setattr(scene, "MAX_EVENTS_PER_INTERVAL", 0)
+    law, base = CoulombLaw(15.0, 15.0), Sines((2.0,), (1.6,), (0.0,))
+    with pytest.raises(SolverError, match="too many events: "):
+        StickSlip().trajectory(Plant(75.0, 7500.0, 500.0), law, base, State(0.0, 0.0), 0.1, 2e3)

@@ -38,6 +38,7 @@ from drysim.approach.scene import (
     SAMPLES_PER_CALL,
     SineGrid,
     base_square_integrals,
+    check_event_count,
     check_progress,
     count_grid_points,
     describe_numerics,
@@ -162,6 +163,9 @@ def viscous_numerics(response: Response) -> Numerics:
 EVENTS_PER_CALL = 1_000_000
 """Events per kernel call; between calls Python can handle an interrupt."""
 
+MAX_PERIODS = 1e9
+"""Periods beyond which the events of a motion under sines are not expected to grow."""
+
 INITIAL_EVENT_CAPACITY = 1024
 """Initial rows of the event log; doubled when it is full."""
 
@@ -180,7 +184,10 @@ def sine_trajectory(
         scene, duration, log, kind
     )
     check_progress(count, begin, (x_r, v_r))
+    natural = math.sqrt(plant.k_x / plant.m) / math.tau
+    periods = duration * (max(motion.f, default=0.0) + law.omega / math.tau + natural)
     while begin < duration:
+        check_event_count(count, int(min(periods, MAX_PERIODS)), begin)
         size = min(2 * len(kind), count + EVENTS_PER_CALL)
         log, kind = (
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),

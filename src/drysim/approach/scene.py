@@ -319,9 +319,9 @@ def check_event_count(count: int, steps: int, t: float) -> None:
     if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * steps:
         raise SolverError(
             f"too many events: {count} by t = {t:.9g} s",
-            "a mass with little loss at a rigid stop chatters there: reduce the restitution or "
-            "use bumpers; a vanishing normal force causes events in every period: check its "
-            "frequency; or use a shorter duration",
+            "use a shorter duration, or check the scene: a mass with little loss chatters at a "
+            "rigid stop (reduce the restitution or use bumpers), and a normal force that "
+            "varies causes events in every period (check its frequency)",
         )
 
 
