@@ -22,7 +22,7 @@ from drysim.core.model import (
     State,
     acceleration_at,
 )
-from drysim.errors import ScenarioError
+from drysim.errors import ScenarioError, UsageError
 from drysim.metrics.table import measure
 from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
@@ -44,7 +44,11 @@ STOPS = {
     "rigid": EndStops(LIMIT, LIMIT, e=0.5),
     "dead": EndStops(LIMIT, LIMIT, e=0.0),
 }
-COMBINATIONS = list(itertools.product(CONTACTS, LOADS, STOPS))
+COMBINATIONS = [
+    (contact, load, stops)
+    for contact, load, stops in itertools.product(CONTACTS, LOADS, STOPS)
+    if not (contact == "elastic" and load != "constant" and STOPS[stops].rigid)
+]
 MOTIONS = {"sines": Sines((3.0, 1.2), (1.6, 3.7), (0.0, 1.0)), "samples": noise(1200, 2.5, 3)}
 SPAN = 2.5
 
@@ -64,6 +68,8 @@ def test_forces_keep_their_limits_and_energy_is_conserved(contact, load, stops, 
     assert values["energy_residual"] < 1e-11
     t = np.linspace(0.0, SPAN, 20_001)
     found = trajectory.at(t)
+    assert values["x_r_peak"] == pytest.approx(np.abs(found.x_r).max(), rel=1e-5)
+    assert values["x_r_peak"] >= np.abs(found.x_r).max() * (1.0 - 1e-12)
     limit = law.load(t) * (law.F_fk if law.is_elastic else law.F_fs)
     x_r, F_f, F_stop = found.x_r, found.F_f, found.F_stop
     assert (np.abs(F_f) <= limit * (1.0 + 1e-9) + 1e-9).all()
@@ -86,6 +92,47 @@ def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
         PAPER, law, mirrored(motion), State(-1e-3, -0.02), 1e-3, SPAN
     )
     assert (other.at(t).x_r == -one.x_r).all()
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize("k_t", [1e4, 1e5, 1e7])
+@pytest.mark.parametrize("load", LOADS)
+def test_elastic_contact_under_a_directed_damper_closes_its_energy(load, k_t, motion):
+    law = PiecewiseLaw(45.0, 45.0, k_t, damping=(900.0, 300.0), **LOADS[load])
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
+    values, t = measure(trajectory, (0.0, SPAN), LIMIT), np.linspace(0.0, SPAN, 20_001)
+    x_r = trajectory.at(t).x_r
+    assert values["energy_residual"] < 1e-11
+    assert values["x_r_peak"] == pytest.approx(np.abs(x_r).max(), rel=1e-5)
+    response = StickSlip().solve(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
+    exact = trajectory.at(np.arange(len(response)) * response.dt).x_r
+    assert np.abs(response.x_r - exact).max() <= 1e-9 * np.abs(exact).max()
+
+
+def test_long_hold_under_a_directed_damper_loses_what_its_direction_takes():
+    law, plant = PiecewiseLaw(4500.0, 4500.0, 1e8, damping=(900.0, 100.0)), PAPER
+    slow = Sines((3.0,), (0.1,), (0.0,))
+    trajectory = StickSlip().trajectory(plant, law, slow, State(0.0, 0.0), 1e-3, 40.0)
+    assert measure(trajectory, (0.0, 40.0), None)["energy_residual"] < 1e-11
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3])
+@pytest.mark.parametrize("f", np.arange(1.1, 2.75, 0.15).tolist())
+def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
+    """It arrived yielding: as it leaves, the contact holds from its very limit."""
+    law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(0.005, 0.005, e=e))
+    base, plant = Sines((8.0**0.5,), (f,), (0.0,)), Plant(2.0, 200.0, 10.0)
+    trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 1e-3, 6.0)
+    assert measure(trajectory, (0.0, 6.0), 0.005)["energy_residual"] < 1e-11
+    found = trajectory.at(np.linspace(0.0, 6.0, 20_001))
+    assert (np.abs(found.F_f) <= 1.0 + 1e-9).all()
+    assert (found.F_stop * np.sign(found.x_r) >= -1e-9).all()
+
+
+def test_rigid_stops_refuse_an_elastic_contact_under_a_varying_force():
+    law, base = law_of("elastic", "varying", "rigid"), MOTIONS["sines"]
+    with pytest.raises(UsageError, match="does not go with rigid stops"):
+        StickSlip().trajectory(PAPER, law, base, State(2 * LIMIT, 0.0), 1e-3, SPAN)
 
 
 def directed(F_up, F_down, ratio=1.2, **further) -> PiecewiseLaw:
@@ -322,3 +369,23 @@ def test_what_cannot_use_directions_refuses_them_or_says_what_it_leaves_out(tmp_
     assert made.with_approach("viscous").law().damping == (900.0, 300.0)
     law = made.copy_with({}).with_law("coulomb").law()
     assert law == made.law()
+
+
+@pytest.mark.parametrize("stops", [None, *STOPS])
+@pytest.mark.parametrize("k_t", [0.0, 1e5])
+def test_integrals_of_whole_steps_are_those_of_their_parts(k_t, stops):
+    """A window that cuts every step in two leaves no step whole."""
+    law = PiecewiseLaw(45.0, 45.0, k_t, stops=None if stops is None else STOPS[stops])
+    if not law.is_elastic:
+        law = law._replace(compression=(30.0, 30.0), damping=(300.0, 700.0))
+    motion = MOTIONS["samples"]
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(1e-3, 0.0), 1e-3)
+    whole, parts = trajectory.totals(0.0, trajectory.end), np.zeros(8)
+    for n in range(len(motion.u_dd) - 1):
+        t = n * motion.dt, (n + 0.4) * motion.dt, (n + 1) * motion.dt
+        for begin, end in itertools.pairwise(t):
+            one = trajectory.totals(begin, end)
+            parts += (*one[:6], one.stop_work, one.damper_work or 0.0)
+    known = (*whole[:6], whole.stop_work, whole.damper_work or 0.0)
+    scale = 1e-12 * np.abs(parts).max()
+    assert np.array(known) == pytest.approx(parts, rel=1e-9, abs=scale)

@@ -132,10 +132,13 @@ class FrictionLimits(KineticForce):
         ):
             if static is None or kinetic is None:
                 continue
-            for low, high in zip(by_direction(kinetic), by_direction(static), strict=True):
+            pairs = zip(by_direction(kinetic), by_direction(static), strict=True)
+            where = depends_on_direction(kinetic) or depends_on_direction(static)
+            for (low, high), direction in zip(pairs, ("extension", "compression"), strict=True):
                 if high < low:
                     least, given = f"{low:.12g}{unit}", f"{high:.12g}{unit}"
                     sentence = f"must be at least the kinetic {least}, not {given}"
+                    sentence += f", in {direction}" if where else ""
                     raise InvalidValue(sentence, name)
         return self
 

@@ -358,3 +358,38 @@ def test_chatter_under_steady_pressure_ends_after_few_impacts(kernel, e):
     assert (kinds == -6).sum() == pytest.approx(fewest, rel=0.02, abs=2)
     assert written[2][-1] == 0.0
     assert written[4][-1] == 0.01
+
+
+# Elastic contacts over samples: both engines agree to the last bit, also in several calls.
+
+
+def contact_march(kernel, u_dd, k_t, calls=1):
+    """March an elastic contact over samples; return the segments and the events."""
+    core, size = kernel.march, 3 * len(u_dd)
+    plant, law = kernel.model.Plant(*PAPER), piecewise(kernel, (30.0, 30.0), k_t=k_t)
+    waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
+    kinds = dict.fromkeys(("n", "d", "kind"), int)
+    segments, log = (
+        table(*(np.zeros(size, kinds.get(name, float)) for name in table._fields))
+        for table in (kernel.events.Segments, kernel.events.EventLog)
+    )
+    xi, x_0, mode = kernel.modes.initial_piecewise_mode(
+        plant, law, waves, u_dd[0], 0.0, 0.0, 0.0, 0.0
+    )
+    scene = core.Scene(plant, law, waves, u_dd, DT, len(u_dd) - 2, DT)
+    state = core.MarchState(0, 0.0, xi, 0.0, x_0, mode, 0, 0)
+    for call in range(1, calls + 1):
+        state = core.march(scene, state, segments, log, size * call // calls)
+    assert state.n == len(u_dd) - 1
+    return [column[: state.used] for column in segments], log.kind[: state.events]
+
+
+@pytest.mark.parametrize("k_t", [1e4, 1e6, 1e8])
+def test_engines_march_an_elastic_contact_alike_and_in_several_calls(plain, fast, k_t):
+    u_dd = 4.0 * np.random.default_rng(4).standard_normal(800)
+    one, kind = contact_march(plain, u_dd, k_t)
+    for kernel, calls in ((fast, 1), (fast, 7)):
+        other, kinds = contact_march(kernel, u_dd, k_t, calls)
+        assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+        assert np.array_equal(kind, kinds)
+    assert len(kind) > 10

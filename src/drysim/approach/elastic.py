@@ -76,6 +76,7 @@ from drysim.core.trajectory import (
     integrate_segments,
     step_quadratic_forms,
     step_variables,
+    whole_step_forms,
     write_sampled_turning_points,
 )
 
@@ -103,9 +104,14 @@ def compute_trajectory(
     duration: float | None,
 ) -> piecewise.PiecewiseTrajectory | SampledElasticTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
-    if isinstance(motion, Samples) and not law.variation and law.force_record is None:
+    if isinstance(motion, Samples) and has_constant_limit(law):
         return sampled_elastic_trajectory(plant, law, motion, start, duration)
     return piecewise.compute_trajectory(plant, law, motion, start, duration)
+
+
+def has_constant_limit(law: PiecewiseLaw) -> bool:
+    """Return whether nothing but the contact depends on time or direction."""
+    return not law.variation and law.force_record is None and law.damping is None
 
 
 # Samples and a constant limit: known at every sample and at every change of mode.
@@ -180,7 +186,7 @@ class SampledElasticTrajectory(EventDriven):
         # t / dt may round down to the sample before.
         n = min(int(t / dt), last)
         n += (n + 1) * dt <= t and n + 1 <= last
-        if n * dt >= t:
+        if n * dt >= t or n == last:
             x_r, d = float(self.x_r[n]), int(self.d[n])
             x_0 = float(self.x_0[n])
             z = x_r - d * self.law.F_fk / self.law.k_t if d else x_0
@@ -242,9 +248,9 @@ class SampledElasticTrajectory(EventDriven):
         step_segments = self.step_segments(steps)
         last = np.append(np.diff(step_segments.n) > 0, True)
         lengths = np.where(last, self.motion.dt, np.roll(step_segments.s, -1)) - step_segments.s
-        found = integrate_segments(
-            self._solution(step_segments), as_engine_array(lengths), begin, end
-        )
+        solution = self._solution(step_segments)
+        forms = as_engine_array(whole_step_forms(self.plant, solution.law, self.motion.dt))
+        found = integrate_segments(solution, forms, as_engine_array(lengths), begin, end)
         return np.array(found[:5])
 
     def _eventless_steps(self, n: Any, forms: tuple[Floats, Floats]) -> Floats:

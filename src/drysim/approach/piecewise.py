@@ -84,6 +84,7 @@ from drysim.core.modes import (
     initial_piecewise_mode,
 )
 from drysim.core.trajectory import (
+    FORM_COLUMNS,
     Columns,
     Solution,
     evaluate_segments,
@@ -91,8 +92,10 @@ from drysim.core.trajectory import (
     peak_bumper_force,
     sample_elastic_grid,
     table_size,
+    whole_step_forms,
     write_turning_points,
 )
+from drysim.errors import UsageError
 
 STEPS_PER_CALL = 16_384
 """Steps per kernel call; between calls Python can handle an interrupt."""
@@ -125,7 +128,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
     grid: Grid
-    if isinstance(motion, Sines) and trajectory.holds_and_yields:
+    if isinstance(motion, Sines) and trajectory.may_turn_within and not law.force_record:
         grid = ElasticSineGrid(trajectory, dt, points)
     else:
         found = trajectory.at(grid_times(0, points, dt))
@@ -195,7 +198,8 @@ def compute_trajectory(
 class PiecewiseTrajectory(EventDriven):
     """Solution stored as segments.
 
-    `events` are all changes of mode; `turning_points` are those with zero velocity.
+    `events` are all changes of mode; `turning_points` are those at which v_r is zero under a
+    rigid contact.
     """
 
     plant: Plant
@@ -215,8 +219,10 @@ class PiecewiseTrajectory(EventDriven):
 
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
         """Return the extreme points of x_r from the start to the end of a window [s]."""
-        if not self.holds_and_yields:
+        if not self.law.is_elastic:
             return super().path(window, x_rM)
+        if not self.may_turn_within:
+            return Path(self._starts, self.at(self._starts).x_r)
         whole = requested_segments(self._starts, window)
         scene = (self.solution, self._lengths)
         return collect_path(write_turning_points, scene, whole, x_rM, (0, 0.0, 0.0, 0.0, 0.0))
@@ -250,7 +256,7 @@ class PiecewiseTrajectory(EventDriven):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
-        sums = integrate_segments(self.solution, self._lengths, begin, end)
+        sums = integrate_segments(self.solution, self._forms, self._lengths, begin, end)
         stop_work = sums.stop_work
         stops = self.law.stops
         if stops is not None and stops.rigid:
@@ -277,9 +283,13 @@ class PiecewiseTrajectory(EventDriven):
         return force
 
     @cached_property
-    def holds_and_yields(self) -> bool:
-        """Whether x_r may turn within a segment: an elastic contact, and nothing else."""
-        return self.law.is_elastic and self.law.stops is None
+    def may_turn_within(self) -> bool:
+        """Whether x_r may turn within a segment: an elastic contact alone.
+
+        Stops and a damper by direction begin a segment at every zero of v_r.
+        """
+        law = self.law
+        return law.is_elastic and law.stops is None and law.damping is None
 
     @cached_property
     def solution(self) -> Solution:
@@ -299,6 +309,13 @@ class PiecewiseTrajectory(EventDriven):
     def _starts(self) -> Floats:
         """Times at which the segments begin [s], computed as in the kernels."""
         return np.asarray(self.segments.n * self.base[1] + self.segments.s)
+
+    @cached_property
+    def _forms(self) -> Any:
+        """Forms that integrate whole steps over samples, as an array of the engine."""
+        if isinstance(self.motion, Sines):
+            return as_engine_array(np.zeros((4, FORM_COLUMNS)))
+        return as_engine_array(whole_step_forms(self.plant, self.solution.law, self.base[1]))
 
     @cached_property
     def _lengths(self) -> Any:
@@ -331,7 +348,19 @@ class ElasticSineGrid(SineGrid):
 
 
 def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
-    """Return a law, with the damper of the plant, as its kernels take it."""
+    """Return a law, with the damper of the plant, as its kernels take it.
+
+    Raises
+    ------
+    UsageError
+        For a combination that is not modelled: an elastic contact would yield while its mass
+        rests against a rigid stop.
+    """
+    if law.is_elastic and law.varies and law.stops is not None and law.stops.rigid:
+        raise UsageError(
+            "an elastic contact under a varying normal force does not go with rigid stops",
+            "use bumpers",
+        )
     record, step = as_engine_array(np.ones(2)), 0.0
     if law.force_record is not None:
         record, step = law.force_record.kernel_input, law.force_record.step

@@ -52,6 +52,7 @@ from drysim.core.events import (
 from drysim.core.forcing import (
     V_R,
     X_R,
+    Segment,
     base_motion,
     motion_at,
     relative_normal_force,
@@ -81,11 +82,11 @@ from drysim.core.modes import (
     end_of_yield,
     is_directed,
     is_rigid_slip,
+    limit_side,
     load_at,
     mode_equation,
     mode_from_rest,
     mode_of,
-    next_normal_force,
     next_stop_transition,
     origin_of,
     pass_stop,
@@ -348,7 +349,11 @@ def march(scene, state, segments, log, capacity):
         c, w, g, r, ramp = equation
         segment = start_segment(c, w, waves, xi, v_r, g, r)
         free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
-        if free and mode.bumper != LEAVING:
+        if mode.bumper == LEAVING:
+            # The sum of forces is zero, and its rate leads away from the stop.
+            j = segment.j + c * segment.a
+            segment = Segment(c, w, xi, v_r, 0.0, j, segment.k, g, r)
+        elif free:
             d = motion_direction(v_r, segment.a, segment.j)
             if d == -mode.direction:
                 mode = Mode(mode.contact, d, mode.stop, mode.origin, mode.poised, mode.bumper)
@@ -389,10 +394,6 @@ def march(scene, state, segments, log, capacity):
             )
             # An exit at the end of the interval is decided in the next one.
             stop = stop if stop < left else NEVER
-            if law.k_t > 0.0 and mode.contact != FREE:
-                change, side = pressed_contact_exit(
-                    law, waves, mode, z + xi - x_0, ramp, t, min(until, stop)
-                )
         else:
             j = segment.j
             # At a break-away F_L = ±F_fs N, so the acceleration is known without cancellation.
@@ -409,8 +410,7 @@ def march(scene, state, segments, log, capacity):
                     v_r, a = rescale(v_r, a_carried)
                     j = r - c * a - w * v_r
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
-            if mode.bumper == LEAVING:
-                d, a, j = mode.direction, 0.0, j + c * a
+            d = mode.direction if mode.bumper == LEAVING else d
             if law.k_t == 0.0 or (directed and d != 0):
                 stop = slip_end_time(c, w, waves, xi, v_r, a, j, g, r, d, until)
             if law.k_t > 0.0 and mode.contact == HOLD:
@@ -448,11 +448,12 @@ def march(scene, state, segments, log, capacity):
                     x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
                 poised = mode.contact if contact == HOLD else 0
                 mode = Mode(contact, d, mode.stop, mode.origin, poised, STEADY_BUMPER)
-                if d != AT_REST:
-                    kind = STICK if contact == HOLD else contact * SLIP
-                    count = record_event(log, count, then, ends, kind, x_r, F_L)
+                kind = STICK if contact == HOLD else contact * SLIP
+                count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif d == AT_REST and step == stop:
                 poised, start, kind = 0, LEAVING, direction * RELEASE
+                if law.k_t > 0.0 and contact == HOLD:
+                    poised = limit_side(law, x_r - x_0, load)
                 if law.k_t == 0.0 and contact == HOLD:
                     contact, poised, start = direction, direction, STEADY_BUMPER
                     kind = direction * SLIP
@@ -549,28 +550,6 @@ def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
     if waves.size == 0:
         return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
     return slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h)[0]
-
-
-@compiled
-def pressed_contact_exit(law, waves, mode, stretch, ramp, t, h):
-    """Return when an elastic contact of a mass at rest at a stop changes, and its new state.
-
-    Only the normal force changes there: a contact stretched by `stretch` [m] yields when the
-    limit falls to its force, and holds again when the limit rises.
-    """
-    if mode.contact == HOLD:
-        level = law.k_t * abs(stretch) / law.up.F_fk
-        s, contact = NEVER, sign(stretch)
-        if level > 0.0:
-            s = next_normal_force(law, waves, ramp, t, level, False)
-    else:
-        s, contact = NEVER, HOLD
-        if load_at(law, waves, ramp, 0.0)[1] > 0.0:
-            s = 0.0
-        elif law.variation > 0.0:
-            angle = 1.5 * math.pi - (law.omega * t + law.phase)
-            s = angle % (2.0 * math.pi) / law.omega
-    return (s, contact) if s <= h else (NEVER, mode.contact)
 
 
 @compiled

@@ -214,6 +214,11 @@ class PiecewiseLaw(NamedTuple):
         return not self.is_elastic
 
     @property
+    def varies(self) -> bool:
+        """Whether the normal force varies."""
+        return bool(self.variation) or self.force_record is not None
+
+    @property
     def may_separate(self) -> bool:
         """Whether the normal force of a rigid contact may vanish, or is recorded."""
         return not self.is_elastic and (self.variation >= 1.0 or self.force_record is not None)

@@ -442,6 +442,13 @@ def initial_piecewise_mode(plant, law, waves, u_0, slope, x_r, v_r, x_0):
     return xi, x_0, mode
 
 
+@compiled
+def limit_side(law, stretch, load):
+    """Return the side at whose limit an elastic contact is, to within rounding, or 0."""
+    x_limit = law.up.F_fk * load / law.k_t
+    return sign(stretch) if abs(stretch) >= x_limit * (1.0 - RATE_TOLERANCE) else 0
+
+
 @inlined
 def closing_contact(law, v_r, rate):
     """Return the state of an elastic contact whose surfaces just touch.
@@ -601,10 +608,13 @@ def hold_exit_time(hold, side, begin, until):
     segment, waves, law, ramp, x_0, poised = hold
     F_fk, zeros = law.up.F_fk, 0
     if side == poised:
-        # The value is zero; so is the rate, unless the slope of a recorded force jumps here.
+        # The value is zero; so is the rate, unless the slope of a recorded force jumps here,
+        # and the curvature where the mass leaves a rigid stop.
         falls, gains = side * law.k_t * segment.v_r, F_fk * ramp.rate
         jumps = gains - falls > RATE_TOLERANCE * (abs(gains) + abs(falls))
         zeros = 1 if law.step > 0.0 and jumps else 2
+        if segment.v_r == 0.0 and segment.a == 0.0 and law.variation == 0.0 and not jumps:
+            zeros = 3
     clearance = Observable(
         x_0, -side * law.k_t, 0.0, F_fk, 0.0, F_fk * (ramp.load - 1.0), F_fk * ramp.rate
     )
@@ -933,15 +943,10 @@ def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
     pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
     wall = wall_side(law, mode, xi)
     up, down = coulomb_limits(law, 1), coulomb_limits(law, -1)
-    # F_L reaches the limit of the opposite direction: F_fs N, or the force of the contact.
     hold_up, hold_down = up.F_fs, down.F_fs
     if law.k_t > 0.0 or mode.contact == FREE:
         hold_up = hold_down = 0.0
-        if abs(mode.contact) == 1:
-            friction = mode.contact * side_of(law, mode.contact).F_fk
-            hold_up, hold_down = friction, -friction
-        else:
-            pull += contact_force(law, mode, x_r, x_0, 0.0)
+        pull += contact_force(law, mode, x_r, x_0, 0.0)
     elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
         # F_L stays 0, and no limit is exceeded even where it vanishes.
         return NEVER, 0
@@ -1025,7 +1030,7 @@ def is_unresolved_chatter(plant, law, waves, mode, x_0, slope, ramp, u_dd, load,
     x_r = abs(origin_of(law, mode.origin))
     if x_r - v * v / (2.0 * p) != x_r and t + flight != t:
         return False
-    drift = law.up.F_fk * abs(ramp.rate) / plant.m
+    drift = max(law.up.F_fk, law.down.F_fk) * abs(ramp.rate) / plant.m
     return q <= 0.0 or (force_rate_bounds(waves, slope)[0] + drift) * whole < q
 
 
@@ -1126,40 +1131,25 @@ def load_at(law, waves, ramp, s):
 
 
 @compiled
-def next_normal_force(law, waves, ramp, t, level, rises):
-    """Return how long after t [s] the normal force passes a level, or infinity.
+def separation_time(law, waves, ramp, t, contact):
+    """Return how long after t [s] the surfaces separate, or close if separated; or infinity.
 
-    Parameters
-    ----------
-    ramp : LoadRamp
-        Of the segment, which starts at t.
-    level : float
-        Relative normal force [-].
-    rises : bool
-        Whether it passes the level by rising, or by falling.
+    `ramp` is that of the segment, which starts at t.
     """
+    closes = contact == FREE
     if law.step > 0.0:
-        rate, ahead = (
-            (ramp.rate, level - ramp.load) if rises else (-ramp.rate, ramp.load - level)
-        )
-        if rate > 0.0:
-            return max(ahead / rate, 0.0)
-        return 0.0 if not rises and rate == 0.0 and ahead <= 0.0 else NEVER
-    if law.variation <= abs(level - 1.0):
+        if closes:
+            return max(-ramp.load / ramp.rate, 0.0) if ramp.rate > 0.0 else NEVER
+        if ramp.rate < 0.0:
+            return max(ramp.load / -ramp.rate, 0.0)
+        return 0.0 if ramp.load <= 0.0 and ramp.rate == 0.0 else NEVER
+    if law.variation <= 1.0:
         return NEVER
     load, load_d, _ = relative_normal_force(law, waves, 0.0)
-    if not rises and load <= level and load_d < 0.0:
+    if not closes and load <= 0.0 and load_d < 0.0:
         return 0.0
-    if rises and load >= level and load_d > 0.0:
+    if closes and load >= 0.0 and load_d > 0.0:
         return 0.0
-    dip = math.asin((1.0 - level) / law.variation)
-    angle = 2.0 * math.pi - dip if rises else math.pi + dip
+    dip = math.asin(1.0 / law.variation)
+    angle = 2.0 * math.pi - dip if closes else math.pi + dip
     return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
-
-
-@compiled
-def separation_time(law, waves, ramp, t, contact):
-    """Return how long after t [s] the surfaces separate, or close if separated; or infinity."""
-    if law.step == 0.0 and law.variation <= 1.0:
-        return NEVER
-    return next_normal_force(law, waves, ramp, t, 0.0, contact == FREE)

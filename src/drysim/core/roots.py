@@ -450,8 +450,8 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
     observable : Observable
         At least zero at `begin`, up to rounding; a root is where it is no longer above zero.
     zeros : int
-        How many of value and first derivative are exactly zero at the start of the segment: 0,
-        1 (the value) or 2 (both). Their computed values would be rounding only.
+        How many of the value and its first two derivatives are exactly zero at the start of the
+        segment: 0 to 3. Their computed values would be rounding only.
     begin, h : float
         Time of the segment to begin at, and its length [s].
 
@@ -473,6 +473,16 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         value, rate, curvature, third_rate = observable_derivatives(law, waves, observable, now)
         value = 0.0 if zeros > 0 else max(value, 0.0)
         derivatives = Derivatives(value, 0.0 if zeros > 1 else rate, curvature, third_rate)
+        if zeros > 2:
+            # Positive up to 4·third_rate/fourth, with a bound on the fourth derivative that
+            # grows by less than a quarter within the step.
+            third_bound = third_derivative_bound(observable, w, load_bound, now)
+            fourth = (segment.c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
+            step = min(0.25 * third_rate / fourth, max_step) if fourth > 0.0 else max_step
+            if third_rate <= 0.0:
+                return now.s, now.x_r, now.v_r
+            now = instant_state(segment, waves, step)
+            derivatives = observable_derivatives(law, waves, observable, now)
     else:
         now = instant_state(segment, waves, begin)
         derivatives = observable_derivatives(law, waves, observable, now)
@@ -622,7 +632,7 @@ def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
     max_omega = 0.0
     for i in range(waves.size):
         A_i = abs(waves.values[WAVE_COLUMNS * i + A])
-        force = plant.m * A_i if i < waves.base else law.F_fs * law.variation
+        force = plant.m * A_i if i < waves.base else abs(law.F_fs) * law.variation
         omega = waves.values[WAVE_COLUMNS * i + OMEGA]
         curvature += force * omega**2
         third += force * omega**3

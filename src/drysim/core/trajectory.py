@@ -831,6 +831,64 @@ def step_quadratic_forms(c, w, dt):
     return squares, distance
 
 
+FORM_VARIABLES = (
+    ((0, 1, 2, 3), (0, 1, 2, 3)), ((1, 2, 3), (1, 2, 3)), ((1, 3, 4, 5), (1, 3, 4, 5)),
+    ((3, 4), (1, 2, 3)),
+)  # fmt: skip
+"""The `step_variables` whose products occur in the integrals of x_r², v_r², x_dd² and ü v_r;
+the forms of all other products are zero."""
+
+FORM_COLUMNS = 10 + 6 + 10 + 6 + 3 + 4
+"""Coefficients of these products, of v_r and of x_r in a row of `whole_step_forms`."""
+
+
+def whole_step_forms(plant, law, dt):
+    """Return the forms that integrate whole sampled steps of a `KernelLaw`.
+
+    Returns
+    -------
+    ndarray, shape (4, FORM_COLUMNS)
+        One row each for slip up, slip down, hold up and hold down, see `form_row`.
+    """
+    m, k_x, _ = plant
+    return np.array(
+        [
+            whole_step_form(side.b / m, (k_x + k_t) / m, dt)
+            for k_t in (0.0, law.k_t)
+            for side in (law.up, law.down)
+        ]
+    )
+
+
+@lru_cache(maxsize=64)
+def whole_step_form(c, w, dt):
+    """Return a row of `whole_step_forms`; parameters as in `step_quadratic_forms`."""
+    squares, distance = step_quadratic_forms(c, w, dt)
+    row = []
+    for square, (first, second) in zip(squares, FORM_VARIABLES, strict=True):
+        for i in first:
+            for j in second:
+                if first == second and j < i:
+                    continue
+                both = i in second and j in first and i != j
+                row.append(square[i, j] + (square[j, i] if both else 0.0))
+    _, _, Y, YY = flow(c, w, dt)
+    mean = dt, Y, -YY, -cubic_response(c, w, dt) / dt
+    return (*row, *distance[1:4].tolist(), *mean)
+
+
+def cubic_response(c, w, dt):
+    """Return the integral of YY of `flow` over [0, dt], by quadrature."""
+    total, begin = 0.0, 0.0
+    while begin < dt:
+        rate = fastest_rate(c, w, begin)
+        length = min(PANEL_RADIANS / rate, dt - begin) if rate > 0.0 else dt - begin
+        for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
+            total += weight * length * flow(c, w, begin + length * node)[3]
+        begin = begin + length if length < dt - begin else dt
+    return total
+
+
 # Segments of a piecewise-linear law: evaluation and integrals.
 
 
@@ -1016,12 +1074,14 @@ def add_segment_sums(one, other):
 
 
 @compiled
-def integrate_segments(solution, lengths, begin, end):
+def integrate_segments(solution, forms, lengths, begin, end):
     """Integrate segments over their parts between two times.
 
     Parameters
     ----------
     solution : Solution
+    forms : array, shape (4, FORM_COLUMNS)
+        From `whole_step_forms`.
     lengths : array of float
         Length of each segment [s].
     begin, end : float
@@ -1033,13 +1093,28 @@ def integrate_segments(solution, lengths, begin, end):
         `sliding_distance` is the work done on the contact divided by the larger F_fk;
         `stop_work` does not include the energy lost in rigid impacts, which have no duration.
     """
-    plant, law, waves, _, dt, segments = solution
+    plant, law, waves, u_dd, dt, segments = solution
     sums = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if len(segments.n) == 0:
+        return sums
+    affine = waves.size == 0 and law.step == 0.0
+    # Whole steps in one mode differ in ü and in the state alone: the last one is kept.
+    kept = resume_segment(solution, 0)
+    code, x_0 = segments.d[0], segments.z[0]
     for i in range(len(segments.n)):
         t = segments.n[i] * dt + segments.s[i]
         lo, hi = max(begin - t, 0.0), min(end - t, lengths[i])
         if hi <= lo or segments.d[i] == ARRIVAL:
             continue
+        if affine and segments.s[i] == 0.0 and hi - lo == dt:
+            if segments.d[i] != code or segments.z[i] != x_0:
+                kept, code, x_0 = resume_segment(solution, i), segments.d[i], segments.z[i]
+            if kept.mode.direction != AT_REST and kept.mode.stop == APART:
+                base = u_dd[segments.n[i]], u_dd[segments.n[i] + 1]
+                state = segments.x_r[i], segments.v_r[i]
+                more = integrate_whole_step(law, kept, forms, dt, base, state)
+                sums = add_segment_sums(sums, more)
+                continue
         part = resume_segment(solution, i)
         if part.mode.bumper == CHATTERING:
             more = integrate_chatter(plant, law, waves, part, lo, hi)
@@ -1128,6 +1203,62 @@ def integrate_panel(nodes, weights, plant, law, waves, part, s, length, sums):
 
 
 @compiled
+def form_row(mode):
+    """Return the row of `whole_step_forms` for a mode."""
+    down = 1 if mode.direction < 0 else 0
+    return 2 + down if mode.contact == HOLD else down
+
+
+@inlined
+def square_form(form, at, y):
+    """Return the quadratic form whose upper triangle begins at an index of a row."""
+    total = 0.0
+    for i in range(len(y)):
+        for j in range(i, len(y)):
+            total += form[at] * (y[i] * y[j])
+            at += 1
+    return total
+
+
+@compiled
+def integrate_whole_step(law, part, forms, dt, base, state):
+    """Integrate a whole sampled step in motion by quadratic forms of its variables.
+
+    The variables are those of `step_variables`, with xi for x_r and all constant forces in f.
+
+    Parameters
+    ----------
+    part : ResumedSegment
+        A segment of the same mode with the same x_0.
+    base, state : tuple of float
+        ü at both ends [m/s²], and xi [m] and v_r [m/s] at the start.
+    """
+    c, w, g, _, _ = part.equation
+    (u_0, u_1), (xi, v_r), z = base, state, part.z
+    form = forms[form_row(part.mode)]
+    contact = w * xi - (g + part.u_0)
+    p, q, s = u_0 + contact, u_1 - u_0, c * v_r + contact
+    x2 = square_form(form, 0, (xi, v_r, p, q))
+    v2 = square_form(form, 10, (v_r, p, q))
+    x_dd2 = square_form(form, 16, (v_r, q, u_0, s))
+    power = q * (form[26] * v_r + form[27] * p + form[28] * q)
+    power += u_0 * (form[29] * v_r + form[30] * p + form[31] * q)
+    slid = form[32] * v_r + form[33] * p + form[34] * q
+    mean = form[35] * xi + form[36] * v_r + form[37] * p + form[38] * q
+    # Squares are not below zero, whatever rounding says.
+    x2 = max(x2 + z * (2.0 * mean + z * dt), 0.0)
+    v2, x_dd2 = max(v2, 0.0), max(x_dd2, 0.0)
+    reference = max(law.up.F_fk, law.down.F_fk)
+    work = abs(slid)
+    if part.mode.contact == HOLD:
+        work = law.k_t * (z + xi - part.x_0 + 0.5 * slid) * slid / reference
+    elif reference > 0.0:
+        work = part.mode.contact * side_of(law, part.mode.contact).F_fk * slid / reference
+    damper_work = side_of(law, part.mode.direction).b * v2
+    return SegmentSums(x2, v2, x_dd2, power, work, 0.0, 0.0, damper_work)
+
+
+@compiled
 def is_long_hold(law, waves, part):
     """Return whether a holding segment is a sum of exponentials, with ü by waves alone."""
     if law.k_t == 0.0 or part.mode.contact != HOLD or part.mode.stop != APART:
@@ -1192,7 +1323,8 @@ def integrate_hold_exponentials(plant, law, waves, part, lo, hi):
     x_lo = motion_at(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
     x_hi = motion_at(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
     work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - part.x_0)
-    slid, damper_work = work / max(law.up.F_fk, law.down.F_fk), law.up.b * v2
+    slid = work / max(law.up.F_fk, law.down.F_fk)
+    damper_work = side_of(law, part.mode.direction).b * v2
     return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, damper_work)
 
 
@@ -1474,7 +1606,7 @@ def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
             far = x_r if i > 0 and whole[i - 1] else half_cycle_extreme(far, x_r)
             count += 1
             # Under a constant limit a yielding contact has no turning point within its segment.
-            yields = abs(mode.contact) == 1 and law.variation == 0.0
+            yields = abs(mode.contact) == 1 and law.variation == 0.0 and law.step == 0.0
             if yields or (
                 only and mode.contact == HOLD and is_hold_uneventful(law, segments, i, x_rM)
             ):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, ValidationInfo, WithJsonSchema, field_validator
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
-from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw
+from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
@@ -583,6 +583,11 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
     elif isinstance(scenario.nominal_law(), DynamicLaw):
         sentence = f"end stops support the laws {', '.join(LAWS_WITH_STOPS)}"
         yield ("stroke", "stops"), f"{sentence}; choose one of them or remove the stops"
+    law = scenario.nominal_law()
+    elastic = isinstance(law, PiecewiseLaw) and law.is_elastic and law.varies
+    if stops.restitution is not None and elastic:
+        sentence = "rigid stops do not go with an elastic contact under a varying normal force"
+        yield ("stroke", "stops"), f"{sentence}; use bumpers (`stiffness`)"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
         sentence = (
             f"start.x_r must be within ±stroke.limit = ±{stroke.limit:.12g} m with rigid "

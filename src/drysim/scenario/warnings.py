@@ -182,8 +182,8 @@ def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[
     # Upper bound of |ü|, attained by a single sine and by samples.
     peak = max_abs(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
     load, least = m * peak + k_x * abs(start.x_r), _least_normal_force(law)
-    F_fs = law.F_fs if law.compression is None else min(law.F_fs, law.compression[1])
-    hold, drag = F_fs * least, law.F_fk * least
+    F_fk, F_fs = min((law.F_fk, law.F_fs), law.compression or (inf, inf), key=max)
+    hold, drag = F_fs * least, F_fk * least
     if law.stops is not None:  # a start beyond the limit compresses a bumper
         load += law.stops.elastic_force_and_energy(start.x_r)[0]
     if start.v_r == 0 and load <= hold and law.can_stick:
