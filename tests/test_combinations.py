@@ -389,3 +389,14 @@ def test_integrals_of_whole_steps_are_those_of_their_parts(k_t, stops):
     known = (*whole[:6], whole.stop_work, whole.damper_work or 0.0)
     scale = 1e-12 * np.abs(parts).max()
     assert np.array(known) == pytest.approx(parts, rel=1e-9, abs=scale)
+
+
+def test_ratio_that_would_hold_the_mass_is_that_of_the_weaker_direction(tmp_path):
+    pair = "{extension: 60, compression: 30}"
+    words = SCENE.replace("KINETIC", pair).replace("DAMPING", "500")
+    file = tmp_path / "scene.yaml"
+    file.write_text(words.replace(", static_ratio: 1.2", ""))
+    made = load(file, ["excitation.rms=0.33"])
+    (found,) = (one for one in package.run(made).warnings if one.slug == "static-not-given")
+    assert found.numbers["F_fk"] == 30.0
+    assert found.numbers["ratio"] == pytest.approx(75.0 * 0.33 * math.sqrt(2.0) / 30.0)
