@@ -160,11 +160,8 @@ def compute_trajectory(
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
-    waves, base, kernel_law = (
-        make_waves(motion, load),
-        as_engine_array(u_dd),
-        to_kernel(plant, law),
-    )
+    waves, base = make_waves(motion, load), as_engine_array(u_dd)
+    kernel_law = to_kernel(plant, law)
     scene = Scene(plant, kernel_law, waves, base, dt, last, length)
     u_0, slope = float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt
     x_r, v_r = start[:2]
@@ -232,7 +229,8 @@ class PiecewiseTrajectory(EventDriven):
         out = empty_motion(len(t))
         ends = t.min(initial=self.end), t.max(initial=0.0)
         first, last = np.searchsorted(self._starts, ends, "right")
-        near = Segments(*(column[max(first - 1, 0) : last] for column in self.segments_input))
+        segments = self.solution.segments
+        near = Segments(*(column[max(first - 1, 0) : last] for column in segments))
         if len(t):
             evaluate_segments(self.solution._replace(segments=near), as_engine_array(t), out)
         columns = Columns(*map(np.asarray, out))
@@ -298,12 +296,6 @@ class PiecewiseTrajectory(EventDriven):
         segments = Segments(*map(as_engine_array, self.segments))
         law = to_kernel(self.plant, self.law)
         return Solution(self.plant, law, self.waves, as_engine_array(base), dt, segments)
-
-    @property
-    def segments_input(self) -> Segments:
-        """The segments as kernels take them."""
-        segments: Segments = self.solution.segments
-        return segments
 
     @cached_property
     def _starts(self) -> Floats:

@@ -80,7 +80,7 @@ from drysim.core.modes import (
     encode_mode,
     end_of_hold,
     end_of_yield,
-    is_directed,
+    ends_at_turns,
     is_rigid_slip,
     limit_side,
     load_at,
@@ -330,7 +330,7 @@ def march(scene, state, segments, log, capacity):
     plant, law, waves, u_dd, dt, end, last_length = scene
     n, s, xi, v_r, x_0, mode, at, count = state
     full = capacity - LOG_RESERVE
-    directed, no_waves = is_directed(law), waves.size == 0
+    turns_end, no_waves = ends_at_turns(law), waves.size == 0
     affine = no_waves and law.step == 0.0
     stalled = 0
     # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
@@ -411,7 +411,7 @@ def march(scene, state, segments, log, capacity):
                     j = r - c * a - w * v_r
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
             d = mode.direction if mode.bumper == LEAVING else d
-            if law.k_t == 0.0 or (directed and d != 0):
+            if law.k_t == 0.0 or (turns_end and d != 0):
                 stop = slip_end_time(c, w, waves, xi, v_r, a, j, g, r, d, until)
             if law.k_t > 0.0 and mode.contact == HOLD:
                 hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
@@ -420,7 +420,7 @@ def march(scene, state, segments, log, capacity):
                 change, x, v = end_of_yield(
                     segment, waves, law, ramp, mode.contact, min(stop, until)
                 )
-            if directed and d != 0:
+            if turns_end and d != 0:
                 transition, after = next_stop_transition(
                     equation, waves, law, mode, xi, v_r, min(stop, change, until)
                 )
@@ -520,7 +520,7 @@ def march(scene, state, segments, log, capacity):
         n, s, stalled = next_time(n, s, step, length, t, stalled)
         if stalled > MAX_STALLED_EVENTS:
             return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
-    if n > end and directed:
+    if n > end and turns_end:
         at = record_segment(segments, at, end, last_length, xi, v_r, x_0, encode_mode(mode))
     return MarchState(n, s, xi, v_r, x_0, mode, at, count)
 

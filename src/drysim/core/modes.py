@@ -221,18 +221,13 @@ def side_of(law, d):
 
 
 @compiled
-def has_stops(law):
-    """Return whether there is an end stop."""
-    return law.up.limit < NEVER or law.down.limit < NEVER
+def ends_at_turns(law):
+    """Return whether every zero of v_r ends a segment, so that x_r is monotone within one.
 
-
-@compiled
-def is_directed(law):
-    """Return whether anything but friction depends on position or direction of motion.
-
-    Every zero of v_r then begins a segment, so that x_r is monotone within one.
+    Stops need the direction of motion, and so does a damper that depends on it.
     """
-    return has_stops(law) or law.up.b != law.down.b
+    has_stops = law.up.limit < NEVER or law.down.limit < NEVER
+    return has_stops or law.up.b != law.down.b
 
 
 @compiled
@@ -437,7 +432,7 @@ def initial_piecewise_mode(plant, law, waves, u_0, slope, x_r, v_r, x_0):
     mode = mode_of(contact, sign(v_r), stop, origin)
     if v_r == 0.0:
         mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
-    elif law.k_t > 0.0 and not is_directed(law):
+    elif law.k_t > 0.0 and not ends_at_turns(law):
         mode = mode_of(contact, UNKNOWN, stop, origin)
     return xi, x_0, mode
 
@@ -497,7 +492,7 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
         return mode_of(d, d, mode.stop, mode.origin)
     if wall == 0 and d == AT_REST:
         d = mode.direction if mode.direction != AT_REST else 1
-    if wall == 0 and law.k_t > 0.0 and not is_directed(law):
+    if wall == 0 and law.k_t > 0.0 and not ends_at_turns(law):
         d = UNKNOWN
     return mode_of(mode.contact, d, mode.stop, mode.origin)
 
@@ -905,30 +900,23 @@ def next_stop_transition(equation, waves, law, mode, xi, v_r, until):
             return NEVER, APART
         return arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until), d
     side, stage = sign(mode.stop), abs(mode.stop)
+    if side == d:
+        begin = law.begins[stage] if stage < MAX_STAGES else NEVER
+        if begin == NEVER:
+            return NEVER, mode.stop
+        return arrival_time(c, w, waves, xi, v_r, g, r, d, begin, until), side * (stage + 1)
+    # A released bumper is ahead of a mass that moves outwards, so this one moves inwards.
     released = stage > RELEASED
     stage -= RELEASED if released else 0
-    outwards = side == d
-    # Where the next stage begins, or this one ends.
-    position = NEVER
-    if outwards:
-        position = law.begins[stage] if stage < MAX_STAGES else NEVER
-    else:
-        position = law.begins[stage - 1]
-    force = NEVER
-    if released:
-        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, -side, until)
-    elif not outwards and law.b_s > 0.0:
-        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, side, until)
-    passed = NEVER
-    if position < NEVER and (released or law.b_s == 0.0 or stage > 1 or outwards):
-        target = position if outwards else -position
-        passed = arrival_time(c, w, waves, xi, v_r, g, r, d, target, min(force, until))
+    force, passed = NEVER, NEVER
+    if released or law.b_s > 0.0:
+        lost = -side if released else side
+        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, lost, until)
+    if released or law.b_s == 0.0 or stage > 1:
+        begin = -law.begins[stage - 1]
+        passed = arrival_time(c, w, waves, xi, v_r, g, r, d, begin, min(force, until))
     if passed < force:
-        if outwards:
-            return passed, side * (stage + 1 + (RELEASED if released else 0))
-        if stage == 1:
-            return passed, APART
-        return passed, side * (stage - 1 + (RELEASED if released else 0))
+        return passed, APART if stage == 1 else mode.stop - side
     return force, side * (stage if released else stage + RELEASED)
 
 
@@ -942,17 +930,17 @@ def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
     x_r = origin_of(law, mode.origin) + xi
     pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
     wall = wall_side(law, mode, xi)
-    up, down = coulomb_limits(law, 1), coulomb_limits(law, -1)
-    hold_up, hold_down = up.F_fs, down.F_fs
+    hold_up, hold_down = law.up.F_fs, law.down.F_fs
     if law.k_t > 0.0 or mode.contact == FREE:
         hold_up = hold_down = 0.0
         pull += contact_force(law, mode, x_r, x_0, 0.0)
     elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
         # F_L stays 0, and no limit is exceeded even where it vanishes.
         return NEVER, 0
+    # The pull is constant at rest: pass it as the extension of a spring of 1 N/m.
     one, wave = Plant(plant.m, 1.0, 0.0), (law.variation, law.omega, law.phase)
-    rising = CoulombLaw(0.0, hold_down * ramp.load, wave[0], wave[1], wave[2])
-    falling = CoulombLaw(0.0, hold_up * ramp.load, wave[0], wave[1], wave[2])
+    rising = CoulombLaw(0.0, hold_down * ramp.load, *wave)
+    falling = CoulombLaw(0.0, hold_up * ramp.load, *wave)
     rise = slope - hold_down * ramp.rate / plant.m
     fall = slope + hold_up * ramp.rate / plant.m
     if wall > 0:

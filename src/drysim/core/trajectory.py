@@ -868,10 +868,8 @@ def whole_step_form(c, w, dt):
     for square, (first, second) in zip(squares, FORM_VARIABLES, strict=True):
         for i in first:
             for j in second:
-                if first == second and j < i:
-                    continue
-                both = i in second and j in first and i != j
-                row.append(square[i, j] + (square[j, i] if both else 0.0))
+                if first != second or j >= i:
+                    row.append(square[i, j] + (square[j, i] if i != j else 0.0))
     _, _, Y, YY = flow(c, w, dt)
     mean = dt, Y, -YY, -cubic_response(c, w, dt) / dt
     return (*row, *distance[1:4].tolist(), *mean)

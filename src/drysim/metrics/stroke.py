@@ -175,7 +175,7 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
     if law.stops is None:
         return 0.0
     force, energy = law.stops.elastic_force_and_energy(state.x_r)
-    outward = math.copysign(state.v_r, state.x_r * state.v_r)
+    outward = state.v_r * math.copysign(1.0, state.x_r)
     return energy if force + law.stops.b_s * outward > 0.0 else 0.0
 
 
