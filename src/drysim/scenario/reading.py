@@ -588,6 +588,7 @@ _MESSAGES = {
     "model_attributes_type": "must be a block of keys, not {value}",
     "dict_type": "must be a block of keys, not {value}",
     "too_short": "must have at least {min_length} entry",
+    "too_long": "must have at most {max_length} entries, not {actual_length}",
     "greater_than": "must be above {gt}, not {value}",
     "greater_than_equal": "must be at least {ge}, not {value}",
     "less_than": "must be below {lt}, not {value}",
