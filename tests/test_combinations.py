@@ -400,3 +400,13 @@ def test_ratio_that_would_hold_the_mass_is_that_of_the_weaker_direction(tmp_path
     (found,) = (one for one in package.run(made).warnings if one.slug == "static-not-given")
     assert found.numbers["F_fk"] == 30.0
     assert found.numbers["ratio"] == pytest.approx(75.0 * 0.33 * math.sqrt(2.0) / 30.0)
+
+
+@pytest.mark.parametrize("approach", ["stick-slip", "viscous"])
+def test_damping_by_direction_is_refused_beside_a_law_that_would_ignore_it(tmp_path, approach):
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE.replace("DAMPING", "{extension: 900, compression: 300}"))
+    dahl = {"friction": {"law": "dahl", "kinetic": 30.0, "bristle_stiffness": 1e5}}
+    with pytest.raises(ScenarioError) as found:
+        load(file, dahl | {"solver.approach": approach})
+    assert "coulomb, jenkins, petrov-ewins" in found.value.problems[0].sentence

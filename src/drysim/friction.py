@@ -5,8 +5,9 @@ weight of the mass. A law is a class with its keys and an entry in `FRICTION_LAW
 converts it to the forces of the core. The equations of Stribeck, Dahl, LuGre and Leuven are
 evaluated in `core.dynamic_friction`.
 
-A new law also needs its branch in the core, a scenario `friction-<law>` in the gallery with a
-picture of its loop, and a row in the README.
+A law solved in closed form says so by `closed_form`; it goes with end stops and with damping by
+direction. A new law also needs its branch in the core, a scenario `friction-<law>` in the
+gallery with a picture of its loop, and a row in the README.
 """
 
 from __future__ import annotations
@@ -240,6 +241,7 @@ class Coulomb(FrictionLimits):
     """
 
     by_default: ClassVar[bool] = True
+    closed_form: ClassVar[bool] = True
 
     # The base class serves laws without a direction, too.
     kinetic: DirectedForce | None = None  # type: ignore[assignment]
@@ -341,6 +343,8 @@ class Jenkins(PositiveForce):
     elastic slider. Jenkins, Brit. J. Appl. Phys. 13 (1962) 30.
     """
 
+    closed_form: ClassVar[bool] = True
+
     law: Literal["jenkins"]
     """Linear spring in series with a Coulomb slider."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
@@ -376,6 +380,8 @@ class PetrovEwins(Block):
     and there is no force while F_N <= 0. Piecewise linear, so solved in closed form. Petrov and
     Ewins, J. Turbomach. 125 (2003) 364.
     """
+
+    closed_form: ClassVar[bool] = True
 
     law: Literal["petrov-ewins"]
     """Spring and slider under a varying normal load."""

@@ -91,8 +91,10 @@ STATIC_KEYS = ("static", "static_ratio", "mu_static")
 _STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
 _VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
 _STOPS_PREFIX = "stroke.stops."
-LAWS_WITH_STOPS = ("coulomb", "jenkins", "petrov-ewins")
-"""Friction laws that may be combined with end stops: those solved in closed form."""
+CLOSED_FORM_LAWS = tuple(
+    name for name, law in LAWS.items() if getattr(law, "closed_form", False)
+)
+"""Friction laws that go with end stops and with damping by direction."""
 
 
 class Scenario(FromFile):
@@ -293,9 +295,9 @@ class Scenario(FromFile):
                 ),
                 "reference": None,
             }
-            if name not in LAWS_WITH_STOPS:
+            if name not in CLOSED_FORM_LAWS:
                 changed["oscillator"] = self.oscillator.without_direction()
-            if self.stroke is not None and name not in LAWS_WITH_STOPS:
+            if self.stroke is not None and name not in CLOSED_FORM_LAWS:
                 changed["stroke"] = self.stroke.model_copy(update={"stops": None})
             scene = self.copy_with(changed, law=name)
             found = first_conflict(scene)
@@ -546,9 +548,9 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
         if not member.supports_direction:
             sentence = f"approach {name} does not support damping that depends on direction"
             yield keys, f"{sentence}; {remedy} stick-slip"
-        elif isinstance(law, DynamicLaw) and member.supports_friction:
+        elif isinstance(law, DynamicLaw):
             sentence = "damping that depends on direction supports the laws "
-            yield keys, f"{sentence}{', '.join(LAWS_WITH_STOPS)}; {remedy} one of them"
+            yield keys, f"{sentence}{', '.join(CLOSED_FORM_LAWS)}; {remedy} one of them"
     if not member.supports_friction or friction is None:
         return
     if law.compression is not None and not member.supports_direction:
@@ -581,7 +583,7 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
         sentence = f"approach {name} does not support end stops"
         yield ("stroke", "stops"), f"{sentence}; remove them or choose stick-slip"
     elif isinstance(scenario.nominal_law(), DynamicLaw):
-        sentence = f"end stops support the laws {', '.join(LAWS_WITH_STOPS)}"
+        sentence = f"end stops support the laws {', '.join(CLOSED_FORM_LAWS)}"
         yield ("stroke", "stops"), f"{sentence}; choose one of them or remove the stops"
     law = scenario.nominal_law()
     elastic = isinstance(law, PiecewiseLaw) and law.is_elastic and law.varies
@@ -891,7 +893,7 @@ def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:
     """Return whether a law uses a key of the scenario."""
     block, option, *_ = key.split(".")
     friction = scenario.friction
-    if key.startswith(_STOPS_PREFIX) and name not in LAWS_WITH_STOPS:
+    if key.startswith(_STOPS_PREFIX) and name not in CLOSED_FORM_LAWS:
         return False
     if block != "friction" or friction is None or friction.law == name:
         return approach_uses_key(EXACT, key)
@@ -904,9 +906,9 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     The parameters specific to the law of the file are not listed.
     """
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
-    if scenario.stops is not None and name not in LAWS_WITH_STOPS:
+    if scenario.stops is not None and name not in CLOSED_FORM_LAWS:
         yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
-    if scenario.oscillator.damping_pair is not None and name not in LAWS_WITH_STOPS:
+    if scenario.oscillator.damping_pair is not None and name not in CLOSED_FORM_LAWS:
         yield f"{name} uses the mean of oscillator.damping in both directions"
     if friction is None or friction.law == name:
         return
