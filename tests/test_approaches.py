@@ -14,7 +14,7 @@ from drysim.approach.scene import count_grid_points
 from drysim.approach.simulate import simulate
 from drysim.approach.solution import Response, Trajectory
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import CoulombLaw, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, Plant, Samples, Sines, State, StrokeLimits
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import METRICS, measure
 
@@ -85,7 +85,7 @@ def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | S
     assert response.t[-1] == pytest.approx(0.9)
     assert response.numerics.approach == approach.model_fields["approach"].default
     assert response.numerics.why
-    assert set(measure(track_of(response), (0.0, 0.9), 0.025)) == {
+    assert set(measure(track_of(response), (0.0, 0.9), StrokeLimits(0.025, 0.025))) == {
         metric.name for metric in METRICS
     }
 
@@ -151,7 +151,7 @@ def test_metrics_do_not_depend_on_the_output_step() -> None:
         measure(
             track_of(StickSlip().solve(PAPER, CoulombLaw(30.0, 36.0), PAIR, REST, step, 5.0)),
             (1.0, 5.0),
-            0.02,
+            StrokeLimits(0.02, 0.02),
         )
         for step in (0.5, 1e-3)
     )
@@ -189,7 +189,7 @@ def test_standstill_transmits_everything_and_moves_nothing() -> None:
     metrics = measure(
         track_of(StickSlip().solve(PAPER, CoulombLaw(75.0, 75.0), SINE, REST, 0.01, 3.0)),
         (0.0, 3.0),
-        0.01,
+        StrokeLimits(0.01, 0.01),
     )
     assert metrics["T_a"] == 1.0
     assert (metrics["T_x"], metrics["x_r_peak"], metrics["stuck_share"]) == (0.0, 0.0, 1.0)
@@ -225,11 +225,12 @@ def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None
     peak = measure(track_of(response), (0.0, 5.0), None)["x_r_peak"]
     assert peak is not None
     at, above = (
-        measure(track_of(response), (0.0, 5.0), limit) for limit in (peak, peak * (1 + 1e-12))
+        measure(track_of(response), (0.0, 5.0), StrokeLimits(limit, limit))
+        for limit in (peak, peak * (1 + 1e-12))
     )
     assert at["violations"] >= 1
     assert above["violations"] == 0
-    half = measure(track_of(response), (0.0, 5.0), peak / 2)
+    half = measure(track_of(response), (0.0, 5.0), StrokeLimits(peak / 2, peak / 2))
     trajectory = response.trajectory
     assert trajectory is not None
     assert abs(trajectory.state(half["t_first_violation"]).x_r) == pytest.approx(

@@ -20,6 +20,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
     acceleration_at,
 )
 from drysim.errors import ScenarioError, UsageError
@@ -63,7 +64,7 @@ def law_of(contact: str, load: str, stops: str) -> PiecewiseLaw:
 def test_forces_keep_their_limits_and_energy_is_conserved(contact, load, stops, motion):
     law = law_of(contact, load, stops)
     trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
-    values = measure(trajectory, (0.0, SPAN), LIMIT)
+    values = measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT))
     assert values["contacts"] > 3
     assert values["energy_residual"] < 1e-11
     t = np.linspace(0.0, SPAN, 20_001)
@@ -100,7 +101,10 @@ def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
 def test_elastic_contact_under_a_directed_damper_closes_its_energy(load, k_t, motion):
     law = PiecewiseLaw(45.0, 45.0, k_t, damping=(900.0, 300.0), **LOADS[load])
     trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
-    values, t = measure(trajectory, (0.0, SPAN), LIMIT), np.linspace(0.0, SPAN, 20_001)
+    values, t = (
+        measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT)),
+        np.linspace(0.0, SPAN, 20_001),
+    )
     x_r = trajectory.at(t).x_r
     assert values["energy_residual"] < 1e-11
     assert values["x_r_peak"] == pytest.approx(np.abs(x_r).max(), rel=1e-5)
@@ -123,7 +127,9 @@ def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
     law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(0.005, 0.005, e=e))
     base, plant = Sines((8.0**0.5,), (f,), (0.0,)), Plant(2.0, 200.0, 10.0)
     trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 1e-3, 6.0)
-    assert measure(trajectory, (0.0, 6.0), 0.005)["energy_residual"] < 1e-11
+    assert (
+        measure(trajectory, (0.0, 6.0), StrokeLimits(0.005, 0.005))["energy_residual"] < 1e-11
+    )
     found = trajectory.at(np.linspace(0.0, 6.0, 20_001))
     assert (np.abs(found.F_f) <= 1.0 + 1e-9).all()
     assert (found.F_stop * np.sign(found.x_r) >= -1e-9).all()

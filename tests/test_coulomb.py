@@ -22,6 +22,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
     base_acceleration,
 )
 from drysim.core.sampled import CHUNK
@@ -512,7 +513,7 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
     scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, 9.7)
     window = (0.7003, 9.7)
     whole, parted = (
-        measure(response.trajectory, window, 0.004)
+        measure(response.trajectory, window, StrokeLimits(0.004, 0.004))
         for response in (StickSlip().solve(*scene), StickSlip().solve_in_blocks(*scene))
     )
     for name, value in whole.items():
@@ -569,7 +570,7 @@ def test_excursion_across_parts_is_one(motion, small):
     limit = 0.3 * response.largest_magnitude(whole, "x_r").value
     over = np.abs(whole.x_r) >= limit
     begins = np.diff(over, prepend=False) & over
-    assert len(excursions(parted, limit)) == np.count_nonzero(begins)
+    assert len(excursions(parted, StrokeLimits(limit, limit))) == np.count_nonzero(begins)
     assert response.largest_magnitude(parted, "x_r", 70) == (
         np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
     )  # fmt: skip
@@ -620,6 +621,7 @@ def test_time_beyond_a_limit_takes_few_states(monkeypatch):
     scene = Plant(75.0, 7500.0, 500.0), CoulombLaw(15.0, 18.0), motion, State(0.0, 0.0)
     trajectory = exact.compute_trajectory(*scene, None)
     limit = 0.5 * float(np.abs(trajectory.turning_points.x_r).max())
+    limits = StrokeLimits(limit, limit)
     state, calls = type(trajectory).state, []
 
     def counted(self, t):
@@ -627,8 +629,9 @@ def test_time_beyond_a_limit_takes_few_states(monkeypatch):
         return state(self, t)
 
     monkeypatch.setattr(type(trajectory), "state", counted)
-    path = trajectory.path((0.0, trajectory.end), limit)
-    times = stroke.excursions(trajectory, path, limit).times
+    path = trajectory.path((0.0, trajectory.end), limits)
+    found = stroke.excursions(trajectory, path, limits)
+    times = found.up + found.down
     assert times > 10
     assert len(calls) < 2 * times * 10
 

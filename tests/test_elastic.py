@@ -27,6 +27,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
     base_acceleration,
 )
 from drysim.core.modes import APART, HOLD, UNKNOWN, decode_mode, mode_of
@@ -170,9 +171,10 @@ def test_limit_that_is_met_just_after_a_run_is_not_met_in_it(motion):
     assert len(highest) > 3
     for t, limit in zip(path.t[highest].tolist(), far[highest].tolist(), strict=True):
         trajectory = solved(CONTACTS["stiff"], motion, duration=t - 0.05 * STEP).trajectory
-        found = trajectory.path((0.0, trajectory.end), limit)
+        limits = StrokeLimits(limit, limit)
+        found = trajectory.path((0.0, trajectory.end), limits)
         assert found.t.max() <= trajectory.end
-        assert excursions(trajectory, found, limit).times == 0
+        assert excursions(trajectory, found, limits)[:2] == (0, 0)
 
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
@@ -234,12 +236,14 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
             heights, rel=1e-3
         )
         for level in (levels * np.abs(inside).max()).tolist():
-            path = trajectory.path(window, level)
+            limits = StrokeLimits(level, level)
+            path = trajectory.path(window, limits)
             assert count_limit_entries(
-                path_in_window(trajectory, path, window), level
-            ) == count_limit_entries(inside, level)
+                path_in_window(trajectory, path, window), limits
+            ) == count_limit_entries(inside, limits)
             beyond = np.abs(fine) >= level
-            times, _, t_beyond = excursions(trajectory, path, level)
+            up, down, _, t_beyond = excursions(trajectory, path, limits)
+            times = up + down
             assert times == beyond[0] + np.count_nonzero(beyond[1:] & ~beyond[:-1])
             assert t_beyond == pytest.approx(1.5 * np.mean(beyond), abs=1e-5 * (times + 2))
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.core.model import StrokeLimits
 from drysim.metrics.stroke import (
     count_limit_entries,
     count_upcrossings,
@@ -85,8 +86,8 @@ def test_each_half_cycle_has_one_peak():
 
 
 def test_every_return_to_the_limit_counts_and_a_start_beyond_does_not():
-    assert count_limit_entries(PATH, 1.5) == 3
-    assert count_limit_entries(np.array([2.0, 1.0, -2.0]), 1.5) == 1
+    assert count_limit_entries(PATH, StrokeLimits(1.5, 1.5)) == 3
+    assert count_limit_entries(np.array([2.0, 1.0, -2.0]), StrokeLimits(1.5, 1.5)) == 1
 
 
 def test_too_few_half_cycles_are_not_extrapolated():

@@ -27,7 +27,7 @@ import drysim
 from drysim import output
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
-from drysim.core.model import CoulombLaw, Input, Sines, State
+from drysim.core.model import CoulombLaw, Input, Sines, State, StrokeLimits
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
@@ -213,7 +213,7 @@ def test_envelope_holds_every_value():
 
 def test_excursions_are_found_at_their_largest():
     made = outcome(limit=0.005)
-    peaks = excursions(made.response, 0.005)
+    peaks = excursions(made.response, StrokeLimits(0.005, 0.005))
     assert len(peaks) == made.metrics["violations"]
     t, x_r = np.array(peaks).T
     assert np.array_equal(made.response.x_r[np.rint(t / made.response.dt).astype(int)], x_r)

@@ -17,7 +17,15 @@ import drysim
 import drysim as package
 from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
-from drysim.core.model import CoulombLaw, PiecewiseLaw, Plant, Samples, Sines, State
+from drysim.core.model import (
+    CoulombLaw,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    Sines,
+    State,
+    StrokeLimits,
+)
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import measure
 from drysim.plots.response import curve_with_events, stop_impacts
@@ -100,7 +108,9 @@ def agrees(response, march):
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
 class TestInvariants:
     def test_energy_closes(self, law, motion):
-        metrics = measure(solved(law, motion, duration=2.9).trajectory, (0.7, 2.9), LIMIT)
+        metrics = measure(
+            solved(law, motion, duration=2.9).trajectory, (0.7, 2.9), StrokeLimits(LIMIT, LIMIT)
+        )
         assert metrics["energy_residual"] < 1e-13
         assert metrics["contacts"] > 1
         assert metrics["energy_stops"] > -1e-12
@@ -161,7 +171,7 @@ def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
     assert far.numerics.core == bare.numerics.core
     assert "never reached" in far.numerics.why
     assert not far.F_stop.any()
-    assert measure(far.trajectory, (0.0, 2.9), far.law.stops.up)["contacts"] == 0
+    assert measure(far.trajectory, (0.0, 2.9), far.law.stops.limits)["contacts"] == 0
 
 
 def test_orbit_that_never_reaches_its_stops_is_the_orbit_without_them():
@@ -283,7 +293,7 @@ class TestClosedForms:
         plant, law = Plant(2.0, 0.0, 0.0), stopped_law(0.0, 0.0, 0.01, k_s=5e3)
         trajectory = StickSlip().trajectory(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
         omega = 50.0
-        metrics = measure(trajectory, (0.0, 0.1), 0.01)
+        metrics = measure(trajectory, (0.0, 0.1), StrokeLimits(0.01, 0.01))
         assert metrics["stop_force_peak"] == pytest.approx(5e3 * 0.5 / omega, rel=1e-13)
         assert metrics["contacts"] == 1
         ends = trajectory.events.t[trajectory.events.kind == -5]
@@ -337,7 +347,7 @@ class TestStarts:
         start = State(side * LIMIT, side * 0.2)
         trajectory = StickSlip().trajectory(PAPER, law, STILL, start, STEP, 0.02)
         assert trajectory.state(0.0) == State(side * LIMIT, -side * 0.1)
-        assert measure(trajectory, (0.0, 0.02), LIMIT)["contacts"] == 1
+        assert measure(trajectory, (0.0, 0.02), StrokeLimits(LIMIT, LIMIT))["contacts"] == 1
 
     def test_on_a_rigid_stop_at_rest_the_spring_pulls_the_mass_away(self):
         law = stopped_law(10.0, 10.0, LIMIT, e=0.5)

@@ -468,20 +468,20 @@ class DampingByDirection(ByDirection):
     """Damping [N·s/m] of v_r < 0."""
 
 
-def _number_or_directions(value: object) -> str:
-    """Return the tag of the type that validates a value."""
-    return "directions" if isinstance(value, Mapping | ByDirection) else "number"
+def number_or_block(value: object) -> str:
+    """Return the tag of the type that validates a value: a number, or a block of numbers."""
+    return "block" if isinstance(value, Mapping | Block) else "number"
 
 
 DirectedForce = Annotated[
-    Annotated[Force, Tag("number")] | Annotated[ForceByDirection, Tag("directions")],
-    Discriminator(_number_or_directions),
+    Annotated[Force, Tag("number")] | Annotated[ForceByDirection, Tag("block")],
+    Discriminator(number_or_block),
 ]
 """One force [N], or one per direction of motion."""
 
 DirectedDamping = Annotated[
-    Annotated[Damping, Tag("number")] | Annotated[DampingByDirection, Tag("directions")],
-    Discriminator(_number_or_directions),
+    Annotated[Damping, Tag("number")] | Annotated[DampingByDirection, Tag("block")],
+    Discriminator(number_or_block),
 ]
 """One damping [N·s/m], or one per direction of motion."""
 

@@ -22,6 +22,7 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
+    StrokeLimits,
     integrate_base_squares,
     mean_and_std,
 )
@@ -123,6 +124,16 @@ def format_count(count: int, thing: str) -> str:
 def format_times(count: float | None) -> str:
     """Return a number of repetitions, e.g. `once` or `3 times`."""
     return "once" if count == 1 else f"{count} times"
+
+
+def format_times_by_side(
+    metrics: Mapping[str, float | None], name: str, limits: StrokeLimits
+) -> str:
+    """Return how often something happened; on either side where the limits differ."""
+    times = format_times(metrics[name])
+    if limits.up == limits.down:
+        return times
+    return f"{times} ({metrics[f'{name}_up']} up, {metrics[f'{name}_down']} down)"
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:
@@ -608,7 +619,10 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
     if law.stops is None:
         return ""
     stops = law.stops
-    parts = [("limit", f"at ±{format_length(stops.up, peak)}")]
+    sides = f"±{format_length(stops.up, peak)}"
+    if stops.up != stops.down:
+        sides = f"{format_length(-stops.down, peak)} and {format_length(stops.up, peak)}"
+    parts = [("limit", f"at {sides}")]
     if stops.rigid:
         parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(stops.e)}")]
     else:
@@ -619,8 +633,18 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
             texts.append(format_number(stiffness, "N/m") + where)
         parts += [("stiffness", ", ".join(texts))] if len(texts) == 1 or not swept else []
         parts += [("damping", format_number(stops.b_s, "N·s/m"))]
-    varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
+    varied = {
+        "limit" if key.startswith(("stroke.limit", "stroke.offset")) else key.rpartition(".")[2]
+        for key in swept
+        if key.startswith("stroke.")
+    }
     return ", ".join(words for key, words in parts if key not in varied)
+
+
+def describe_limits(limits: StrokeLimits, peak: float | None = None) -> str:
+    """Return stroke limits as text, in the unit of a displacement `peak` [m]."""
+    up, down = (format_length(limit, peak) for limit in limits)
+    return up if limits.up == limits.down else f"{up} up and {down} down"
 
 
 def _describe_force_record(force_record: NormalForceRecord, varied: bool) -> str:

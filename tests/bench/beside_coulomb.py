@@ -21,7 +21,15 @@ from many import medians
 from drysim.approach.solution import Trajectory
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine
-from drysim.core.model import CoulombLaw, PiecewiseLaw, Plant, Samples, Sines, State
+from drysim.core.model import (
+    CoulombLaw,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    Sines,
+    State,
+    StrokeLimits,
+)
 from drysim.excitation.random import random_signal, spectral_lines
 from drysim.metrics.table import measure
 
@@ -62,7 +70,7 @@ def jobs_of(law: CoulombLaw | PiecewiseLaw, motion: Motion, seconds: float) -> J
 
     def metrics() -> object:
         """Follow and measure it."""
-        return measure(follow(), (0.1 * seconds, seconds), 25e-3)
+        return measure(follow(), (0.1 * seconds, seconds), StrokeLimits(25e-3, 25e-3))
 
     return {"follow": follow, "response": response, "metrics": metrics}
 

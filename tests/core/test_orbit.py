@@ -351,7 +351,19 @@ def scene(
     varied = more.get("variation", 0.0), more.get("omega", 0.0), 0.3
     rest = more.get("x_r", 0.0), 0.0
     ratio = more.get("ratio", 1.0)
-    return [*PAPER, F, ratio * F, *varied, *rest, 1 / f, limit, math.sqrt(2) * rms, f, 0.0]
+    return [
+        *PAPER,
+        F,
+        ratio * F,
+        *varied,
+        *rest,
+        1 / f,
+        limit,
+        limit,
+        math.sqrt(2) * rms,
+        f,
+        0.0,
+    ]
 
 
 def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
@@ -382,10 +394,10 @@ def test_limit_that_varies_takes_one_wave_more(kernel: SimpleNamespace) -> None:
 def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> None:
     o = fast.orbit
     free = solve(fast, np.array([scene(1.6, 15.0)]))[0]
-    found = solve(fast, np.array([scene(1.6, 15.0, limit=0.8 * free[o.PEAK])]))[0]
-    assert (found[o.EXCURSIONS], found[o.ENTRIES]) == (2, 2)
+    found = solve(fast, np.array([scene(1.6, 15.0, limit=0.8 * free[o.HIGHEST])]))[0]
+    assert (found[o.EXCURSIONS_UP], found[o.EXCURSIONS_DOWN], found[o.ENTRIES]) == (1, 1, 2)
     assert 0 < found[o.TIME_BEYOND] < 1 / 1.6
-    assert (free[o.EXCURSIONS], free[o.ENTRIES], free[o.TIME_BEYOND]) == (0, 0, 0)
+    assert (free[o.EXCURSIONS_UP], free[o.ENTRIES], free[o.TIME_BEYOND]) == (0, 0, 0)
 
 
 def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:

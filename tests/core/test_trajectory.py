@@ -22,21 +22,14 @@ def test_passages_count_each_return_to_the_limit_on_either_side(
     kernel: SimpleNamespace,
 ) -> None:
     t, turns = np.arange(6.0), np.array(TURNS)
-    assert tuple(kernel.trajectory.peak_and_crossings(t, turns, 0.0, 2.0, 6.0, 2.5)) == (
-        5.0,
-        2,
-        3,
-    )
-    assert tuple(kernel.trajectory.peak_and_crossings(t, turns, 0.0, 2.0, 6.0, 4.5)) == (
-        5.0,
-        2,
-        1,
-    )
+    count, limits = kernel.trajectory.extremes_and_crossings, kernel.model.StrokeLimits
+    scene = (t, turns, 0.0, 2.0, 6.0)
+    assert tuple(count(*scene, limits(2.5, 2.5))) == (-4.0, 5.0, 2, 3)
+    assert tuple(count(*scene, limits(4.5, 4.5))) == (-4.0, 5.0, 2, 1)
+    assert tuple(count(*scene, limits(2.5, 4.5))) == (-4.0, 5.0, 2, 2)
     back_and_forth = np.array([3.0, -3.0, 3.0])
-    found = kernel.trajectory.peak_and_crossings(
-        np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, 2.5
-    )
-    assert tuple(found) == (3.0, 1, 2)
+    found = count(np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, limits(2.5, 2.5))
+    assert tuple(found) == (-3.0, 3.0, 1, 2)
 
 
 @pytest.mark.parametrize("repeats", [False, True])
@@ -47,8 +40,9 @@ def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
     waves = waves_of(kernel, [(1.0, 1.0, 0.0)], law)
     still = (np.zeros(1), np.zeros(1, dtype=np.int64), np.full(1, 0.3), 0.0)
     scene = (plant, law, waves, *still, 0.3, 7.0)
-    assert tuple(kernel.trajectory.excursions(*scene, 0.2, repeats)) == (1, 0.0, 7.0)
-    assert tuple(kernel.trajectory.excursions(*scene, 0.4, repeats)) == (0, -1.0, 0.0)
+    find, limits = kernel.trajectory.excursions, kernel.model.StrokeLimits
+    assert tuple(find(*scene, limits(0.2, 0.4), repeats)) == (1, 0, 0.0, 7.0)
+    assert tuple(find(*scene, limits(0.4, 0.2), repeats)) == (0, 0, -1.0, 0.0)
 
 
 # Integrals over a stretch of sliding by series against those over panels of the flow.

@@ -8,7 +8,7 @@ from math import pi, sqrt
 from types import SimpleNamespace
 
 import numpy as np
-from outcomes import PAPER, record, stand_in
+from outcomes import PAPER, limits_of, record, stand_in
 
 from drysim.approach.fixed_step import Signum, Smooth, Switch
 from drysim.approach.stick_slip import StickSlip, Viscous
@@ -64,7 +64,7 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     else:
         trajectory = member.solve(PAPER, law, motion, start, 2.5e-3, length).trajectory
         window = (10 * period, length)
-    metrics = measure(trajectory, window, limit, closure)
+    metrics = measure(trajectory, window, limits_of(limit), closure)
     return Row(point, approach, law.F_fk, law.F_fs, metrics)
 
 
@@ -98,7 +98,7 @@ def random_rows(approach, swept, n, limit):
         response = MEMBERS[approach].solve(
             PAPER, CoulombLaw(force, force), motion, REST, motion.dt
         )
-        metrics = measure(response.trajectory, (0.0, response.trajectory.end), limit)
+        metrics = measure(response.trajectory, (0.0, response.trajectory.end), limits_of(limit))
         yield Row(point, approach, force, force, metrics), response
 
 

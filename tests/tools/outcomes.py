@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import CoulombLaw, Input, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, Input, Plant, Samples, Sines, State, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import measure
+from drysim.scenario.blocks import Stroke
 from drysim.study.outcome import Outcome
 
 PAPER = Plant(75.0, 7500.0, 500.0)
@@ -31,6 +32,11 @@ def record(n, rms=1.0):
     return Samples(noise(n, rms), 2.5e-3, inputs=(Input("road.csv", "ab" * 32, 1234),))
 
 
+def limits_of(limit):
+    """Return the same limit on both sides; None for none."""
+    return None if limit is None else StrokeLimits(limit, limit)
+
+
 def stand_in(kind, limit=None, law=STICKY, **words):
     """Return what reports ask of a scenario; further words replace or add attributes."""
     usual = {
@@ -39,7 +45,8 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "oscillator": SimpleNamespace(plant=lambda: PAPER),
         "law": lambda: law,
         "stops": None,
-        "stroke": None if limit is None else SimpleNamespace(limit=limit),
+        "stroke": None if limit is None else Stroke(limit=limit),
+        "has_sides": False,
         "excitation": SimpleNamespace(
             kind=kind,
             periodic=False,
@@ -71,7 +78,8 @@ def outcome(
 ):
     """Return an outcome; further words become attributes of the scenario."""
     response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
-    metrics = measure(response.trajectory, (0.0, (len(response.x_r) - 1) * response.dt), limit)
+    window = (0.0, (len(response.x_r) - 1) * response.dt)
+    metrics = measure(response.trajectory, window, limits_of(limit))
     kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
     words = stand_in(kind, limit, law, **scenario)
     verdicts = tuple(Check.parse(text).judge(metrics) for text in checks)

@@ -171,10 +171,13 @@ EXPLAINED = {
         "trajectory.py",
         "if segment.w * (h - s_turn) * (h - s_turn) < math.pi / math.pi:",
     ): SLOWER,
-    ("trajectory.py", "low, high = (0.0, x_rM) if size <= x_rM else (x_rM, math.inf)"): (
+    ("trajectory.py", "low, high = (0.0, limit) if size <= limit else (limit, math.inf)"): (
         "at the very limit both sides end there"
     ),
-    ("trajectory.py", "low, high = (1.0, x_rM) if size < x_rM else (x_rM, math.inf)"): SLOWER,
+    (
+        "trajectory.py",
+        "low, high = (1.0, limit) if size < limit else (limit, math.inf)",
+    ): SLOWER,
     ("taylor.py", "for n in range(1, ORDER + -1):"): (
         "a base motion whose first eighteen rates vanish at once has no others"
     ),

@@ -64,6 +64,7 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
+    StrokeLimits,
     Totals,
     integrate_base_squares,
 )
@@ -145,7 +146,7 @@ class SampledElasticTrajectory(EventDriven):
     end: float
     closest_decision: float = math.inf
 
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
         """Return the extreme points of x_r from the start to the end of a window [s]."""
         plant, dt, segments = self.plant, self.motion.dt, self.segments
         sprung = oscillator_steps(Plant(plant.m, plant.k_x + self.law.k_t, plant.b), dt)
@@ -163,7 +164,7 @@ class SampledElasticTrajectory(EventDriven):
         )
         whole = piecewise.requested_segments(segments.n * dt + segments.s, window)
         path = piecewise.collect_path(
-            write_sampled_turning_points, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0)
+            write_sampled_turning_points, scene, whole, limits, (0, -1, 0.0, 0.0, 0.0)
         )
         # The march ends at a sample, which may lie beyond the end of the run.
         count = int(np.searchsorted(path.t, self.end, "right"))

@@ -32,6 +32,7 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
+    StrokeLimits,
     Totals,
 )
 
@@ -137,7 +138,7 @@ def solver_module(law: AnyLaw) -> Any:
 
 def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
     """Return whether x_r reaches a stop, at an extreme point of the path or at its end."""
-    path = trajectory.path((0.0, trajectory.end), min(stops.up, stops.down)).x_r
+    path = trajectory.path((0.0, trajectory.end), stops.limits).x_r
     end = trajectory.state(trajectory.end).x_r
     return bool(stops.reaches(path).any() or stops.reaches(end))
 
@@ -164,9 +165,9 @@ class UnreachedStopsTrajectory(EventDriven):
         """Smallest relative margin of a decision between stick and slip [-]."""
         return self.unstopped.closest_decision
 
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
         """Return the extreme points of x_r from the start to the end of a window [s]."""
-        return self.unstopped.path(window, x_rM)
+        return self.unstopped.path(window, limits)
 
     @property
     def end(self) -> float:

@@ -65,6 +65,7 @@ from drysim.core.forcing import Waves
 from drysim.core.march import MarchState, Scene, march
 from drysim.core.model import (
     MAX_STAGES,
+    NO_LIMITS,
     AnyState,
     ContactState,
     CoulombLaw,
@@ -74,6 +75,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
     Totals,
 )
 from drysim.core.modes import (
@@ -214,15 +216,15 @@ class PiecewiseTrajectory(EventDriven):
         """The start and every zero of v_r: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
         """Return the extreme points of x_r from the start to the end of a window [s]."""
         if not self.law.is_elastic:
-            return super().path(window, x_rM)
+            return super().path(window, limits)
         if not self.may_turn_within:
             return Path(self._starts, self.at(self._starts).x_r)
         whole = requested_segments(self._starts, window)
         scene = (self.solution, self._lengths)
-        return collect_path(write_turning_points, scene, whole, x_rM, (0, 0.0, 0.0, 0.0, 0.0))
+        return collect_path(write_turning_points, scene, whole, limits, (0, 0.0, 0.0, 0.0, 0.0))
 
     def at(self, t: Floats) -> Columns:
         """Return the motion at ascending times [s]."""
@@ -396,19 +398,18 @@ def collect_path(
     kernel: Callable[..., Any],
     scene: tuple[Any, ...],
     whole: Int8Array,
-    x_rM: float | None,
+    limits: StrokeLimits | None,
     at: tuple[Any, ...],
 ) -> Path:
     """Return the path that a kernel computes in several calls, starting from `at`.
 
     `whole` marks the segments whose turning points are all needed; elsewhere the kernel leaves
-    out those that cannot change a peak, a zero or a passage of x_rM [m].
+    out those that cannot change a peak, a zero or a passage of the stroke limits.
     """
-    limit = math.inf if x_rM is None else x_rM
     parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
     while at[0] < step_segments:
         t, x_r = as_engine_array(np.empty((2, PATH_BUFFER + step_segments)))
-        at, count = kernel(*scene, kernel_input, limit, at, t, x_r)
+        at, count = kernel(*scene, kernel_input, limits or NO_LIMITS, at, t, x_r)
         parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
     columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
     return Path(*columns)

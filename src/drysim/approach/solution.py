@@ -25,6 +25,7 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
+    StrokeLimits,
     Totals,
 )
 
@@ -278,11 +279,11 @@ class Trajectory(Protocol):
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
 
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
         """Return the extreme points of x_r from the start to the end of a window [s].
 
-        Between two neighbouring points x_r crosses zero and a stroke limit x_rM [m] at most
-        once, and its distance from zero does not exceed that of the points of the same half
+        Between two neighbouring points x_r crosses zero and a stroke limit at most once, and
+        its distance from zero does not exceed that of the points of the same half
         cycle.
         """
 
@@ -301,7 +302,9 @@ class HasTurningPoints(Protocol):
 class EventDriven:
     """Base of trajectories with located stops, whose velocity cannot chatter with a step."""
 
-    def path(self: HasTurningPoints, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(
+        self: HasTurningPoints, window: tuple[float, float], limits: StrokeLimits | None
+    ) -> Path:
         """Return the start and every zero of v_r: x_r is monotone between neighbours."""
         return Path(self.turning_points.t, self.turning_points.x_r)
 

@@ -30,6 +30,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
     Totals,
     base_acceleration,
     interpolate_displacement,
@@ -201,7 +202,7 @@ class FixedStepTrajectory:
         """Final time [s]."""
         return (len(self.x_r) - 1) * self.dt
 
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
         """Return the start and the local extremes of x_r on the grid."""
         # An extreme is a change of the direction from one step to the next.
         rising = np.sign(np.diff(self.x_r))

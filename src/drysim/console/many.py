@@ -29,7 +29,7 @@ from drysim.scenario.model import STATIC_KEYS
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
-from drysim.study.table import Tally, stroke_limit
+from drysim.study.table import Tally, largest_excess, stroke_limits
 from drysim.wording import (
     display_unit,
     format_count,
@@ -149,8 +149,9 @@ def _describe_scatter(
         yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
     if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
         value, seed = found.greatest
-        used = format_percent(value / stroke.limit)
-        yield f"largest with seed {seed}, {used} of the stroke limit"
+        used = format_percent(value / min(stroke.limits))
+        which = "" if stroke.limits.up == stroke.limits.down else "smaller "
+        yield f"largest with seed {seed}, {used} of the {which}stroke limit"
 
 
 def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
@@ -337,13 +338,13 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
 def _describe_violation(table: Table, own: Tally) -> str:
     """Describe by how much, or when, the stroke limit is exceeded."""
     worst = own.worst
-    limit = stroke_limit(table.scenario, worst) if worst else None
-    if own.seeds or worst is None or limit is None:
+    limits = stroke_limits(table.scenario, worst.point) if worst else None
+    if own.seeds or worst is None or limits is None:
         return "with some of the seeds"
-    peak = worst.metrics["x_r_peak"] or 0.0
-    if peak < limit:
+    _, _, beyond = largest_excess(worst.metrics, limits)
+    if beyond < 0.0:
         return "during settling"
-    return f"by up to {format_length(peak - limit, own.greatest('x_r_peak'))}"
+    return f"by up to {format_length(beyond, own.greatest('x_r_peak'))}"
 
 
 def _failure_rows(table: Table) -> Iterator[SummaryRow]:

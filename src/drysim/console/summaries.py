@@ -20,7 +20,7 @@ from drysim.console.terminal import (
     stdout,
     wrap,
 )
-from drysim.core.model import AnyLaw
+from drysim.core.model import AnyLaw, EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
@@ -28,11 +28,12 @@ from drysim.metrics.table import UNITS
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import common_period
 from drysim.wording import (
+    describe_limits,
     format_count,
     format_length,
     format_number,
     format_percent,
-    format_times,
+    format_times_by_side,
 )
 
 if TYPE_CHECKING:
@@ -152,18 +153,21 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         "T_x", format_number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{advice}"
     )
     used = format_percent(metrics["stroke_used"])
-    limit = (
-        f"{used} of the stroke limit of {format_length(stroke.limit, peak)}" if stroke else ""
-    )
+    limit = ""
+    if stroke:
+        limit = f"{used} of the stroke limit of {describe_limits(stroke.limits, peak)}"
+        if stroke.limits.up != stroke.limits.down:
+            ends = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
+            limit = f"x_r from {' to '.join(ends)}; {limit}"
     yield SummaryRow("peak |x_r|", format_length(peak), limit)
     if metrics["stroke_once_an_hour"] is not None:
         yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome.response.law, peak)
     if outcome.response.law.stops is not None:
-        yield from _end_stop_rows(metrics)
-    elif metrics["violations"]:
+        yield from _end_stop_rows(metrics, outcome.response.law.stops)
+    elif stroke and metrics["violations"]:
         first = format_number(metrics["t_first_violation"], "s")
         when = f"first at {first}, for a total of {format_number(metrics['t_beyond'], 's')}"
-        count = format_times(metrics["violations"])
+        count = format_times_by_side(metrics, "violations", stroke.limits)
         yield SummaryRow("limit", f"exceeded {count},", when, "bold red")
     events = format_count(len(outcome.response.events), "event")
     yield SummaryRow("stuck", format_percent(metrics["stuck_share"]), events)
@@ -202,7 +206,7 @@ def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> Summar
     return SummaryRow("hourly peak", format_length(stroke, peak), how)
 
 
-def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
+def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:
     """Yield how often and how hard the mass hit its end stops."""
     if not metrics["contacts"]:
         yield SummaryRow("end stops", "not hit")
@@ -215,7 +219,8 @@ def _end_stop_rows(metrics: Metrics) -> Iterator[SummaryRow]:
     lost = ""
     if (metrics["energy_stops"] or 0.0) > NEGLIGIBLE_LOSS * abs(metrics["energy_input"] or 0.0):
         lost = f"; energy dissipated {format_number(metrics['energy_stops'], 'J')}"
-    yield SummaryRow("stops hit", format_times(metrics["contacts"]), impact + lost, "bold red")
+    times = format_times_by_side(metrics, "contacts", stops.limits)
+    yield SummaryRow("stops hit", times, impact + lost, "bold red")
 
 
 def show_sidecar(fields: Fields) -> None:

@@ -110,6 +110,30 @@ MAX_STAGES = 3
 """Largest number of linear stages of a bumper."""
 
 
+class StrokeLimits(NamedTuple):
+    """Limits of the relative displacement, reached where x_r >= up or x_r <= -down.
+
+    Attributes
+    ----------
+    up, down : float
+        Distance of the limits at positive and at negative x_r [m], above 0.
+    """
+
+    up: float
+    down: float
+
+    def side(self, x_r: Any) -> Any:
+        """Return 1 where displacements [m] are at or beyond `up`, -1 for `down`, else 0."""
+        return 1.0 * (x_r >= self.up) - 1.0 * (x_r <= -self.down)
+
+    def used(self, lowest: Any, highest: Any) -> Any:
+        """Return the share of the stroke used between two displacements [-]."""
+        return abs(np.maximum(highest / self.up, -lowest / self.down))  # not -0.0
+
+
+NO_LIMITS = StrokeLimits(math.inf, math.inf)
+
+
 class EndStops(NamedTuple):
     """End stops on both sides: bumpers, or rigid stops.
 
@@ -131,6 +155,11 @@ class EndStops(NamedTuple):
     stages: tuple[tuple[float, float], ...] = ()
     b_s: float = 0.0
     e: float = 0.0
+
+    @property
+    def limits(self) -> StrokeLimits:
+        """Positions of the stops."""
+        return StrokeLimits(self.up, self.down)
 
     @property
     def rigid(self) -> bool:

@@ -51,32 +51,32 @@ from drysim.core.forcing import (
     set_wave,
 )
 from drysim.core.march import march_sines
-from drysim.core.model import CoulombLaw
+from drysim.core.model import CoulombLaw, StrokeLimits
 from drysim.core.oscillator import flow
 from drysim.core.trajectory import (
     excursions,
+    extremes_and_crossings,
     integrate_coulomb_events,
-    peak_and_crossings,
     state_at,
 )
 
 # A block of scenes in one call.
 
 
-PERIOD, X_RM, SINES = range(SCENE_COLUMNS, SCENE_COLUMNS + 3)
+PERIOD, UP, DOWN, SINES = range(SCENE_COLUMNS, SCENE_COLUMNS + 4)
 """Columns of a scene after those of `drysim.core.forcing`: period of the excitation [s] and
-stroke limit [m] (infinite for none); from SINES on amplitude [m/s²], frequency [Hz] and
+stroke limits [m] (infinite for none); from SINES on amplitude [m/s²], frequency [Hz] and
 phase [rad] of each sine."""
 
 (
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
-    X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, PEAK, UPCROSSINGS, ENTRIES,
-    EXCURSIONS, T_FIRST, TIME_BEYOND, ANSWER_COLUMNS,
-) = range(25)  # fmt: skip
+    X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, LOWEST, HIGHEST, UPCROSSINGS,
+    ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, ANSWER_COLUMNS,
+) = range(27)  # fmt: skip
 """Columns of an answer: status; time reported with a failure [s]; periods per repetition,
 closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
-repetition; its integrals as in `Totals`; greatest |x_r| [m], upcrossings of zero and entries
-beyond the limit; excursions as in `excursions`. ANSWER_COLUMNS is the number of columns."""
+repetition; its integrals as in `Totals`; extremes of x_r [m], upcrossings of zero and entries
+beyond the limits; excursions as in `excursions`. ANSWER_COLUMNS is the number of columns."""
 
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
 """Status of a scene. The last three have no orbit: endless events without progress in time,
@@ -125,9 +125,8 @@ def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
         else:
             length = answer[MULTIPLE] * scene[PERIOD]
             answer[STATUS] = CONVERGED
-            measure_orbit(
-                plant, law, waves, x_r, v_r, length, scene[X_RM], log, capacity, answer
-            )
+            limits = StrokeLimits(scene[UP], scene[DOWN])
+            measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, answer)
 
 
 @compiled
@@ -144,7 +143,7 @@ def scene_waves(scene, values, law):
 
 
 @merged
-def measure_orbit(plant, law, waves, x_r, v_r, length, x_rM, log, capacity, answer):
+def measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
     log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
@@ -172,14 +171,21 @@ def measure_orbit(plant, law, waves, x_r, v_r, length, x_rM, log, capacity, answ
     ) = integrate_coulomb_events(*scene, 0.0, length)
     u_dd2, u2 = mean_squares(waves, 0.0, length)
     answer[U_DD2], answer[U2] = u_dd2 * length, u2 * length
-    answer[PEAK], answer[UPCROSSINGS], answer[ENTRIES] = peak_and_crossings(
-        t, x_events, answer[X_BEGIN], answer[X_END], length, x_rM
-    )
-    answer[EXCURSIONS], answer[T_FIRST], answer[TIME_BEYOND] = 0.0, -1.0, 0.0
-    if answer[PEAK] >= x_rM:
-        answer[EXCURSIONS], answer[T_FIRST], answer[TIME_BEYOND] = excursions(
-            *scene, answer[X_END], length, x_rM, True
-        )
+    (
+        answer[LOWEST],
+        answer[HIGHEST],
+        answer[UPCROSSINGS],
+        answer[ENTRIES],
+    ) = extremes_and_crossings(t, x_events, answer[X_BEGIN], answer[X_END], length, limits)
+    answer[EXCURSIONS_UP], answer[EXCURSIONS_DOWN] = 0.0, 0.0
+    answer[T_FIRST], answer[TIME_BEYOND] = -1.0, 0.0
+    if answer[HIGHEST] >= limits.up or answer[LOWEST] <= -limits.down:
+        (
+            answer[EXCURSIONS_UP],
+            answer[EXCURSIONS_DOWN],
+            answer[T_FIRST],
+            answer[TIME_BEYOND],
+        ) = excursions(*scene, answer[X_END], length, limits, True)
 
 
 # Fixed points of the period map and of its powers.

@@ -1434,8 +1434,8 @@ MAX_NEWTON_STEPS = 100
 
 
 @compiled
-def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
-    """Return the peak of |x_r| and the counts of zero and limit crossings.
+def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
+    """Return the extremes of x_r and the counts of zero and limit crossings.
 
     Parameters
     ----------
@@ -1444,39 +1444,47 @@ def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
         them.
     x_begin, x_end, end : float
         Displacement at both ends of the window [m], and its end [s].
-    x_rM : float
-        Stroke limit [m]; infinite for none.
+    limits : StrokeLimits
+        Stroke limits [m]; infinite for none.
 
     Returns
     -------
-    peak : float
-        Greatest |x_r| [m].
+    lowest, highest : float
+        Extremes of x_r [m].
     upcrossings, entries : int
-        Number of zero crossings with positive slope, and of entries of |x_r| into the range at
-        or beyond the limit.
+        Number of zero crossings with positive slope, and of entries of x_r into the ranges at
+        or beyond the limits.
     """
-    peak = max(abs(x_begin), abs(x_end))
+    lowest, highest = min(x_begin, x_end), max(x_begin, x_end)
     upcrossings, entries = 0, 0
     side = sign(x_begin)
-    beyond = sign(x_begin) if abs(x_begin) >= x_rM else 0
+    beyond = limit_side(x_begin, limits)
     for i in range(len(t) + 1):
         x = x_r[i] if i < len(t) else x_end
         if i < len(t):
-            peak = max(peak, abs(x))
+            lowest, highest = min(lowest, x), max(highest, x)
             if not 0.0 < t[i] < end:
                 continue
         if x != 0.0:
             upcrossings += side < 0 and x > 0.0
             side = sign(x)
-        now = sign(x) if abs(x) >= x_rM else 0
+        now = limit_side(x, limits)
         entries += now != 0 and now != beyond
         beyond = now
-    return peak, upcrossings, entries
+    return lowest, highest, upcrossings, entries
 
 
 @compiled
-def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repeats):
-    """Return the number of excursions to a limit, the time of the first and the total time.
+def limit_side(x_r, limits):
+    """Return 1 at or beyond the upper stroke limit, -1 at or beyond the lower one, else 0."""
+    if x_r >= limits.up:
+        return 1
+    return -1 if x_r <= -limits.down else 0
+
+
+@compiled
+def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, limits, repeats):
+    """Return the numbers of excursions to the limits, the first time and the total time.
 
     Parameters
     ----------
@@ -1484,45 +1492,49 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
         As in `state_at`.
     x_end, end : float
         Displacement at the end [m], and the end [s].
-    x_rM : float
-        Stroke limit [m], above 0.
+    limits : StrokeLimits
+        Stroke limits [m].
     repeats : bool
         Whether the motion is periodic, so that an excursion at the end continues at the start.
 
     Returns
     -------
-    times : int
-        Number of excursions |x_r| >= x_rM.
+    up, down : int
+        Number of excursions to either limit.
     first : float
         Time of the first one [s]; negative if there is none.
     beyond : float
         Total time at or beyond the limit [s].
     """
     scene = (plant, law, waves, t, kind, x_r, v_first)
-    begins = sign(x_r[0]) if abs(x_r[0]) >= x_rM else 0
-    times, first = (1, 0.0) if begins != 0 else (0, -1.0)
+    begins = limit_side(x_r[0], limits)
+    up, down = int(begins > 0), int(begins < 0)
+    first = 0.0 if begins != 0 else -1.0
     entered, left = 0.0, 0.0
     side = begins
     for i in range(len(t)):
         until = t[i + 1] if i + 1 < len(t) else end
         x = x_r[i + 1] if i + 1 < len(t) else x_end
-        now = sign(x) if abs(x) >= x_rM else 0
+        now = limit_side(x, limits)
         if now == side:
             continue
         # The total time is the sum of the leaving times minus that of the entering times.
         if side != 0:
-            left += level_crossing_time(*scene, side * x_rM, t[i], until)
+            level = limits.up if side > 0 else -limits.down
+            left += level_crossing_time(*scene, level, t[i], until)
         if now != 0:
-            at = level_crossing_time(*scene, now * x_rM, t[i], until)
+            level = limits.up if now > 0 else -limits.down
+            at = level_crossing_time(*scene, level, t[i], until)
             entered += at
-            first = at if times == 0 else first
-            times += 1
+            first = at if up + down == 0 else first
+            up, down = up + int(now > 0), down + int(now < 0)
         side = now
     if side != 0:
         left += end
     # On an orbit, an excursion across the end of the period counts once.
-    across_end = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
-    return times - across_end, first, left - entered
+    if repeats and begins != 0 and side == begins and up + down > 1:
+        up, down = up - int(side > 0), down - int(side < 0)
+    return up, down, first, left - entered
 
 
 @compiled
@@ -1557,7 +1569,7 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
 
 
 @compiled
-def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
+def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
     """Write the start of each segment and its turning points, until the buffer is full.
 
     Parameters
@@ -1567,8 +1579,8 @@ def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
     whole : array, shape (segments,)
         Whether all turning points of a segment are required, as for the last one, or only those
         that can set a new extreme or cross zero or the limit.
-    x_rM : float
-        Stroke limit [m]; infinite for none.
+    limits : StrokeLimits
+        Stroke limits [m]; infinite for none.
     at : tuple
         Where to continue: segment, time since its start [s], x_r [m] and v_r [m/s] there, and
         the farthest displacement written in this half cycle [m].
@@ -1606,7 +1618,7 @@ def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
             # Under a constant limit a yielding contact has no turning point within its segment.
             yields = abs(mode.contact) == 1 and law.variation == 0.0 and law.step == 0.0
             if yields or (
-                only and mode.contact == HOLD and is_hold_uneventful(law, segments, i, x_rM)
+                only and mode.contact == HOLD and is_hold_uneventful(law, segments, i, limits)
             ):
                 i += 1
                 continue
@@ -1645,7 +1657,7 @@ def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
         if only and mode.contact == HOLD:
             x_end = segments.x_r[i + 1]
             until = uneventful_until(
-                law, waves, segment, x_turn, far, x_end, x_rM, s_turn, left
+                law, waves, segment, x_turn, far, x_end, limits, s_turn, left
             )
         if until > s_turn:
             x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, until)
@@ -1657,13 +1669,13 @@ def write_turning_points(solution, lengths, whole, x_rM, at, t_out, x_out):
 
 @compiled
 def write_sampled_turning_points(
-    plant, law, hold_steps, u_dd, x_out, v_out, segments, whole, x_rM, at, t_out, x_turning
+    plant, law, hold_steps, u_dd, x_out, v_out, segments, whole, limits, at, t_out, x_turning
 ):  # fmt: skip
     """Write turning points of a sampled march with a constant contact limit.
 
     Parameters
     ----------
-    plant, law, segments, whole, x_rM
+    plant, law, segments, whole, limits
         As in `write_turning_points`.
     hold_steps : OscillatorSteps
         Steps of the oscillator with the contact stiffness.
@@ -1689,7 +1701,7 @@ def write_sampled_turning_points(
             t_out[count], x_turning[count] = n * dt + s, x
             count += 1
             if decode_mode(segments.d[i]).contact != HOLD or not (
-                whole[i] or not is_hold_uneventful(law, segments, i, x_rM)
+                whole[i] or not is_hold_uneventful(law, segments, i, limits)
             ):
                 i, n = i + 1, -1
                 continue
@@ -1724,29 +1736,30 @@ EXTREME_TOLERANCE = 1e-14
 
 
 @compiled
-def uneventful_range(x_r, far, x_rM):
+def uneventful_range(x_r, far, limits):
     """Return the interval of displacements in which turning points have no effect [m].
 
-    It contains x_r and is bounded by zero, the stroke limit x_rM and the extreme `far` on the
-    side of x_r [m].
+    It contains x_r and is bounded by zero, and by the stroke limit and the extreme `far` on
+    the side of x_r [m].
     """
     size = abs(x_r)
-    low, high = (0.0, x_rM) if size < x_rM else (x_rM, math.inf)
+    limit = limits.up if x_r > 0.0 else limits.down
+    low, high = (0.0, limit) if size < limit else (limit, math.inf)
     high = min(high, max(far, size) * (1.0 + EXTREME_TOLERANCE))
     return (low, high) if x_r > 0.0 else (-high, -low)
 
 
 @compiled
-def is_hold_uneventful(law, segments, i, x_rM):
+def is_hold_uneventful(law, segments, i, limits):
     """Return whether the contact limits keep x_r within its uneventful range while holding."""
     side = sign(segments.x_r[i])
-    low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], x_rM)
+    low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], limits)
     reach = law.up.F_fk / law.k_t * (1.0 + law.variation)
     return low <= segments.z[i] - reach and segments.z[i] + reach <= high
 
 
 @compiled
-def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, s_turn, h):
+def uneventful_until(law, waves, segment, x_turn, far, x_end, limits, s_turn, h):
     """Return the time until which the motion after a turning point stays uneventful [s].
 
     Parameters
@@ -1757,8 +1770,8 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, s_turn, h):
         Displacement at the turning point, farthest displacement written in this half cycle, and
         displacement at the end of the segment [m]. A motion that stays on one side of zero
         passes x_end in the same half cycle, so x_end counts as known.
-    x_rM : float
-        Stroke limit [m]; infinite for none.
+    limits : StrokeLimits
+        Stroke limits [m]; infinite for none.
     s_turn, h : float
         Time of the turning point, and remaining length of the segment [s].
     """
@@ -1773,7 +1786,7 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, s_turn, h):
     # First with x_end as a known extreme. If the motion may change sides before the end of
     # the segment, x_end belongs to another half cycle and only `far` is known.
     for known in (max(side * far, side * x_end), side * far):
-        low, high = uneventful_range(x_turn, known, x_rM)
+        low, high = uneventful_range(x_turn, known, limits)
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
         until = safe_until(transient, segment, waves, law, middle, reach, False, s_turn, h)
         if until >= h or side * x_end <= side * far:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from drysim.approach.solution import Floats, Path, Trajectory
-from drysim.core.model import AnyLaw, AnyState
+from drysim.core.model import AnyLaw, AnyState, StrokeLimits
 
 if TYPE_CHECKING:
     from drysim.approach.exact import UnreachedStopsTrajectory
@@ -36,25 +36,26 @@ MIN_TAIL_PEAKS, TAIL_SHARE = 30, 0.1
 
 
 class Excursions(NamedTuple):
-    """Intervals of time with |x_r| at or beyond the limit.
+    """Intervals of time with x_r at or beyond a limit.
 
     Attributes
     ----------
-    times : int
-        Number of intervals.
+    up, down : int
+        Number of intervals on either side.
     t_first : float or None
         Beginning of the first [s].
     t_beyond : float
         Total length [s].
     """
 
-    times: int
+    up: int
+    down: int
     t_first: float | None
     t_beyond: float
 
 
 def excursions(
-    trajectory: Trajectory, path: Path, x_rM: float, repeats: bool = False
+    trajectory: Trajectory, path: Path, limits: StrokeLimits, repeats: bool = False
 ) -> Excursions:
     """Return the excursions in a whole run, settling time and touching included.
 
@@ -62,9 +63,8 @@ def excursions(
     ----------
     trajectory : Trajectory
     path : Path
-        Of the trajectory, up to its end and for this limit.
-    x_rM : float
-        Stroke limit [m], above 0.
+        Of the trajectory, up to its end and for these limits.
+    limits : StrokeLimits
     repeats : bool
         Whether the end continues at the start, as on a periodic orbit.
 
@@ -75,30 +75,35 @@ def excursions(
     """
     t = np.append(path.t, trajectory.end)
     x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
-    side = np.where(np.abs(x_r) >= x_rM, np.sign(x_r), 0.0)
-    enters = [0.0] if side[0] else []
+    side = limits.side(x_r)
+    levels = {1.0: limits.up, -1.0: -limits.down}
+    enters, sides = ([0.0], [side[0]]) if side[0] else ([], [])
     leaves = []
     for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
         bracket = float(t[i]), float(t[i + 1]), bool(x_r[i + 1] > x_r[i])
         # x_r equals the limit at a rigid stop: no root to find.
         if side[i]:
-            at = abs(x_r[i]) == x_rM
+            level = levels[side[i]]
             leaves.append(
-                bracket[0] if at else level_crossing_time(trajectory, side[i] * x_rM, *bracket)
+                bracket[0]
+                if x_r[i] == level
+                else level_crossing_time(trajectory, level, *bracket)
             )
         if side[i + 1]:
-            at = abs(x_r[i + 1]) == x_rM
+            level = levels[side[i + 1]]
+            sides.append(side[i + 1])
             enters.append(
                 bracket[1]
-                if at
-                else level_crossing_time(trajectory, side[i + 1] * x_rM, *bracket)
+                if x_r[i + 1] == level
+                else level_crossing_time(trajectory, level, *bracket)
             )
     if len(leaves) < len(enters):
         leaves.append(trajectory.end)
     # On an orbit, an excursion at the end and one at the start are the same.
-    joined = bool(repeats and side[0] and side[-1] == side[0] and len(enters) > 1)
+    if repeats and side[0] and side[-1] == side[0] and len(enters) > 1:
+        sides.pop()
     beyond = max(float(sum(leaves) - sum(enters)), 0.0)
-    return Excursions(len(enters) - joined, min(enters, default=None), beyond)
+    return Excursions(sides.count(1.0), sides.count(-1.0), min(enters, default=None), beyond)
 
 
 def level_crossing_time(
@@ -164,6 +169,8 @@ def impact_metrics(
     fastest = float(np.abs(v_r[inside]).max(initial=0.0))
     return {
         "contacts": int(inside.sum()),
+        "contacts_up": int((inside & (v_r > 0.0)).sum()),
+        "contacts_down": int((inside & (v_r < 0.0)).sum()),
         "impact_speed": fastest,
         "impulse_peak": trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
         "stop_force_peak": None if stops.rigid else solution.peak_bumper_force(begin, end),
@@ -180,7 +187,7 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
 
 
 def stroke_statistics(
-    path: Floats, length: float, x_rM: float | None, stationary: bool
+    path: Floats, length: float, limits: StrokeLimits | None, stationary: bool
 ) -> Values:
     """Return crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
 
@@ -190,15 +197,14 @@ def stroke_statistics(
         x_r [m] at both ends of the window and at the extreme points in it, in order.
     length : float
         Length of the window [s].
-    x_rM : float or None
-        Stroke limit [m].
+    limits : StrokeLimits or None
     stationary : bool
         Whether the motion may be assumed to continue as in the window, as for noise and
         records.
     """
     values: Values = {"crossing_rate": count_upcrossings(path) / length}
-    if x_rM is not None:
-        values["limit_rate"] = count_limit_entries(path, x_rM) / length
+    if limits is not None:
+        values["limit_rate"] = count_limit_entries(path, limits) / length
     if stationary:
         values["stroke_once_an_hour"] = hourly_stroke(half_cycle_peaks(path), length)
     return values
@@ -218,9 +224,9 @@ def count_upcrossings(path: Floats) -> int:
     return int(np.count_nonzero((sides[1:] > 0) & (sides[:-1] < 0)))
 
 
-def count_limit_entries(path: Floats, x_rM: float) -> int:
-    """Return how often |x_r| reaches a limit [m] from below, on either side."""
-    sides = np.where(np.abs(path) >= x_rM, np.sign(path), 0.0)
+def count_limit_entries(path: Floats, limits: StrokeLimits) -> int:
+    """Return how often x_r reaches a limit, on either side."""
+    sides = limits.side(path)
     return int(np.count_nonzero((sides[1:] != 0) & (sides[1:] != sides[:-1])))
 
 

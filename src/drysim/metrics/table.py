@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Path, Trajectory
-from drysim.core.model import AnyState, Plant, Totals
+from drysim.core.model import AnyState, Plant, StrokeLimits, Totals
 from drysim.metrics.stroke import (
     Values,
     bumper_energy,
@@ -44,9 +44,13 @@ METRICS = (
     Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
     Metric("x_r_rms", "m", "RMS relative displacement, mean included"),
     Metric("x_r_peak", "m", "stroke: largest |x_r| in the window"),
+    Metric("x_r_max", "m", "largest x_r in the window"),
+    Metric("x_r_min", "m", "smallest x_r in the window"),
     Metric("v_r_rms", "m/s", "RMS relative velocity"),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
-    Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
+    Metric(
+        "stroke_used", "-", "x_r_peak over the stroke limit; of unequal limits the larger share"
+    ),
     Metric(
         "stuck_share",
         "-",
@@ -58,6 +62,8 @@ METRICS = (
         "share of the window with two sign changes of v_r within four steps",
     ),
     Metric("violations", "-", "how often |x_r| reaches the stroke limit, settling included"),
+    Metric("violations_up", "-", "how often x_r reaches the upper limit, settling included"),
+    Metric("violations_down", "-", "how often x_r reaches the lower limit, settling included"),
     Metric("t_first_violation", "s", "time of the first violation"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
     Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
@@ -75,6 +81,8 @@ METRICS = (
         "of rigid stops; unknown below 150 half cycles",
     ),
     Metric("contacts", "-", "contacts with an end stop in the window"),
+    Metric("contacts_up", "-", "contacts with the upper end stop in the window"),
+    Metric("contacts_down", "-", "contacts with the lower end stop in the window"),
     Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window"),
     Metric("stop_force_peak", "N", "largest force between mass and bumper"),
     Metric("impulse_peak", "N·s", "largest impulse of an impact on a rigid stop"),
@@ -107,7 +115,14 @@ UNITS = {metric.name: metric.unit for metric in METRICS}
 SHARE_METRICS = ("stuck_share", "chatter_share")
 """Metrics that are shares of the window, from 0 to 1."""
 
-SIGNED_METRICS = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
+SIGNED_METRICS = (
+    "x_r_max",
+    "x_r_min",
+    "energy_input",
+    "energy_stored",
+    "energy_friction",
+    "energy_residual",
+)
 """Metrics that may be negative: bristles and elastic contacts return energy."""
 
 COMFORT_METRICS = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
@@ -115,6 +130,8 @@ COMFORT_METRICS = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 
 END_STOP_METRICS = (
     "contacts",
+    "contacts_up",
+    "contacts_down",
     "impact_speed",
     "stop_force_peak",
     "impulse_peak",
@@ -125,17 +142,29 @@ END_STOP_METRICS = (
 STROKE_LIMIT_METRICS = (
     "stroke_used",
     "violations",
+    "violations_up",
+    "violations_down",
     "t_first_violation",
     "t_beyond",
     "limit_rate",
 )
 """Metrics that need a stroke limit."""
 
+SIDE_METRICS = (
+    "x_r_max",
+    "x_r_min",
+    "violations_up",
+    "violations_down",
+    "contacts_up",
+    "contacts_down",
+)
+"""Metrics of one side, in tables only where a scenario tells the sides of its stroke apart."""
+
 
 def measure(
     trajectory: Trajectory,
     window: tuple[float, float],
-    x_rM: float | None,
+    limits: StrokeLimits | None,
     closure: float | None = None,
     stationary: bool = False,
 ) -> Values:
@@ -149,8 +178,8 @@ def measure(
         Solution, of a run or of a periodic orbit.
     window : tuple of float
         Begin and end of the window [s].
-    x_rM : float or None
-        Stroke limit [m], needed by the stroke metrics.
+    limits : StrokeLimits or None
+        Needed by the stroke metrics.
     closure : float or None
         Closure of a periodic orbit [-]; None for any other motion.
     stationary : bool
@@ -158,17 +187,18 @@ def measure(
         records.
     """
     totals = trajectory.totals(*window)
-    path = trajectory.path(window, x_rM)
+    path = trajectory.path(window, limits)
     inside = path_in_window(trajectory, path, window)
-    peak = float(np.abs(inside).max())
+    lowest, highest = float(inside.min()), float(inside.max())
+    peak = max(abs(lowest), abs(highest))
     length = window[1] - window[0]
     values = mean_metrics(totals, length)
-    values |= {"x_r_peak": peak, "closure": closure}
+    values |= {"x_r_peak": peak, "x_r_max": highest, "x_r_min": lowest, "closure": closure}
     values["chatter_share"] = trajectory.chatter(*window)
     values["stroke_suffices"] = (
         peak_displacement(trajectory, path, (0.0, window[1])) if window[0] else peak
     )
-    values |= stroke_statistics(inside, length, x_rM, stationary)
+    values |= stroke_statistics(inside, length, limits, stationary)
     ends = trajectory.state(window[0]), trajectory.state(window[1])
     bumper_energies = (
         bumper_energy(trajectory.law, ends[0]),
@@ -184,12 +214,13 @@ def measure(
         stops = trajectory.law.stops
         if stops.rigid and hourly is not None:  # rigid stops bound the stroke
             values["stroke_once_an_hour"] = min(hourly, max(stops.up, stops.down))
-    if x_rM is not None:
-        times, t_first, t_beyond = excursions(
-            trajectory, path, x_rM, repeats=closure is not None
+    if limits is not None:
+        up, down, t_first, t_beyond = excursions(
+            trajectory, path, limits, repeats=closure is not None
         )
-        values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
-        values["t_first_violation"] = t_first
+        values |= {"violations": up + down, "violations_up": up, "violations_down": down}
+        values |= {"t_first_violation": t_first, "t_beyond": t_beyond}
+        values["stroke_used"] = float(limits.used(lowest, highest))
     return {metric.name: values.get(metric.name) for metric in METRICS}
 
 

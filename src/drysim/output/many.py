@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, METRICS, UNITS
+from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, METRICS, SIDE_METRICS, UNITS
 from drysim.output.sidecar import (
     Fields,
     Provenance,
@@ -30,6 +30,7 @@ from drysim.output.tables import (
     format_cell,
     join_columns,
     metric_columns,
+    side_metrics,
     write_csv,
 )
 from drysim.scenario.blocks import SEED_KEY
@@ -164,6 +165,7 @@ def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
     left_out = {"closure"}
     left_out |= set() if result.scenario.measure.weights else {*COMFORT_METRICS}
     left_out |= set() if result.scenario.stops else {*END_STOP_METRICS}
+    left_out |= {*SIDE_METRICS} - {*side_metrics(result.scenario)}
     names = [name for name in UNITS if name not in left_out]
     headers = [SEED_HEADER, *map(column_header, names), "status", "sha256"]
     columns = [

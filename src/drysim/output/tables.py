@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.approach.solution import EVENT_NAMES, Events, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
-from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS
+from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, SIDE_METRICS
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.study.statistics import (
     COUNT_METRICS,
@@ -31,6 +31,7 @@ from drysim.study.statistics import (
 )
 
 if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
@@ -192,9 +193,20 @@ def _violation_rows(table: Table, approach: str) -> Iterator[bytes]:
 
 
 def optional_metrics(table: Table) -> tuple[str, ...]:
-    """Return the metrics that need a weighting or end stops; they follow all others."""
-    optional = COMFORT_METRICS if table.scenario.measure.weights else ()
-    return optional if table.scenario.stops is None else (*optional, *END_STOP_METRICS)
+    """Return the metrics that need a weighting, end stops or sides; they follow all others."""
+    scenario = table.scenario
+    names = [*COMFORT_METRICS] if scenario.measure.weights else []
+    names += [name for name in END_STOP_METRICS if scenario.stops and name not in SIDE_METRICS]
+    return (*names, *side_metrics(scenario))
+
+
+def side_metrics(scenario: Scenario) -> tuple[str, ...]:
+    """Return the metrics of one side of the stroke, where the scenario tells them apart."""
+    if not scenario.has_sides:
+        return ()
+    return tuple(
+        name for name in SIDE_METRICS if scenario.stops or name not in END_STOP_METRICS
+    )
 
 
 def interval_metrics(table: Table) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from drysim.core.model import (
     AnyLaw,
     DynamicLaw,
     PiecewiseLaw,
+    StrokeLimits,
     acceleration_at,
 )
 from drysim.plots import style
@@ -87,7 +88,7 @@ def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
     else:
         draw_lines(above, below, curve_with_events(motion, slice(None)), unit)
     if stroke:
-        draw_limit(below, motion, stroke.limit, MAX_LIMIT_RATIO, unit)
+        draw_limit(below, motion, stroke.limits, MAX_LIMIT_RATIO, unit)
     mark_settling_end(above, below, _settling_time(outcome))
     for axes in (above, below):
         axes.axvspan(*time_bounds(motion, part), **FRAME_STYLE)
@@ -107,7 +108,7 @@ def _draw_interval(
     draw_lines(above, below, shown, unit)
     shade_stuck(above, below, part, motion)
     if stroke:
-        draw_limit(below, motion, stroke.limit, max_ratio, unit)
+        draw_limit(below, motion, stroke.limits, max_ratio, unit)
     if begin < _settling_time(outcome) < end:
         mark_settling_end(above, below, _settling_time(outcome))
     draw_loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
@@ -245,23 +246,27 @@ def mark_settling_end(above: Axes, below: Axes, begin: float) -> None:
 
 
 def draw_limit(
-    axes: Axes, motion: Response, limit: float, max_ratio: float, unit: LengthUnit
+    axes: Axes, motion: Response, limits: StrokeLimits, max_ratio: float, unit: LengthUnit
 ) -> None:
-    """Draw the stroke limit [m] and mark where it is reached.
+    """Draw the stroke limits and mark where they are reached.
 
     A limit above `max_ratio` times the peak would flatten the curve and is omitted.
     """
     peak = largest_magnitude(motion, "x_r").value
-    if limit > max_ratio * peak > 0:
+    if min(limits) > max_ratio * peak > 0:
         return
     hits = stop_impacts(motion)
     axes.autoscale(axis="y")
-    for side in (-1, 1):
-        what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.format_number(limit * unit.units_per_metre, unit.symbol)}"
-        axes.axhline(side * limit * unit.units_per_metre, **LIMIT_STYLE, label=label)
+    what = "end stops" if hits else "stroke limit"
+    for level in (-limits.down, limits.up):
+        if abs(level) > max_ratio * peak > 0:
+            continue
+        label = wording.format_number(level * unit.units_per_metre, unit.symbol)
+        if limits.up == limits.down:
+            label = f"±{label.removeprefix('-')}"
+        axes.axhline(level * unit.units_per_metre, **LIMIT_STYLE, label=f"{what} {label}")
     begin, end = axes.get_xlim()
-    marked = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
+    marked = np.array(hits or excursions(motion, limits), dtype=float).reshape(-1, 2)
     marked = marked[(marked[:, 0] >= begin) & (marked[:, 0] <= end)] * (
         1.0,
         unit.units_per_metre,
@@ -289,14 +294,15 @@ def stop_impacts(response: Response) -> list[tuple[float, float]]:
     )
 
 
-def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
-    """Return time [s] and x_r [m] of the maximum of every excursion |x_r| >= limit [m]."""
+def excursions(response: Response, limits: StrokeLimits) -> list[tuple[float, float]]:
+    """Return time [s] and x_r [m] of the maximum of every excursion beyond a limit."""
     found: list[tuple[float, float]] = []
     continues = False
     for part in response.parts():
         x_r = response.points(part).x_r
         size = np.abs(x_r)
-        steps = np.flatnonzero(np.diff(size >= limit, prepend=False, append=False))
+        beyond = limits.side(x_r) != 0.0
+        steps = np.flatnonzero(np.diff(beyond, prepend=False, append=False))
         for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
             at = a + int(size[a:b].argmax())
             peak = (part.start + at) * response.dt, float(x_r[at])
@@ -304,7 +310,7 @@ def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
                 found.append(peak)
             elif size[at] > abs(found[-1][1]):
                 found[-1] = peak
-        continues = bool(size[-1] >= limit)
+        continues = bool(beyond[-1])
     return found
 
 

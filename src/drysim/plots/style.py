@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
 from drysim.scenario.axes import axis_groups
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.compare import Comparison, describe_coinciding
 from drysim.study.outcome import Outcome
-from drysim.study.statistics import LIMIT_KEY, OK, Row
+from drysim.study.statistics import OK, Row
 from drysim.study.table import Table
 
 if TYPE_CHECKING:
@@ -423,8 +423,8 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
     stroke = table.scenario.stroke
     if stroke is None or table.scenario.stops is not None:
         return ""
-    swept = any(axis.key == LIMIT_KEY for axis in table.axes)
-    return "" if swept else f"stroke limit {wording.format_length(stroke.limit, peak)}"
+    swept = any(axis.key in LIMIT_KEYS for axis in table.axes)
+    return "" if swept else f"stroke limit {wording.describe_limits(stroke.limits, peak)}"
 
 
 def _join_scene(words: Iterable[tuple[str, str]]) -> str:
@@ -436,7 +436,7 @@ def _main_results(outcome: Outcome) -> str:
     """Return the main results on one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     peak = metrics[PEAK_STROKE]
-    limit = f" (limit {wording.format_length(stroke.limit, peak)})" if stroke else ""
+    limit = f" (limit {wording.describe_limits(stroke.limits, peak)})" if stroke else ""
     parts = [
         f"{name} {wording.format_number(metrics[name])}"
         for name in ("T_a", "T_x")

@@ -43,11 +43,11 @@ from drysim.plots.style import (
     stroke_metric,
 )
 from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups, iter_points
+from drysim.scenario.model import LIMIT_KEYS
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
 from drysim.study.statistics import (
     FAILED,
-    LIMIT_KEY,
     MAX_CACHED_ROWS,
     NOT_SETTLED,
     NOT_UNIQUE,
@@ -56,7 +56,7 @@ from drysim.study.statistics import (
     Row,
     as_batches,
 )
-from drysim.study.table import Table, stroke_limit
+from drysim.study.table import Table, stroke_limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,28 +129,32 @@ def _draw_limit(
     metric: PlottedMetric,
     max_level: float,
 ) -> None:
-    """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case."""
+    """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case.
+
+    Of unequal limits the smaller one is drawn.
+    """
     if table.scenario.stroke is None:
         return
+    name = "smaller stroke limit" if table.scenario.has_sides else "stroke limit"
 
     def limit(row: Row) -> float:
-        return metric.scale * (stroke_limit(table.scenario, row) or 0.0)
+        return metric.scale * min(stroke_limits(table.scenario, row.point) or (0.0,))
 
     curves = [line_series(view, line, limit) for line in panel.lines]
     levels = [{*y} for _, y in curves]
     every = set().union(*levels)
     if len(every) == 1:
         (level,) = every
-        words = f"stroke limit {wording.format_number(level, metric.unit)}"
+        words = f"{name} {wording.format_number(level, metric.unit)}"
         _draw_level(axes, level, max_level, response.LIMIT_STYLE, words)
     elif any(len(own) > 1 for own in levels):
         near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= max_level]
-        axes.plot(*zip(*near, strict=True), **response.LIMIT_STYLE, label="stroke limit")
+        axes.plot(*zip(*near, strict=True), **response.LIMIT_STYLE, label=name)
     elif len(levels) <= MAX_STYLED_LINES:
         for curve_styles, own in zip(line_styles(view), levels, strict=True):
             level_style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
-                _draw_level(axes, level, max_level, level_style, "stroke limit per line")
+                _draw_level(axes, level, max_level, level_style, f"{name} per line")
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
@@ -889,11 +893,12 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
     axes.set_ylim(bottom=0.0)
     if metric.name != PEAK_STROKE:
         axes.axhline(1.0, **UNITY_STYLE)
-    elif any(axis.key == LIMIT_KEY for axis in table.axes):
+    elif any(axis.key in LIMIT_KEYS for axis in table.axes):
         return
-    elif stroke is not None and stroke.limit * metric.scale <= 2.0 * axes.get_ylim()[1]:
-        limit = stroke.limit * metric.scale
-        words = f"stroke limit {wording.format_number(limit, metric.unit)}"
+    elif stroke and min(stroke.limits) * metric.scale <= 2.0 * axes.get_ylim()[1]:
+        limit = min(stroke.limits) * metric.scale
+        name = "smaller stroke limit" if table.scenario.has_sides else "stroke limit"
+        words = f"{name} {wording.format_number(limit, metric.unit)}"
         axes.axhline(limit, **response.LIMIT_STYLE, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 

@@ -15,18 +15,28 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    Discriminator,
     Field,
     PlainSerializer,
     PlainValidator,
     PrivateAttr,
     StrictBool,
+    Tag,
     WithJsonSchema,
     create_model,
     model_validator,
 )
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
-from drysim.core.model import MAX_STAGES, CoulombLaw, EndStops, PiecewiseLaw, Plant, State
+from drysim.core.model import (
+    MAX_STAGES,
+    CoulombLaw,
+    EndStops,
+    PiecewiseLaw,
+    Plant,
+    State,
+    StrokeLimits,
+)
 from drysim.errors import Problem
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
@@ -47,6 +57,7 @@ from drysim.units import (
     format_value,
     mean_of_directions,
     name_hint,
+    number_or_block,
 )
 from drysim.yaml_document import Document, KeyPath
 
@@ -146,26 +157,71 @@ class Stops(Block):
                 raise InvalidValue(f"must be {least}, not {begin:.12g}", "stages", i, "from")
         return self
 
-    def with_friction(self, law: CoulombLaw | PiecewiseLaw, limit: float) -> PiecewiseLaw:
-        """Return the law with stops at ±limit [m] and friction between them."""
+    def with_friction(
+        self, law: CoulombLaw | PiecewiseLaw, limits: StrokeLimits
+    ) -> PiecewiseLaw:
+        """Return the law with stops at the stroke limits and friction between them."""
         stages = () if self.stiffness is None else ((0.0, self.stiffness),)
         below = 0.0
         for stage in self.stages or ():
             stages = (*stages, (stage.begin, stage.stiffness - below))
             below = stage.stiffness
-        stops = EndStops(limit, limit, stages, self.damping or 0.0, self.restitution or 0.0)
+        stops = EndStops(*limits, stages, self.damping or 0.0, self.restitution or 0.0)
         return law.as_piecewise()._replace(stops=stops)
+
+
+Travel = Annotated[float, Quantity("m", above=0)]
+
+
+class LimitBySide(Block):
+    """Stroke limits that differ between the sides."""
+
+    up: Travel
+    """Limit of x_r > 0 [m], above 0."""
+    down: Travel
+    """Limit of x_r < 0 [m], above 0."""
 
 
 class Stroke(Block):
     """Permitted motion of the mass on its base."""
 
-    limit: Annotated[float, Quantity("m", above=0)]
+    limit: Annotated[
+        Annotated[Travel, Tag("number")] | Annotated[LimitBySide, Tag("block")],
+        Discriminator(number_or_block),
+    ]
     """Stroke limit x_rM [m] to either side, half of the total travel: |x_r| must stay below it.
-    Without `stops` it is only checked."""
+    One value, or `{up: ..., down: ...}` for x_r > 0 and x_r < 0. Without `stops` it is only
+    checked."""
+    offset: Length | None = None
+    """Position of the working point x_r = 0 above the point from which `limit` counts [m], as
+    under a load that is lighter than intended: the limits are `up` - offset and `down` +
+    offset. Default: 0."""
     stops: Stops | None = None
     """End stops at the limit; without this block the mass moves beyond it. Supported for the
     laws `coulomb`, `jenkins` and `petrov-ewins`, and without friction."""
+
+    @model_validator(mode="after")
+    def _leave_room_to_move(self) -> Self:
+        up, down = self.limits
+        if min(up, down) <= 0.0 and self.offset is not None:
+            raise InvalidValue(
+                f"must be between {self.offset - down:.12g} and {self.offset + up:.12g} m, the "
+                f"limits of the stroke, not {self.offset:.12g}",
+                "offset",
+            )
+        return self
+
+    @property
+    def limits(self) -> StrokeLimits:
+        """Limits as seen from the working point."""
+        limit, offset = self.limit, 0.0 if self.offset is None else self.offset
+        up, down = (limit.up, limit.down) if isinstance(limit, LimitBySide) else (limit, limit)
+        return StrokeLimits(up - offset, down + offset)
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether the file tells the sides apart."""
+        return isinstance(self.limit, LimitBySide) or self.offset is not None
 
 
 class Start(Block):

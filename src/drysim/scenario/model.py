@@ -91,6 +91,12 @@ STATIC_KEYS = ("static", "static_ratio", "mu_static")
 _STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
 _VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
 _STOPS_PREFIX = "stroke.stops."
+
+SIDE_KEYS = ("stroke.limit.up", "stroke.limit.down", "stroke.offset")
+"""Keys of stroke limits that differ between the sides."""
+
+LIMIT_KEYS = ("stroke.limit", *SIDE_KEYS)
+"""Keys of the stroke limits; each case has its own limits where one of them is swept."""
 CLOSED_FORM_LAWS = tuple(
     name for name, law in LAWS.items() if getattr(law, "closed_form", False)
 )
@@ -169,7 +175,7 @@ class Scenario(FromFile):
             law = law.as_piecewise()._replace(damping=self.oscillator.damping_pair)
         if self.stops is None or self.stroke is None:
             return law
-        return self.stops.with_friction(law, self.stroke.limit)
+        return self.stops.with_friction(law, self.stroke.limits)
 
     def nominal_law(self) -> AnyLaw:
         """Return the friction law without reading a recorded normal force."""
@@ -210,6 +216,12 @@ class Scenario(FromFile):
     def stops(self) -> Stops | None:
         """End stops, if they are modelled."""
         return None if self.stroke is None else self.stroke.stops
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether the file tells the two sides of the stroke apart, at least in some cases."""
+        swept = any(axis.key in SIDE_KEYS for axis in self.sweep)
+        return self.stroke is not None and (swept or self.stroke.has_sides)
 
     @property
     def static_given(self) -> bool:
@@ -590,11 +602,12 @@ def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
     if stops.restitution is not None and elastic:
         sentence = "rigid stops do not go with an elastic contact under a varying normal force"
         yield ("stroke", "stops"), f"{sentence}; use bumpers (`stiffness`)"
-    if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
-        sentence = (
-            f"start.x_r must be within ±stroke.limit = ±{stroke.limit:.12g} m with rigid "
-            f"stops, not {scenario.start.x_r:.12g}"
-        )
+    up, down = stroke.limits
+    if stops.restitution is not None and not -down <= scenario.start.x_r <= up:
+        within = f"between {-down:.12g} and {up:.12g} m"
+        if up == down:
+            within = f"within ±stroke.limit = ±{up:.12g} m"
+        sentence = f"start.x_r must be {within} with rigid stops, not {scenario.start.x_r:.12g}"
         yield ("start", "x_r"), sentence
 
 

@@ -25,7 +25,7 @@ from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import SHARE_METRICS, UNITS
 from drysim.scenario.axes import Axis, axis_groups, count_points, point_columns
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.units import Block
 from drysim.wording import format_number
@@ -301,7 +301,7 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of lengths that look like millimetres."""
     m, k_x, _ = scenario.oscillator.plant()
     start = abs(scenario.start.x_r)
-    limit = scenario.stroke.limit if scenario.stroke else 0.0
+    limit = max(scenario.stroke.limits) if scenario.stroke else 0.0
     pulled = start if k_x * start / m >= HIGH_ACCELERATION else 0.0
     unitless = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
@@ -454,7 +454,7 @@ def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     """Return why a swept key has no effect; None if it has one."""
     if len(axis.values) == 1:
         return "has a single value; set it in the scenario instead"
-    if axis.key == "stroke.limit" and scenario.stops is None:
+    if axis.key in LIMIT_KEYS and scenario.stops is None:
         return "does not affect the motion, only when the stroke limit is exceeded"
     approach = scenario.solver.approach
     block, option, *rest = axis.key.split(".")

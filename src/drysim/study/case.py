@@ -40,6 +40,7 @@ from drysim.core.model import (
     Signal,
     Sines,
     State,
+    StrokeLimits,
     blocks,
 )
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError, WarningMessage
@@ -114,10 +115,10 @@ class Case:
         return self.step_cost.kernels_for(self.motion)
 
     @property
-    def limit(self) -> float | None:
-        """Stroke limit x_rM [m], if any."""
+    def limits(self) -> StrokeLimits | None:
+        """Stroke limits, if any."""
         stroke = self.scenario.stroke
-        return None if stroke is None else stroke.limit
+        return None if stroke is None else stroke.limits
 
     @property
     def stationary(self) -> bool:

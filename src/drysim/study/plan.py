@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import ExactApproach
-from drysim.core.model import Plant, Sines, State, Totals
+from drysim.core.model import NO_LIMITS, Plant, Sines, State, StrokeLimits, Totals
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
@@ -297,12 +297,12 @@ def scene_array(
 
     case = with_columns(scenario, points)
     plant, law = case.oscillator.plant(), case.law()
-    limit = np.inf if case.stroke is None else case.stroke.limit
+    limits = NO_LIMITS if case.stroke is None else case.stroke.limits
     motion = case.excitation.motion()
     assert isinstance(motion, Sines), "only sines have orbits"
     sines = [column for sine in zip(*motion, strict=True) for column in sine]
     period = common_periods(case, motion.f, length)
-    columns = [*plant, *law, *case.start.state(), period, limit, *sines]
+    columns = [*plant, *law, *case.start.state(), period, *limits, *sines]
     scenes = np.empty((length, SINES + len(sines)))
     for k, column in enumerate(columns):
         scenes[:, k] = column
@@ -335,9 +335,10 @@ def check_first_suspect(
 ) -> None:
     """Validate the first case that may break a rule, so that its own error is raised."""
     from drysim.core.forcing import F_FK, F_FS, K_X
-    from drysim.core.orbit import PERIOD
+    from drysim.core.orbit import DOWN, PERIOD, UP
 
     suspect = (scenes[:, F_FS] < scenes[:, F_FK]) | np.isnan(scenes[:, PERIOD])
+    suspect |= (scenes[:, UP] <= 0.0) | (scenes[:, DOWN] <= 0.0)
     if case.oscillator.damping_ratio is not None:
         suspect |= scenes[:, K_X] == 0.0
     for i in np.flatnonzero(suspect)[:1].tolist():
@@ -380,14 +381,21 @@ def orbit_metrics(
     ends = State(result[o.X_BEGIN], result[o.V_BEGIN]), State(result[o.X_END], result[o.V_END])
     with np.errstate(invalid="ignore"):
         found = mean_metrics(totals, length) | energy_metrics(plant, scene[F_FK], totals, *ends)
-    peak = result[o.PEAK]
-    found |= {"x_r_peak": peak, "stroke_suffices": peak, "chatter_share": 0.0 * peak}
+    lowest, highest = result[o.LOWEST], result[o.HIGHEST]
+    peak, limits = (
+        np.maximum(abs(lowest), abs(highest)),
+        StrokeLimits(scene[o.UP], scene[o.DOWN]),
+    )
+    found |= {"x_r_max": highest, "x_r_min": lowest, "x_r_peak": peak}
+    found |= {"stroke_suffices": peak, "chatter_share": 0.0 * peak}
     found["crossing_rate"] = result[o.UPCROSSINGS] / length
-    limited, none = np.isfinite(scene[o.X_RM]), np.full(len(peak), np.nan)
+    limited, none = np.isfinite(limits.up), np.full(len(peak), np.nan)
     first = result[o.T_FIRST]
-    found["stroke_used"] = np.where(limited, peak / scene[o.X_RM], np.nan)
+    found["stroke_used"] = np.where(limited, limits.used(lowest, highest), np.nan)
     found["limit_rate"] = np.where(limited, result[o.ENTRIES] / length, np.nan)
-    found["violations"] = np.where(limited, result[o.EXCURSIONS], np.nan)
+    found["violations_up"] = np.where(limited, result[o.EXCURSIONS_UP], np.nan)
+    found["violations_down"] = np.where(limited, result[o.EXCURSIONS_DOWN], np.nan)
+    found["violations"] = found["violations_up"] + found["violations_down"]
     found["t_beyond"] = np.where(limited, result[o.TIME_BEYOND], np.nan)
     found["t_first_violation"] = np.where(limited & (first >= 0.0), first, np.nan)
     lost = status != STATUSES.index(OK)

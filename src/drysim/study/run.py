@@ -64,15 +64,15 @@ def solve(case: Case) -> Outcome:
     )
     trajectory = trajectory_of_response(response)
     metrics = measure(
-        trajectory, window, case.limit, response.numerics.closure, case.stationary
+        trajectory, window, case.limits, response.numerics.closure, case.stationary
     )
     metrics |= weighted_metrics(case, response, window)
     spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
-    whole = measure(trajectory, (0.0, window[1]), case.limit) if includes_settling else metrics
+    whole = measure(trajectory, (0.0, window[1]), case.limits) if includes_settling else metrics
     warnings = response_warnings(
-        response, whole, case.limit, includes_settling, metrics["x_r_peak"]
+        response, whole, case.limits, includes_settling, metrics["x_r_peak"]
     )
     return Outcome(
         case.scenario,
@@ -180,7 +180,7 @@ def measure_case(case: Case) -> CaseResult:
     """Return metrics, status and note of a case."""
     if case.period is None:
         trajectory, comfort_metrics = solve_and_weight(case, case.start, case.step, case.window)
-        found = measure(trajectory, case.window, case.limit, stationary=case.stationary)
+        found = measure(trajectory, case.window, case.limits, stationary=case.stationary)
         return found | comfort_metrics, OK, ""
     orbit, step = periodic_orbit(case)
     unknown: Values = {metric.name: None for metric in METRICS}
@@ -194,7 +194,7 @@ def measure_case(case: Case) -> CaseResult:
     length = orbit.periods * case.period
     trajectory, comfort_metrics = solve_and_weight(case, orbit.state, step, (0.0, length))
     return (
-        measure(trajectory, (0.0, length), case.limit, orbit.closure) | comfort_metrics,
+        measure(trajectory, (0.0, length), case.limits, orbit.closure) | comfort_metrics,
         OK,
         "",
     )

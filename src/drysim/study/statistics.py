@@ -38,9 +38,6 @@ OK, NOT_SETTLED, NOT_UNIQUE, FAILED = "ok", "not settled", "not unique", "failed
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 """Possible results of a case; the index is the code in a batch."""
 
-LIMIT_KEY = "stroke.limit"
-"""Key of the stroke limit; each case has its own limit where this key is swept."""
-
 
 @dataclass(frozen=True)
 class Row:
@@ -118,7 +115,9 @@ class OverSeeds:
     narrow: bool = True
 
 
-COUNT_METRICS = frozenset({"violations", "contacts"})
+COUNT_METRICS = frozenset(
+    f"{name}{side}" for name in ("violations", "contacts") for side in ("", "_up", "_down")
+)
 """Metrics that are whole numbers, unless they are means over seeds."""
 
 METRIC_NAMES = tuple(UNITS)

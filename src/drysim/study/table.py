@@ -10,20 +10,20 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import Samples, Sines
+from drysim.core.model import Samples, Sines, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
+from drysim.metrics.table import Metrics
 from drysim.scenario.axes import Axis
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
 from drysim.study.outcome import count_verdicts, exit_code, format_metric_ranges, format_repr
 from drysim.study.statistics import (
     FAILED,
-    LIMIT_KEY,
     METRIC_NAMES,
     OK,
     STATUSES,
@@ -125,10 +125,27 @@ class Table:
         return (row for row in self.rows if row.approach == approach)
 
 
-def stroke_limit(scenario: Scenario, row: Row) -> float | None:
-    """Return the stroke limit of a case [m]: its own if it is swept; None without one."""
-    stroke = scenario.stroke
-    return None if stroke is None else row.point.get(LIMIT_KEY, stroke.limit)
+def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits | None:
+    """Return the stroke limits of a case [m], with the swept values of its point; or None.
+
+    With columns of values, the limits are columns, too.
+    """
+    own = {key: value for key, value in point.items() if key in LIMIT_KEYS}
+    stroke = with_columns(scenario, own).stroke if own else scenario.stroke
+    return None if stroke is None else stroke.limits
+
+
+def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, float]:
+    """Return name and value of the displacement farthest beyond its limit, and by how much [m].
+
+    With equal limits it is |x_r|.
+    """
+    if limits.up == limits.down:
+        peak = metrics["x_r_peak"] or 0.0
+        return "|x_r|", peak, peak - limits.up
+    high, low = metrics["x_r_max"] or 0.0, metrics["x_r_min"] or 0.0
+    up, down = high - limits.up, -low - limits.down
+    return ("x_r", high, up) if up >= down else ("x_r", low, down)
 
 
 # Statistics of the cases of one approach, updated batch by batch.
@@ -167,7 +184,7 @@ class Tally:
     quantiles : dict
         `Quantiles` of the `QUANTILE_METRICS` over the cases with numbers.
     worst : Row or None
-        The case that exceeds its stroke limit by most.
+        The case that exceeds its stroke limit by the largest share.
     seeds : SeedSummary or None
         Statistics of the means, if the cases have several seeds.
     forces : list of float
@@ -186,7 +203,7 @@ class Tally:
     worst: Row | None = None
     seeds: SeedSummary | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
-    _beyond: float = -np.inf
+    _most_used: float = -np.inf
     _verdicts: dict[int, Verdict] = field(default_factory=dict)
 
     @classmethod
@@ -271,14 +288,10 @@ class Tally:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
-            peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
-            # A limit shared by all cases does not change the order.
-            beyond = peaks - (
-                batch.points[LIMIT_KEY][met] if LIMIT_KEY in batch.points else 0.0
-            )
-            if self.worst is None or beyond.max() > self._beyond:
-                self._beyond = float(beyond.max())
-                self.worst = row(int(met[np.argmax(beyond)]))
+            used = np.nan_to_num(batch.metrics["stroke_used"][met])
+            if self.worst is None or used.max() > self._most_used:
+                self._most_used = float(used.max())
+                self.worst = row(int(met[np.argmax(used)]))
 
     def _judge(
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt

@@ -10,17 +10,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
 from drysim.approach.solution import FIXED_STEP, Orbit, Response
-from drysim.core.model import AnyLaw
+from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Metrics
 from drysim.scenario.axes import Axis
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.case import Case
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import (
     FAILED,
-    LIMIT_KEY,
     Row,
     Statistic,
     is_narrow,
@@ -28,13 +27,14 @@ from drysim.study.statistics import (
     metric_interval,
     stopping_rule,
 )
-from drysim.study.table import Count, SeedSummary, Tally, stroke_limit
+from drysim.study.table import Count, SeedSummary, Tally, largest_excess, stroke_limits
 from drysim.wording import (
     describe_case,
+    describe_limits,
     format_count,
     format_length,
     format_number,
-    format_times,
+    format_times_by_side,
     join_words,
 )
 
@@ -71,7 +71,7 @@ CLOSE_MARGIN = 1e-6
 def response_warnings(
     response: Response,
     metrics: Metrics,
-    limit: float | None,
+    limits: StrokeLimits | None,
     includes_settling: bool = False,
     window_peak: float | None = None,
 ) -> Iterator[WarningMessage]:
@@ -82,16 +82,15 @@ def response_warnings(
     response : Response
     metrics : mapping
         Metrics of the complete response, if it exceeds the stroke limit; else of the window.
-    limit : float or None
-        Stroke limit [m].
+    limits : StrokeLimits or None
     includes_settling : bool, optional
         Whether the metrics include the time before the window.
     window_peak : float, optional
         Peak of |x_r| in the window [m], which sets the unit of lengths; default: of the
         metrics.
     """
-    if limit is not None and metrics["violations"]:
-        yield stroke_warning(metrics, limit, response.law, includes_settling, window_peak)
+    if limits is not None and metrics["violations"]:
+        yield stroke_warning(metrics, limits, response.law, includes_settling, window_peak)
     stops = response.law.stops
     if stops is not None and stops.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
@@ -120,7 +119,7 @@ def response_warnings(
 
 def stroke_warning(
     metrics: Metrics,
-    limit: float,
+    limits: StrokeLimits,
     law: AnyLaw,
     includes_settling: bool,
     window_peak: float | None = None,
@@ -128,6 +127,7 @@ def stroke_warning(
     """Return the warning about the stroke limit or end stops."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     window_peak = window_peak or peak
+    symbol, reached, beyond = largest_excess(metrics, limits)
     if law.stops is not None:
         sentence = (
             f"the mass hits its end stops, first at t = {format_number(t_first, 's')}, at up "
@@ -135,16 +135,23 @@ def stroke_warning(
         )
     else:
         sentence = (
-            f"the stroke limit of {format_length(limit, window_peak)} is exceeded "
-            f"{format_times(metrics['violations'])}, first at "
-            f"t = {format_number(t_first, 's')}; |x_r| reaches "
-            f"{format_length(peak, window_peak)}, "
-            f"{format_length(peak - limit, window_peak)} beyond the limit"
+            f"the stroke limit of {describe_limits(limits, window_peak)} is exceeded "
+            f"{format_times_by_side(metrics, 'violations', limits)}, first at "
+            f"t = {format_number(t_first, 's')}; {symbol} reaches "
+            f"{format_length(reached, window_peak)}, "
+            f"{format_length(beyond, window_peak)} beyond the limit"
         )
-    numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
+    numbers = limit_numbers(limits) | {"x_r_peak": peak, "t_first_violation": t_first}
     return WarningMessage(
         "stroke-violated", sentence + " (settling included)" * includes_settling, numbers
     )
+
+
+def limit_numbers(limits: StrokeLimits) -> dict[str, float]:
+    """Return the stroke limits as numbers of a warning [m]; one if they are equal."""
+    if limits.up == limits.down:
+        return {"limit": limits.up}
+    return {"limit_up": limits.up, "limit_down": limits.down}
 
 
 def rigid_impact_warning() -> WarningMessage:
@@ -182,14 +189,16 @@ def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
             "from the given start"
         )
         yield WarningMessage("not-unique", sentence)
-    limit = case.limit
-    if limit is not None and orbit.run_up_peak >= limit:
+    limits = case.limits
+    # Only |x_r| is known before the motion settles, not on which side.
+    if limits is not None and orbit.run_up_peak >= min(limits):
         when = "before the motion settles" if orbit.settled else "in this time"
+        which = "" if limits.up == limits.down else "smaller "
         sentence = (
             f"{when} |x_r| reaches {format_length(orbit.run_up_peak)} and exceeds "
-            f"the stroke limit of {format_length(limit, orbit.run_up_peak)}"
+            f"the {which}stroke limit of {format_length(min(limits), orbit.run_up_peak)}"
         )
-        numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
+        numbers = {"limit": min(limits), "run_up_peak": orbit.run_up_peak}
         yield WarningMessage("stroke-violated-settling", sentence, numbers)
 
 
@@ -256,17 +265,19 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         yield WarningMessage("stroke-violated", sentence, numbers)
         if scenario.stops and scenario.stops.stiffness is None:
             yield rigid_impact_warning()
-    elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
+    elif worst is not None and (limits := stroke_limits(scenario, worst.point)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", for some seeds", " on average") if worst.over else ("", "")
         window_peak = tally.greatest("x_r_peak") or peak
-        which = "" if LIMIT_KEY in worst.point else f" of {format_length(limit, window_peak)}"
+        swept = any(key in worst.point for key in LIMIT_KEYS)
+        which = "" if swept else f" of {describe_limits(limits, window_peak)}"
+        symbol, reached, _ = largest_excess(worst.metrics, limits)
         sentence = (
             f"the stroke limit{which} is exceeded in {tally.beyond} of {tally.cases} "
-            f"cases{some}; |x_r| reaches {format_length(peak, window_peak)}{mean}"
+            f"cases{some}; {symbol} reaches {format_length(reached, window_peak)}{mean}"
             f"{format_at(worst, axes)}"
         )
-        numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
+        numbers = limit_numbers(limits) | {"x_r_peak": peak, "cases": tally.beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
 
 
@@ -328,8 +339,8 @@ def ensemble_warnings(
             yield warning
     yield from failure_warnings(rows)
     yield from (warning for warning in shown.warnings if warning.slug not in REPLACED_SLUGS)
-    if case.limit is not None:
-        yield from ensemble_stroke_warnings(rows, found, case.limit)
+    if case.limits is not None:
+        yield from ensemble_stroke_warnings(rows, found, case.limits)
     stops = case.law.stops
     if stops is not None and stops.rigid and has_contacts(found):
         yield rigid_impact_warning()
@@ -356,7 +367,7 @@ def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
 
 
 def ensemble_stroke_warnings(
-    rows: Sequence[Row], found: SeedStatistics, limit: float
+    rows: Sequence[Row], found: SeedStatistics, limits: StrokeLimits
 ) -> Iterator[WarningMessage]:
     """Warn of seeds that exceed the stroke limit, with the worst one."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
@@ -372,10 +383,10 @@ def ensemble_stroke_warnings(
     elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
-            f"the stroke limit of {format_length(limit, peak)} is exceeded for {beyond} of "
+            f"the stroke limit of {describe_limits(limits, peak)} is exceeded for {beyond} of "
             f"{len(rows)} seeds; |x_r| reaches {format_length(peak)} for seed {seed}"
         )
-        numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}
+        numbers = limit_numbers(limits) | {"x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
 
 
