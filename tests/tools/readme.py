@@ -77,7 +77,7 @@ def table(lines: list[tuple[str, ...]]) -> str:
 def metrics() -> Iterator[str]:
     """Write the table of metrics."""
     yield "| metric | unit | meaning |\n| --- | --- | --- |\n"
-    for name, unit, about in METRICS:
+    for name, unit, about, *_ in METRICS:
         about = about.replace("|", "\\|")
         yield f"| `{name}` | {unit.replace('m/s2', 'm/s²').replace('-', '–')} | {about} |\n"
 

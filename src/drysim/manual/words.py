@@ -98,7 +98,7 @@ def _entries() -> Iterator[Entry]:
     for name, member in APPROACHES_BY_NAME.items():
         text = " ".join((member.__doc__ or "").split())
         yield Entry(name, APPROACH, text, example=EXAMPLES[APPROACH].format(word=name))
-    for name, unit, about in METRICS:
+    for name, unit, about, *_ in METRICS:
         text = about[0].upper() + about[1:] + "."
         example = EXAMPLES[METRIC].format(word=name, unit=unit).replace(" -]", "]")
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics.table import SHARE_METRICS, SIGNED_METRICS, UNITS, Metrics
+from drysim.metrics.table import METRICS_BY_NAME, SHARE, SIGNED, UNITS, Metrics
 from drysim.units import (
     closest_match,
     conversion_factor,
@@ -174,8 +174,9 @@ class Check:
         """Result that all possible values of the metric have in common; None if they differ."""
         # The result changes at the limit only: the ends of the range and the floats around the
         # limit stand for all values.
-        low = -math.inf if self.metric in SIGNED_METRICS else 0.0
-        high = 1.0 if self.metric in SHARE_METRICS else math.inf
+        kind = METRICS_BY_NAME[self.metric].kind
+        low = -math.inf if kind == SIGNED else 0.0
+        high = 1.0 if kind == SHARE else math.inf
         answers = {
             self.holds(value)
             for value in (low, high, *self._values_at_limit)

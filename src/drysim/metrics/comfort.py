@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import Samples, Sines, base_acceleration
-from drysim.metrics.stroke import Values
 
 Complexes = NDArray[np.complex128]
 
@@ -62,10 +61,33 @@ UNVERIFIED_DIRECTIONS = ("horizontal",)
 """Directions whose k was not verified against the text of ISO 2631-1."""
 
 
-def comfort_metrics(
+class Weighted(NamedTuple):
+    """Frequency-weighted accelerations in a window, times the factor k of the direction.
+
+    Attributes
+    ----------
+    a_w, base_a_w : float
+        RMS on the mass and on the base [m/s²].
+    dose, base_dose : float
+        Fourth root of the integral of the fourth power [m/s^1.75].
+    running : float or None
+        Largest running RMS on the mass [m/s²]; None for a window that is too short.
+    peak : float
+        Largest magnitude on the mass [m/s²].
+    """
+
+    a_w: float
+    base_a_w: float
+    dose: float
+    base_dose: float
+    running: float | None
+    peak: float
+
+
+def weighted_accelerations(
     response: Response, window: tuple[float, float], name: str, k: float, periodic: bool
-) -> Values:
-    """Return a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor; None where unknown.
+) -> Weighted | None:
+    """Return the frequency-weighted accelerations; None if no step lies within the window.
 
     Parameters
     ----------
@@ -96,18 +118,16 @@ def comfort_metrics(
         apply_weighting(series, dt, name, periodic)[part] for series in step_means(response)
     )
     if not len(mass):
-        return {}
-    a_u, a_w = k * rms(base), k * rms(mass)
-    dose_u, dose = k * _vibration_dose(base, dt), k * _vibration_dose(mass, dt)
+        return None
     running = max_running_rms(mass, dt, periodic)
-    return {
-        "a_w": a_w,
-        "SEAT": a_w / a_u if a_u else None,
-        "VDV": dose,
-        "SEAT_VDV": dose / dose_u if dose_u else None,
-        "MTVV": None if running is None else k * running,
-        "crest_factor": k * float(np.abs(mass).max()) / a_w if a_w else None,
-    }
+    return Weighted(
+        k * rms(mass),
+        k * rms(base),
+        k * _vibration_dose(mass, dt),
+        k * _vibration_dose(base, dt),
+        None if running is None else k * running,
+        k * float(np.abs(mass).max()),
+    )
 
 
 def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:

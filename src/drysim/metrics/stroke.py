@@ -1,14 +1,14 @@
 """Stroke metrics: excursions beyond the stroke limit, Eq. (5), contacts and extremes.
 
-`excursions` covers the whole run and `impact_metrics` the end stops in a window;
-`stroke_statistics` counts crossings and extrapolates to the largest stroke in an hour. All of
-them use the path of the continuous solution, which contains every crossing and every peak.
+`excursions` covers the whole run and `impacts` the end stops in a window; the others count
+crossings and extrapolate to the largest stroke in an hour. All of them use the path of the
+continuous solution, which contains every crossing and every peak.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from drysim.core.model import AnyLaw, AnyState, StrokeLimits
 if TYPE_CHECKING:
     from drysim.approach.exact import UnreachedStopsTrajectory
     from drysim.approach.piecewise import PiecewiseTrajectory
-
-Values = dict[str, float | int | None]
-"""Metrics by name; None where unknown."""
 
 MAX_NEWTON_STEPS = 100
 """Newton's method needs about 5 steps; a bracket halved 60 times is one float wide."""
@@ -36,7 +33,7 @@ MIN_TAIL_PEAKS, TAIL_SHARE = 30, 0.1
 
 
 class Excursions(NamedTuple):
-    """Intervals of time with x_r at or beyond a limit.
+    """Intervals of time with x_r at or beyond a limit; or columns of those of many cases.
 
     Attributes
     ----------
@@ -48,10 +45,10 @@ class Excursions(NamedTuple):
         Total length [s].
     """
 
-    up: int
-    down: int
-    t_first: float | None
-    t_beyond: float
+    up: Any
+    down: Any
+    t_first: Any
+    t_beyond: Any
 
 
 def excursions(
@@ -144,9 +141,29 @@ def level_crossing_time(
     return t
 
 
-def impact_metrics(
-    trajectory: Trajectory, window: tuple[float, float], repeats: bool
-) -> Values:
+class Impacts(NamedTuple):
+    """Contacts with the end stops.
+
+    Attributes
+    ----------
+    up, down : int
+        Number of contacts with the upper and with the lower stop.
+    speed : float
+        Largest |v_r| at a contact [m/s].
+    force : float or None
+        Largest force between mass and bumper [N]; None for rigid stops.
+    impulse : float or None
+        Largest impulse of an impact [N·s]; None for bumpers.
+    """
+
+    up: int
+    down: int
+    speed: float
+    force: float | None
+    impulse: float | None
+
+
+def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) -> Impacts:
     """Return number and severity of the contacts with the end stops in a window.
 
     Parameters
@@ -167,14 +184,14 @@ def impact_metrics(
     if begin == 0.0 and not repeats:
         inside |= t == 0.0
     fastest = float(np.abs(v_r[inside]).max(initial=0.0))
-    return {
-        "contacts": int(inside.sum()),
-        "contacts_up": int((inside & (v_r > 0.0)).sum()),
-        "contacts_down": int((inside & (v_r < 0.0)).sum()),
-        "impact_speed": fastest,
-        "impulse_peak": trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
-        "stop_force_peak": None if stops.rigid else solution.peak_bumper_force(begin, end),
-    }
+    up = int(np.count_nonzero(v_r[inside] > 0.0))
+    return Impacts(
+        up,
+        int(inside.sum()) - up,
+        fastest,
+        None if stops.rigid else solution.peak_bumper_force(begin, end),
+        trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
+    )
 
 
 def bumper_energy(law: AnyLaw, state: AnyState) -> float:
@@ -184,30 +201,6 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
     force, energy = law.stops.elastic_force_and_energy(state.x_r)
     outward = state.v_r * math.copysign(1.0, state.x_r)
     return energy if force + law.stops.b_s * outward > 0.0 else 0.0
-
-
-def stroke_statistics(
-    path: Floats, length: float, limits: StrokeLimits | None, stationary: bool
-) -> Values:
-    """Return crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
-
-    Parameters
-    ----------
-    path : ndarray
-        x_r [m] at both ends of the window and at the extreme points in it, in order.
-    length : float
-        Length of the window [s].
-    limits : StrokeLimits or None
-    stationary : bool
-        Whether the motion may be assumed to continue as in the window, as for noise and
-        records.
-    """
-    values: Values = {"crossing_rate": count_upcrossings(path) / length}
-    if limits is not None:
-        values["limit_rate"] = count_limit_entries(path, limits) / length
-    if stationary:
-        values["stroke_once_an_hour"] = hourly_stroke(half_cycle_peaks(path), length)
-    return values
 
 
 def path_in_window(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> Floats:

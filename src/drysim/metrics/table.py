@@ -1,77 +1,330 @@
-"""Table of metrics, and their computation from the continuous solution.
+"""Table of metrics: name, unit, meaning and formula of each, for one case or columns of cases.
 
-`METRICS` lists all metrics and `measure` computes them. RMS values and energies follow from
-integrals over a window, of one case or of columns of many cases. Stroke metrics are in
-`stroke`, those that need a grid in `comfort` and `spectra`, and the checks of a scenario in
-`checks`.
+A metric is one row of `METRICS`; its formula takes a `Measured`, the quantities that all
+metrics follow from. `measure` computes these from the continuous solution of a case; the orbits
+of a sweep give them as columns. What needs the path of the motion is in `stroke`, what needs a
+grid in `comfort` and `spectra`, and the checks of a scenario are in `checks`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from drysim.approach.solution import Path, Trajectory
 from drysim.core.model import AnyState, Plant, StrokeLimits, Totals
+from drysim.metrics.comfort import Weighted
 from drysim.metrics.stroke import (
-    Values,
+    Excursions,
+    Impacts,
     bumper_energy,
+    count_limit_entries,
+    count_upcrossings,
     excursions,
-    impact_metrics,
+    half_cycle_peaks,
+    hourly_stroke,
+    impacts,
     path_in_window,
-    stroke_statistics,
 )
 
 Metrics = Mapping[str, float | int | None]
 """Values by name, None where unknown; read-only."""
 
+Values = dict[str, float | int | None]
+"""Metrics by name; None where unknown."""
+
+ENERGY_FLOOR_SHARE = 1e-9
+"""Share of force times displacement below which energies are rounding, which is about 1e-15."""
+
+ENERGY_FLOOR = 1e-292
+"""Energy [J] below which rounding falls under the smallest normal number."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the metrics of a motion follow from: numbers, or columns of numbers of many cases.
+
+    Attributes
+    ----------
+    plant : Plant
+    F_fk : float
+        Kinetic friction force [N].
+    length : float
+        Length of the window [s].
+    totals : Totals
+        Integrals over the window.
+    begin, end : State
+        At both ends of the window.
+    lowest, highest : float
+        Extremes of x_r in the window [m].
+    reached : float
+        Largest |x_r| from the start to the end of the window [m].
+    upcrossings : int
+        Number of upward zero crossings of x_r in the window.
+    chatter : float
+        Share of the window with two sign changes of v_r within four steps [-].
+    closure : float or None
+        Closure of a periodic orbit [-]; None for any other motion.
+    hourly : float or None
+        Stroke exceeded once an hour, extrapolated [m]; None where unknown.
+    limits : StrokeLimits or None
+    limit_entries : int
+        How often x_r reaches a limit in the window.
+    excursions : Excursions or None
+        To the limits, from the start to the end of the window.
+    impacts : Impacts or None
+        On the end stops in the window.
+    bumper_energies : tuple of float
+        Elastic energy of the end stops at both ends of the window [J].
+    weighted : Weighted or None
+        Frequency-weighted accelerations.
+    """
+
+    plant: Plant
+    F_fk: Any
+    length: Any
+    totals: Totals
+    begin: AnyState
+    end: AnyState
+    lowest: Any
+    highest: Any
+    reached: Any
+    upcrossings: Any
+    chatter: Any
+    closure: Any
+    hourly: float | None = None
+    limits: StrokeLimits | None = None
+    limit_entries: Any = 0
+    excursions: Excursions | None = None
+    impacts: Impacts | None = None
+    bumper_energies: tuple[float, float] = (0.0, 0.0)
+    weighted: Weighted | None = None
+
+    @cached_property
+    def a_u(self) -> Any:
+        """RMS acceleration of the base [m/s²]."""
+        return sqrt(self.totals.u_dd2 / self.length)
+
+    @cached_property
+    def a_x(self) -> Any:
+        """RMS acceleration of the mass [m/s²]: of a stuck mass exactly that of the base."""
+        stuck = self.totals.stuck >= self.length
+        return where(stuck, self.a_u, sqrt(self.totals.x_dd2 / self.length))
+
+    @cached_property
+    def x_r(self) -> Any:
+        """RMS relative displacement [m]."""
+        return sqrt(self.totals.x2 / self.length)
+
+    @cached_property
+    def u(self) -> Any:
+        """RMS displacement of the base [m]; None where it is not known."""
+        return None if self.totals.u2 is None else sqrt(self.totals.u2 / self.length)
+
+    @cached_property
+    def peak(self) -> Any:
+        """Largest |x_r| in the window [m]."""
+        return maximum(abs(self.lowest), abs(self.highest))
+
+    @cached_property
+    def work(self) -> Any:
+        """Work of the base on the relative motion [J]."""
+        return -self.plant.m * self.totals.power
+
+    @cached_property
+    def stored(self) -> Any:
+        """Change of kinetic and elastic energy [J]."""
+        begin, end = self.bumper_energies
+        first = mechanical_energy(self.plant, self.begin) + begin
+        return mechanical_energy(self.plant, self.end) + end - first
+
+    @cached_property
+    def friction_loss(self) -> Any:
+        """Energy dissipated in the contact [J]."""
+        work = self.totals.friction_work
+        return self.F_fk * self.totals.sliding_distance if work is None else work
+
+    @cached_property
+    def viscous_loss(self) -> Any:
+        """Energy dissipated in the damper [J]."""
+        work = self.totals.damper_work
+        return self.plant.b * self.totals.v2 if work is None else work
+
+    @cached_property
+    def stop_loss(self) -> Any:
+        """Energy dissipated at the end stops [J]."""
+        begin, end = self.bumper_energies
+        return self.totals.stop_work - (end - begin)
+
+    @cached_property
+    def energy_residual(self) -> Any:
+        """Residual of the energy balance, relative to the energy exchanged [-].
+
+        Notes
+        -----
+        Each term is integrated independently, so the residual certifies the solution. It is
+        relative to the largest term or to m·RMS{ü}·RMS{v_r}·t, the energy that base and mass
+        may exchange; and at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r| and to
+        `ENERGY_FLOOR`, so that rounding does not count where a contact rests away from the
+        origin.
+        """
+        totals, viscous, friction = self.totals, self.viscous_loss, self.friction_loss
+        first = mechanical_energy(self.plant, self.begin) + self.bumper_energies[0]
+        exchanged = self.plant.m * sqrt(totals.u_dd2 * totals.v2)
+        farthest = maximum(abs(self.begin.x_r), abs(self.end.x_r))
+        least = ENERGY_FLOOR_SHARE * self.F_fk * farthest
+        scale = maximum(
+            exchanged, abs(self.stored), viscous, friction, first, abs(self.stop_loss), least,
+            ENERGY_FLOOR,
+        )  # fmt: skip
+        return abs(self.work - self.stored - viscous - friction - self.stop_loss) / scale
+
+
+def mechanical_energy(plant: Plant, state: AnyState) -> Any:
+    """Return the elastic and kinetic energy of a relative motion [J]."""
+    v_r, x_r = state.v_r, state.x_r
+    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
+
+
+SHARE, SIGNED, COUNT = "share", "signed", "count"
+"""Kinds of metrics: a share of the window from 0 to 1, a number of either sign, a count. Others
+are at least 0."""
+
+LIMITS, STOPS, WEIGHTING = "limits", "impacts", "weighted"
+"""Attributes of a `Measured` that some metrics need."""
+
 
 class Metric(NamedTuple):
-    """Name of a metric for checks and reports, its SI unit and its meaning."""
+    """One metric.
+
+    Attributes
+    ----------
+    name : str
+        Name in checks and tables.
+    unit : str
+        SI unit.
+    about : str
+        Meaning.
+    formula : callable
+        Returns the value of a `Measured`; None, or NaN in a column, where it is not known.
+    needs : str
+        Attribute of the `Measured` without which the metric is not known, if any.
+    kind : str
+        SHARE, SIGNED, COUNT, or "".
+    by_side : bool
+        Whether the metric is of one side of the stroke; tables have it only where the sides
+        are told apart.
+    """
 
     name: str
     unit: str
     about: str
+    formula: Callable[[Any], Any]
+    needs: str = ""
+    kind: str = ""
+    by_side: bool = False
 
 
 METRICS = (
-    Metric("a_u", "m/s2", "RMS acceleration of the base"),
-    Metric("a_x", "m/s2", "RMS acceleration of the mass"),
-    Metric("T_a", "-", "acceleration transmissibility a_x/a_u"),
-    Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
-    Metric("x_r_rms", "m", "RMS relative displacement, mean included"),
-    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window"),
-    Metric("x_r_max", "m", "largest x_r in the window"),
-    Metric("x_r_min", "m", "smallest x_r in the window"),
-    Metric("v_r_rms", "m/s", "RMS relative velocity"),
-    Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
+    Metric("a_u", "m/s2", "RMS acceleration of the base", lambda m: m.a_u),
+    Metric("a_x", "m/s2", "RMS acceleration of the mass", lambda m: m.a_x),
+    Metric("T_a", "-", "acceleration transmissibility a_x/a_u", lambda m: ratio(m.a_x, m.a_u)),
     Metric(
-        "stroke_used", "-", "x_r_peak over the stroke limit; of unequal limits the larger share"
+        "T_x",
+        "-",
+        "relative displacement transmissibility RMS{x_r}/RMS{u}",
+        lambda m: ratio(m.x_r, m.u),
+    ),
+    Metric("x_r_rms", "m", "RMS relative displacement, mean included", lambda m: m.x_r),
+    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window", lambda m: m.peak),
+    Metric("x_r_max", "m", "largest x_r in the window", lambda m: m.highest, "", SIGNED, True),
+    Metric("x_r_min", "m", "smallest x_r in the window", lambda m: m.lowest, "", SIGNED, True),
+    Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
+    Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
+    Metric(
+        "stroke_used",
+        "-",
+        "x_r_peak over the stroke limit; of unequal limits the larger share",
+        lambda m: m.limits.used(m.lowest, m.highest),
+        LIMITS,
     ),
     Metric(
         "stuck_share",
         "-",
         "share of the window without relative motion; 0 under laws that never stick",
+        lambda m: m.totals.stuck / m.length,
+        kind=SHARE,
     ),
     Metric(
         "chatter_share",
         "-",
         "share of the window with two sign changes of v_r within four steps",
+        lambda m: m.chatter,
+        kind=SHARE,
     ),
-    Metric("violations", "-", "how often |x_r| reaches the stroke limit, settling included"),
-    Metric("violations_up", "-", "how often x_r reaches the upper limit, settling included"),
-    Metric("violations_down", "-", "how often x_r reaches the lower limit, settling included"),
-    Metric("t_first_violation", "s", "time of the first violation"),
-    Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
-    Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
-    Metric("limit_rate", "1/s", "how often |x_r| reaches the stroke limit, per second"),
+    Metric(
+        "violations",
+        "-",
+        "how often |x_r| reaches the stroke limit, settling included",
+        lambda m: m.excursions.up + m.excursions.down,
+        LIMITS,
+        COUNT,
+    ),
+    Metric(
+        "violations_up",
+        "-",
+        "how often x_r reaches the upper limit, settling included",
+        lambda m: m.excursions.up,
+        LIMITS,
+        COUNT,
+        by_side=True,
+    ),
+    Metric(
+        "violations_down",
+        "-",
+        "how often x_r reaches the lower limit, settling included",
+        lambda m: m.excursions.down,
+        LIMITS,
+        COUNT,
+        by_side=True,
+    ),
+    Metric(
+        "t_first_violation",
+        "s",
+        "time of the first violation",
+        lambda m: m.excursions.t_first,
+        LIMITS,
+    ),
+    Metric(
+        "t_beyond",
+        "s",
+        "time spent at or beyond the stroke limit, settling included",
+        lambda m: m.excursions.t_beyond,
+        LIMITS,
+    ),
+    Metric(
+        "crossing_rate",
+        "1/s",
+        "up-crossings of x_r = 0 per second",
+        lambda m: m.upcrossings / m.length,
+    ),
+    Metric(
+        "limit_rate",
+        "1/s",
+        "how often |x_r| reaches the stroke limit, per second",
+        lambda m: m.limit_entries / m.length,
+        LIMITS,
+    ),
     Metric(
         "stroke_suffices",
         "m",
         "stroke needed for this motion: largest |x_r|, settling included",
+        lambda m: m.reached,
     ),
     Metric(
         "stroke_once_an_hour",
@@ -79,86 +332,151 @@ METRICS = (
         "stroke exceeded once an hour if noise or record continues as in the window: "
         "extrapolated from the tail of its peaks (Weibull, exponent 2), at most the position "
         "of rigid stops; unknown below 150 half cycles",
+        lambda m: m.hourly,
     ),
-    Metric("contacts", "-", "contacts with an end stop in the window"),
-    Metric("contacts_up", "-", "contacts with the upper end stop in the window"),
-    Metric("contacts_down", "-", "contacts with the lower end stop in the window"),
-    Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window"),
-    Metric("stop_force_peak", "N", "largest force between mass and bumper"),
-    Metric("impulse_peak", "N·s", "largest impulse of an impact on a rigid stop"),
-    Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
+    Metric(
+        "contacts",
+        "-",
+        "contacts with an end stop in the window",
+        lambda m: m.impacts.up + m.impacts.down,
+        STOPS,
+        COUNT,
+    ),
+    Metric(
+        "contacts_up",
+        "-",
+        "contacts with the upper end stop in the window",
+        lambda m: m.impacts.up,
+        STOPS,
+        COUNT,
+        by_side=True,
+    ),
+    Metric(
+        "contacts_down",
+        "-",
+        "contacts with the lower end stop in the window",
+        lambda m: m.impacts.down,
+        STOPS,
+        COUNT,
+        by_side=True,
+    ),
+    Metric(
+        "impact_speed",
+        "m/s",
+        "largest |v_r| at a contact in the window",
+        lambda m: m.impacts.speed,
+        STOPS,
+    ),
+    Metric(
+        "stop_force_peak",
+        "N",
+        "largest force between mass and bumper",
+        lambda m: m.impacts.force,
+        STOPS,
+    ),
+    Metric(
+        "impulse_peak",
+        "N·s",
+        "largest impulse of an impact on a rigid stop",
+        lambda m: m.impacts.impulse,
+        STOPS,
+    ),
+    Metric(
+        "a_w",
+        "m/s2",
+        "weighted RMS acceleration of the mass, ISO 2631-1, times k",
+        lambda m: m.weighted.a_w,
+        WEIGHTING,
+    ),
     Metric(
         "SEAT",
         "-",
         "seat effective amplitude transmissibility: a_w of the mass over that of the base",
+        lambda m: ratio(m.weighted.a_w, m.weighted.base_a_w),
+        WEIGHTING,
     ),
-    Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
-    Metric("SEAT_VDV", "-", "VDV of the mass over that of the base"),
-    Metric("MTVV", "m/s2", "largest running RMS of a_w, linear over 1 s"),
-    Metric("crest_factor", "-", "largest |a_w| over its RMS, of the mass"),
-    Metric("energy_input", "J", "work of the base on the relative motion in the window"),
-    Metric("energy_stored", "J", "change of kinetic and elastic energy, bumpers included"),
-    Metric("energy_friction", "J", "energy dissipated in the dry-friction contact"),
-    Metric("energy_viscous", "J", "energy dissipated in the damper"),
-    Metric("energy_stops", "J", "energy dissipated at the end stops"),
+    Metric(
+        "VDV",
+        "m/s^1.75",
+        "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)",
+        lambda m: m.weighted.dose,
+        WEIGHTING,
+    ),
+    Metric(
+        "SEAT_VDV",
+        "-",
+        "VDV of the mass over that of the base",
+        lambda m: ratio(m.weighted.dose, m.weighted.base_dose),
+        WEIGHTING,
+    ),
+    Metric(
+        "MTVV",
+        "m/s2",
+        "largest running RMS of a_w, linear over 1 s",
+        lambda m: m.weighted.running,
+        WEIGHTING,
+    ),
+    Metric(
+        "crest_factor",
+        "-",
+        "largest |a_w| over its RMS, of the mass",
+        lambda m: ratio(m.weighted.peak, m.weighted.a_w),
+        WEIGHTING,
+    ),
+    Metric(
+        "energy_input",
+        "J",
+        "work of the base on the relative motion in the window",
+        lambda m: m.work,
+        kind=SIGNED,
+    ),
+    Metric(
+        "energy_stored",
+        "J",
+        "change of kinetic and elastic energy, bumpers included",
+        lambda m: m.stored,
+        kind=SIGNED,
+    ),
+    Metric(  # bristles and elastic contacts return energy
+        "energy_friction",
+        "J",
+        "energy dissipated in the dry-friction contact",
+        lambda m: m.friction_loss,
+        kind=SIGNED,
+    ),
+    Metric("energy_viscous", "J", "energy dissipated in the damper", lambda m: m.viscous_loss),
+    Metric(
+        "energy_stops", "J", "energy dissipated at the end stops", lambda m: m.stop_loss, STOPS
+    ),
     Metric(
         "energy_residual",
         "-",
         "residual of the energy balance, relative to the energy exchanged",
+        lambda m: m.energy_residual,
+        kind=SIGNED,
     ),
-    Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
+    Metric(
+        "closure",
+        "-",
+        "scaled change of the state over one repetition of the orbit",
+        lambda m: m.closure,
+    ),
 )
+
+METRICS_BY_NAME = {metric.name: metric for metric in METRICS}
 
 UNITS = {metric.name: metric.unit for metric in METRICS}
 """Unit of every metric, by name."""
 
-SHARE_METRICS = ("stuck_share", "chatter_share")
-"""Metrics that are shares of the window, from 0 to 1."""
 
-SIGNED_METRICS = (
-    "x_r_max",
-    "x_r_min",
-    "energy_input",
-    "energy_stored",
-    "energy_friction",
-    "energy_residual",
-)
-"""Metrics that may be negative: bristles and elastic contacts return energy."""
-
-COMFORT_METRICS = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
-"""Metrics that need a frequency weighting."""
-
-END_STOP_METRICS = (
-    "contacts",
-    "contacts_up",
-    "contacts_down",
-    "impact_speed",
-    "stop_force_peak",
-    "impulse_peak",
-    "energy_stops",
-)
-"""Metrics that need end stops."""
-
-STROKE_LIMIT_METRICS = (
-    "stroke_used",
-    "violations",
-    "violations_up",
-    "violations_down",
-    "t_first_violation",
-    "t_beyond",
-    "limit_rate",
-)
-"""Metrics that need a stroke limit."""
-
-SIDE_METRICS = (
-    "x_r_max",
-    "x_r_min",
-    "violations_up",
-    "violations_down",
-    "contacts_up",
-    "contacts_down",
-)
-"""Metrics of one side, in tables only where a scenario tells the sides of its stroke apart."""
+def evaluate(measured: Measured) -> dict[str, Any]:
+    """Return every metric by name; None where unknown."""
+    return {
+        metric.name: None
+        if metric.needs and getattr(measured, metric.needs) is None
+        else metric.formula(measured)
+        for metric in METRICS
+    }
 
 
 def measure(
@@ -167,10 +485,9 @@ def measure(
     limits: StrokeLimits | None,
     closure: float | None = None,
     stationary: bool = False,
+    weighted: Weighted | None = None,
 ) -> Values:
-    """Return every metric of `METRICS` by name; None where unknown.
-
-    Weighted metrics need a grid and are None here; see `drysim.metrics.comfort`.
+    """Return every metric of a case by name; None where unknown.
 
     Parameters
     ----------
@@ -185,43 +502,40 @@ def measure(
     stationary : bool
         Whether the motion may be assumed to continue as in the window, as for noise and
         records.
+    weighted : Weighted or None
+        Needed by the frequency-weighted metrics.
     """
-    totals = trajectory.totals(*window)
+    (begin, end), law, repeats = window, trajectory.law, closure is not None
     path = trajectory.path(window, limits)
     inside = path_in_window(trajectory, path, window)
-    lowest, highest = float(inside.min()), float(inside.max())
-    peak = max(abs(lowest), abs(highest))
-    length = window[1] - window[0]
-    values = mean_metrics(totals, length)
-    values |= {"x_r_peak": peak, "x_r_max": highest, "x_r_min": lowest, "closure": closure}
-    values["chatter_share"] = trajectory.chatter(*window)
-    values["stroke_suffices"] = (
-        peak_displacement(trajectory, path, (0.0, window[1])) if window[0] else peak
-    )
-    values |= stroke_statistics(inside, length, limits, stationary)
-    ends = trajectory.state(window[0]), trajectory.state(window[1])
-    bumper_energies = (
-        bumper_energy(trajectory.law, ends[0]),
-        bumper_energy(trajectory.law, ends[1]),
-    )
-    values |= energy_metrics(
-        trajectory.plant, trajectory.law.F_fk, totals, *ends, bumper_energies
-    )
-    if trajectory.law.stops is not None:
-        values |= impact_metrics(trajectory, window, repeats=closure is not None)
-        values["energy_stops"] = totals.stop_work - (bumper_energies[1] - bumper_energies[0])
-        hourly = values.get("stroke_once_an_hour")
-        stops = trajectory.law.stops
-        if stops.rigid and hourly is not None:  # rigid stops bound the stroke
-            values["stroke_once_an_hour"] = min(hourly, max(stops.up, stops.down))
-    if limits is not None:
-        up, down, t_first, t_beyond = excursions(
-            trajectory, path, limits, repeats=closure is not None
+    peak = float(np.abs(inside).max())
+    hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
+    states = trajectory.state(begin), trajectory.state(end)
+    stops = law.stops
+    if hourly is not None and stops is not None and stops.rigid:  # these bound the stroke
+        hourly = min(hourly, max(stops.limits))
+    return evaluate(
+        Measured(
+            trajectory.plant,
+            law.F_fk,
+            end - begin,
+            trajectory.totals(begin, end),
+            *states,
+            lowest=float(inside.min()),
+            highest=float(inside.max()),
+            reached=peak_displacement(trajectory, path, (0.0, end)) if begin else peak,
+            upcrossings=count_upcrossings(inside),
+            chatter=trajectory.chatter(begin, end),
+            closure=closure,
+            hourly=hourly,
+            limits=limits,
+            limit_entries=count_limit_entries(inside, limits) if limits else 0,
+            excursions=excursions(trajectory, path, limits, repeats) if limits else None,
+            impacts=impacts(trajectory, window, repeats) if stops else None,
+            bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
+            weighted=weighted,
         )
-        values |= {"violations": up + down, "violations_up": up, "violations_down": down}
-        values |= {"t_first_violation": t_first, "t_beyond": t_beyond}
-        values["stroke_used"] = float(limits.used(lowest, highest))
-    return {metric.name: values.get(metric.name) for metric in METRICS}
+    )
 
 
 def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> float:
@@ -230,109 +544,6 @@ def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, f
     inside = (path.t >= begin) & (path.t <= end)
     turning = np.abs(path.x_r[inside]).max(initial=0.0)
     return float(max(turning, abs(trajectory.state(begin).x_r), abs(trajectory.state(end).x_r)))
-
-
-# RMS values and energies from integrals over a window, of one case or of columns of many.
-
-ENERGY_FLOOR_SHARE = 1e-9
-"""Share of force times displacement below which energies are rounding, which is about 1e-15."""
-
-ENERGY_FLOOR = 1e-292
-"""Energy [J] below which rounding falls under the smallest normal number."""
-
-
-def mean_metrics(totals: Totals, length: Any) -> dict[str, Any]:
-    """Return RMS values, their ratios and the stuck share from integrals over a window.
-
-    Parameters
-    ----------
-    totals : Totals
-        Numbers, or arrays of one shape.
-    length : float or ndarray
-        Length of the window [s].
-
-    Returns
-    -------
-    dict
-        Metrics by name, of the same type as the integrals; NaN (None for numbers) where
-        unknown.
-    """
-    a_u = sqrt(totals.u_dd2 / length)
-    # While the mass is stuck throughout, a_x equals a_u exactly, without rounding.
-    a_x = where(totals.stuck >= length, a_u, sqrt(totals.x_dd2 / length))
-    x_r = sqrt(totals.x2 / length)
-    u = None if totals.u2 is None else sqrt(totals.u2 / length)
-    return {
-        "a_u": a_u,
-        "a_x": a_x,
-        "T_a": ratio(a_x, a_u),
-        "T_x": ratio(x_r, u),
-        "x_r_rms": x_r,
-        "v_r_rms": sqrt(totals.v2 / length),
-        "u_rms": u,
-        "stuck_share": totals.stuck / length,
-    }
-
-
-def energy_metrics(
-    plant: Plant,
-    F_fk: Any,
-    totals: Totals,
-    first: AnyState,
-    last: AnyState,
-    bumpers: tuple[float, float] = (0.0, 0.0),
-) -> dict[str, Any]:
-    """Return the energy balance of a window and its residual.
-
-    Parameters
-    ----------
-    plant : Plant
-    F_fk : float or ndarray
-        Kinetic friction force [N].
-    totals : Totals
-        Integrals over the window; numbers or arrays, as in `mean_metrics`.
-    first, last : State
-        At both ends of the window.
-    bumpers : tuple of float
-        Elastic energy of the end stops at both ends of the window [J].
-
-    Returns
-    -------
-    dict
-        Metrics by name: energies [J] and the residual [-].
-
-    Notes
-    -----
-    Each term is integrated independently, so the residual certifies the solution. It is
-    relative to the largest term or to m·RMS{ü}·RMS{v_r}·t, the energy that base and mass may
-    exchange; and at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r| and to
-    `ENERGY_FLOOR`, so that rounding does not count where a contact rests away from the origin.
-    """
-    work = -plant.m * totals.power
-    begin = mechanical_energy(plant, first) + bumpers[0]
-    stored = mechanical_energy(plant, last) + bumpers[1] - begin
-    stops = totals.stop_work - (bumpers[1] - bumpers[0])
-    viscous, friction = totals.damper_work, totals.friction_work
-    viscous = plant.b * totals.v2 if viscous is None else viscous
-    friction = F_fk * totals.sliding_distance if friction is None else friction
-    exchanged = plant.m * sqrt(totals.u_dd2 * totals.v2)
-    least = ENERGY_FLOOR_SHARE * F_fk * maximum(abs(first.x_r), abs(last.x_r))
-    scale = maximum(
-        exchanged, abs(stored), viscous, friction, begin, abs(stops), least, ENERGY_FLOOR
-    )
-    return {
-        "energy_input": work,
-        "energy_stored": stored,
-        "energy_viscous": viscous,
-        "energy_friction": friction,
-        "energy_residual": abs(work - stored - viscous - friction - stops) / scale,
-    }
-
-
-def mechanical_energy(plant: Plant, state: AnyState) -> Any:
-    """Return the elastic and kinetic energy of a relative motion [J]."""
-    v_r, x_r = state.v_r, state.x_r
-    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
 
 
 # Arithmetic on numbers or columns, where the two need different functions.

@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, METRICS, SIDE_METRICS, UNITS
+from drysim.metrics.table import METRICS
 from drysim.output.sidecar import (
     Fields,
     Provenance,
@@ -30,7 +30,7 @@ from drysim.output.tables import (
     format_cell,
     join_columns,
     metric_columns,
-    side_metrics,
+    requested_metrics,
     write_csv,
 )
 from drysim.scenario.blocks import SEED_KEY
@@ -162,11 +162,7 @@ SEED_HEADER = f"{SEED_KEY} [-]"
 
 def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
     """Write ensemble.csv: all metrics of every seed, and the hash of its base motion."""
-    left_out = {"closure"}
-    left_out |= set() if result.scenario.measure.weights else {*COMFORT_METRICS}
-    left_out |= set() if result.scenario.stops else {*END_STOP_METRICS}
-    left_out |= {*SIDE_METRICS} - {*side_metrics(result.scenario)}
-    names = [name for name in UNITS if name not in left_out]
+    names = [name for name in requested_metrics(result.scenario) if name != "closure"]
     headers = [SEED_HEADER, *map(column_header, names), "status", "sha256"]
     columns = [
         map(str, result.seeds),

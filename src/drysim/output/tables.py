@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.approach.solution import EVENT_NAMES, Events, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
-from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, SIDE_METRICS
+from drysim.metrics.table import METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.study.statistics import (
     COUNT_METRICS,
@@ -192,21 +192,25 @@ def _violation_rows(table: Table, approach: str) -> Iterator[bytes]:
             )
 
 
+def requested_metrics(scenario: Scenario) -> list[str]:
+    """Return the metrics of a scenario, without those of what it does not have."""
+    missing = {WEIGHTING: not scenario.measure.weights, STOPS: not scenario.stops}
+    return [
+        metric.name
+        for metric in METRICS
+        if not missing.get(metric.needs) and (scenario.has_sides or not metric.by_side)
+    ]
+
+
 def optional_metrics(table: Table) -> tuple[str, ...]:
-    """Return the metrics that need a weighting, end stops or sides; they follow all others."""
-    scenario = table.scenario
-    names = [*COMFORT_METRICS] if scenario.measure.weights else []
-    names += [name for name in END_STOP_METRICS if scenario.stops and name not in SIDE_METRICS]
-    return (*names, *side_metrics(scenario))
-
-
-def side_metrics(scenario: Scenario) -> tuple[str, ...]:
-    """Return the metrics of one side of the stroke, where the scenario tells them apart."""
-    if not scenario.has_sides:
-        return ()
-    return tuple(
-        name for name in SIDE_METRICS if scenario.stops or name not in END_STOP_METRICS
+    """Return the metrics of weighting, end stops and sides; they follow all others."""
+    asked = requested_metrics(table.scenario)
+    groups = (
+        [metric.name for metric in METRICS if metric.needs == WEIGHTING],
+        [metric.name for metric in METRICS if metric.needs == STOPS and not metric.by_side],
+        [metric.name for metric in METRICS if metric.by_side],
     )
+    return tuple(name for group in groups for name in group if name in asked)
 
 
 def interval_metrics(table: Table) -> tuple[str, ...]:

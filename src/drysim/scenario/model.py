@@ -30,7 +30,7 @@ from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, law_terms
-from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, STROKE_LIMIT_METRICS, UNITS
+from drysim.metrics.table import LIMITS, METRICS_BY_NAME, STOPS, WEIGHTING
 from drysim.scenario.axes import Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
@@ -536,16 +536,17 @@ def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
         ("excitation", "until", "metric"),
         f"excitation.until.metric: {format_value(name)} is not available",
     )
-    if name not in UNITS:
-        hint = name_hint(name, UNITS)
+    needs = METRICS_BY_NAME[name].needs if name in METRICS_BY_NAME else ""
+    if name not in METRICS_BY_NAME:
+        hint = name_hint(name, METRICS_BY_NAME)
         yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
     elif name == "closure":
         yield keys, f"{at} for random base motion, which has no periodic orbit"
-    elif name in STROKE_LIMIT_METRICS and "stroke" not in words:
+    elif needs == LIMITS and "stroke" not in words:
         yield keys, f"{at} without a stroke limit; give stroke.limit"
-    elif name in END_STOP_METRICS and "stops" not in get_block(words, "stroke"):
+    elif needs == STOPS and "stops" not in get_block(words, "stroke"):
         yield keys, f"{at} without end stops; give stroke.stops"
-    elif name in COMFORT_METRICS and not {"direction", "weighting"} & measure.keys():
+    elif needs == WEIGHTING and not {"direction", "weighting"} & measure.keys():
         yield keys, f"{at} without a weighting; give measure.direction or measure.weighting"
 
 

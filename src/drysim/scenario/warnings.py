@@ -23,7 +23,7 @@ from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
-from drysim.metrics.table import SHARE_METRICS, UNITS
+from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS
 from drysim.scenario.axes import Axis, axis_groups, count_points, point_columns
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
@@ -506,7 +506,7 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         )
         answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
         if answer is not None:
-            share = check.metric in SHARE_METRICS
+            share = METRICS_BY_NAME[check.metric].kind == SHARE
             hint = (
                 "shares are between 0 and 1" if share else f"{check.metric} is never negative"
             )

@@ -17,7 +17,7 @@ from drysim.core import compile
 from drysim.core.model import Samples
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.metrics.stroke import Values
+from drysim.metrics.table import Values
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import run as one_case

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
-    from drysim.metrics.stroke import Values
-    from drysim.metrics.table import Metrics
+    from drysim.metrics.table import Metrics, Values
     from drysim.scenario.model import Scenario
 
 

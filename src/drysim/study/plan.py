@@ -24,7 +24,8 @@ from drysim.core.model import NO_LIMITS, Plant, Sines, State, StrokeLimits, Tota
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
-from drysim.metrics.table import energy_metrics, mean_metrics
+from drysim.metrics.stroke import Excursions
+from drysim.metrics.table import Measured, evaluate
 from drysim.scenario.axes import count_points, point_columns
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
@@ -33,7 +34,6 @@ from drysim.study.ensemble import solve_seeds, thread_count
 from drysim.study.run import NOT_UNIQUE_NOTE, Job, MotionCache, not_settled_note, solve_row
 from drysim.study.statistics import (
     FAILED,
-    METRIC_NAMES,
     NOT_SETTLED,
     NOT_UNIQUE,
     OK,
@@ -375,32 +375,39 @@ def orbit_metrics(
     from drysim.core.forcing import F_FK, K_X, B, M
 
     scene, result = scenes.T, results.T
-    length = result[o.MULTIPLE] * scene[o.PERIOD]
-    totals = Totals(*result[o.X2 : o.U2 + 1])
-    plant = Plant(*scene[[M, K_X, B]])
-    ends = State(result[o.X_BEGIN], result[o.V_BEGIN]), State(result[o.X_END], result[o.V_END])
-    with np.errstate(invalid="ignore"):
-        found = mean_metrics(totals, length) | energy_metrics(plant, scene[F_FK], totals, *ends)
+    none = np.full(len(status), np.nan)
+    limits, first = StrokeLimits(scene[o.UP], scene[o.DOWN]), result[o.T_FIRST]
     lowest, highest = result[o.LOWEST], result[o.HIGHEST]
-    peak, limits = (
-        np.maximum(abs(lowest), abs(highest)),
-        StrokeLimits(scene[o.UP], scene[o.DOWN]),
+    peak = np.maximum(abs(lowest), abs(highest))
+    measured = Measured(
+        Plant(*scene[[M, K_X, B]]),
+        scene[F_FK],
+        result[o.MULTIPLE] * scene[o.PERIOD],
+        Totals(*result[o.X2 : o.U2 + 1]),
+        State(result[o.X_BEGIN], result[o.V_BEGIN]),
+        State(result[o.X_END], result[o.V_END]),
+        lowest=lowest,
+        highest=highest,
+        reached=peak,
+        upcrossings=result[o.UPCROSSINGS],
+        chatter=0.0 * peak,
+        closure=result[o.CLOSURE],
+        limits=limits if np.isfinite(limits.up).any() else None,
+        limit_entries=result[o.ENTRIES],
+        excursions=Excursions(
+            result[o.EXCURSIONS_UP],
+            result[o.EXCURSIONS_DOWN],
+            np.where(first >= 0.0, first, np.nan),
+            result[o.TIME_BEYOND],
+        ),
     )
-    found |= {"x_r_max": highest, "x_r_min": lowest, "x_r_peak": peak}
-    found |= {"stroke_suffices": peak, "chatter_share": 0.0 * peak}
-    found["crossing_rate"] = result[o.UPCROSSINGS] / length
-    limited, none = np.isfinite(limits.up), np.full(len(peak), np.nan)
-    first = result[o.T_FIRST]
-    found["stroke_used"] = np.where(limited, limits.used(lowest, highest), np.nan)
-    found["limit_rate"] = np.where(limited, result[o.ENTRIES] / length, np.nan)
-    found["violations_up"] = np.where(limited, result[o.EXCURSIONS_UP], np.nan)
-    found["violations_down"] = np.where(limited, result[o.EXCURSIONS_DOWN], np.nan)
-    found["violations"] = found["violations_up"] + found["violations_down"]
-    found["t_beyond"] = np.where(limited, result[o.TIME_BEYOND], np.nan)
-    found["t_first_violation"] = np.where(limited & (first >= 0.0), first, np.nan)
+    with np.errstate(invalid="ignore"):
+        found = {
+            name: none if column is None else column.copy()
+            for name, column in evaluate(measured).items()
+        }
     lost = status != STATUSES.index(OK)
-    for column in found.values():
-        column[lost] = np.nan
     failed = status == STATUSES.index(FAILED)
-    found["closure"] = np.where(failed, np.nan, result[o.CLOSURE])
-    return {name: found.get(name, none) for name in METRIC_NAMES}
+    for name, column in found.items():
+        column[failed if name == "closure" else lost] = np.nan
+    return found

@@ -26,8 +26,8 @@ from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, Samples, Sines, State
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
-from drysim.metrics.stroke import Values
-from drysim.metrics.table import METRICS, Metrics, measure
+from drysim.metrics.comfort import Weighted, weighted_accelerations
+from drysim.metrics.table import METRICS, Metrics, Values, measure
 from drysim.scenario.axes import count_points
 from drysim.scenario.model import Scenario
 from drysim.study.case import (
@@ -64,9 +64,13 @@ def solve(case: Case) -> Outcome:
     )
     trajectory = trajectory_of_response(response)
     metrics = measure(
-        trajectory, window, case.limits, response.numerics.closure, case.stationary
+        trajectory,
+        window,
+        case.limits,
+        response.numerics.closure,
+        case.stationary,
+        weighted_motion(case, response, window),
     )
-    metrics |= weighted_metrics(case, response, window)
     spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
@@ -179,9 +183,15 @@ def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:
 def measure_case(case: Case) -> CaseResult:
     """Return metrics, status and note of a case."""
     if case.period is None:
-        trajectory, comfort_metrics = solve_and_weight(case, case.start, case.step, case.window)
-        found = measure(trajectory, case.window, case.limits, stationary=case.stationary)
-        return found | comfort_metrics, OK, ""
+        trajectory, weighted = solve_and_weight(case, case.start, case.step, case.window)
+        found = measure(
+            trajectory,
+            case.window,
+            case.limits,
+            stationary=case.stationary,
+            weighted=weighted,
+        )
+        return found, OK, ""
     orbit, step = periodic_orbit(case)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
@@ -192,12 +202,9 @@ def measure_case(case: Case) -> CaseResult:
         if not orbit.unique:
             return unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE
     length = orbit.periods * case.period
-    trajectory, comfort_metrics = solve_and_weight(case, orbit.state, step, (0.0, length))
-    return (
-        measure(trajectory, (0.0, length), case.limits, orbit.closure) | comfort_metrics,
-        OK,
-        "",
-    )
+    trajectory, weighted = solve_and_weight(case, orbit.state, step, (0.0, length))
+    found = measure(trajectory, (0.0, length), case.limits, orbit.closure, weighted=weighted)
+    return found, OK, ""
 
 
 def not_settled_note(run_up: float) -> str:
@@ -207,13 +214,13 @@ def not_settled_note(run_up: float) -> str:
 
 def solve_and_weight(
     case: Case, start: AnyState, step: float, window: tuple[float, float]
-) -> tuple[Trajectory, Values]:
-    """Return the trajectory of a case and its weighted metrics, which alone need a grid."""
+) -> tuple[Trajectory, Weighted | None]:
+    """Return the trajectory of a case and its weighted motion, which alone needs a grid."""
     if case.scenario.measure.weights is None:
-        return trajectory_of(case, start, step, window[1]), {}
+        return trajectory_of(case, start, step, window[1]), None
     step = weighting_step(case, step, window[1])
     response = response_on_grid(case, start, step, window[1])
-    return trajectory_of_response(response), weighted_metrics(case, response, window)
+    return trajectory_of_response(response), weighted_motion(case, response, window)
 
 
 def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> Trajectory:
@@ -291,28 +298,29 @@ def response_of(scenario: Scenario) -> Response:
     return solve(assemble(scenario, base_motion(scenario))).response
 
 
-# Weighted metrics and spectra.
+# Weighted motion and spectra.
 
 STEP_TOLERANCE = 1e-9
 """Relative difference below which two steps are equal."""
 
 
-def weighted_metrics(case: Case, response: Response, window: tuple[float, float]) -> Values:
-    """Return the frequency-weighted metrics of a case; empty if it requests none.
+def weighted_motion(
+    case: Case, response: Response, window: tuple[float, float]
+) -> Weighted | None:
+    """Return the frequency-weighted accelerations of a case; None if it requests none.
 
     For a periodic orbit, `response` is one repetition.
     """
     weights = case.scenario.measure.weights
     if weights is None:
-        return {}
-    from drysim.metrics.comfort import comfort_metrics
+        return None
 
     step, length = weighting_step(case, response.dt, window[1]), window[1]
     if not isclose(step, response.dt, rel_tol=STEP_TOLERANCE):
         response = response_on_grid(
             case, trajectory_of_response(response).state(0.0), step, length
         )
-    return comfort_metrics(response, window, *weights, periodic=case.period is not None)
+    return weighted_accelerations(response, window, *weights, periodic=case.period is not None)
 
 
 def weighting_step(case: Case, step: float, length: float) -> float:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion
 from drysim.metrics.checks import Verdict
-from drysim.metrics.table import UNITS, Metrics
+from drysim.metrics.table import COUNT, METRICS, UNITS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
 
@@ -115,9 +115,7 @@ class OverSeeds:
     narrow: bool = True
 
 
-COUNT_METRICS = frozenset(
-    f"{name}{side}" for name in ("violations", "contacts") for side in ("", "_up", "_down")
-)
+COUNT_METRICS = frozenset(metric.name for metric in METRICS if metric.kind == COUNT)
 """Metrics that are whole numbers, unless they are means over seeds."""
 
 METRIC_NAMES = tuple(UNITS)
