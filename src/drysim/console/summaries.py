@@ -24,7 +24,7 @@ from drysim.core.model import AnyLaw, EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import UNITS
+from drysim.metrics.table import METRICS, UNITS, WEIGHTING
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import common_period
 from drysim.wording import (
@@ -34,6 +34,7 @@ from drysim.wording import (
     format_number,
     format_percent,
     format_times_by_side,
+    format_unit,
 )
 
 if TYPE_CHECKING:
@@ -178,6 +179,10 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         yield SummaryRow("error", format_number(error, digits=2), bound)
 
 
+COMFORT_ROWS = ("SEAT", "SEAT_VDV", "VDV", "a_w", "MTVV", "crest_factor")
+"""Weighted metrics in the two rows of every weighted run; others have a row of their own."""
+
+
 def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     """Yield the frequency-weighted metrics, if requested."""
     metrics, weights = outcome.metrics, outcome.scenario.measure.weights
@@ -195,6 +200,11 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         format_number(metrics["a_w"], "m/s²"),
         f"{how}; MTVV {highest}, crest factor {crest}",
     )
+    for metric in METRICS:
+        value = metrics[metric.name]
+        if WEIGHTING in metric.needs and metric.name not in COMFORT_ROWS and value is not None:
+            text = format_number(value, format_unit(metric.unit))
+            yield SummaryRow(metric.name, text, metric.about.partition(":")[0])
 
 
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:

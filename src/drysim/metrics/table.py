@@ -83,6 +83,8 @@ class Measured:
         Elastic energy of the end stops at both ends of the window [J].
     weighted : Weighted or None
         Frequency-weighted accelerations.
+    settings : Measure or None
+        The measure block of the scenario.
     """
 
     plant: Plant
@@ -104,6 +106,7 @@ class Measured:
     impacts: Impacts | None = None
     bumper_energies: tuple[float, float] = (0.0, 0.0)
     weighted: Weighted | None = None
+    settings: Any = None
 
     @cached_property
     def a_u(self) -> Any:
@@ -195,8 +198,27 @@ SHARE, SIGNED, COUNT = "share", "signed", "count"
 """Kinds of metrics: a share of the window from 0 to 1, a number of either sign, a count. Others
 are at least 0."""
 
-LIMITS, STOPS, WEIGHTING = "limits", "impacts", "weighted"
-"""Attributes of a `Measured` that some metrics need."""
+
+class Need(NamedTuple):
+    """What some metrics need: an attribute of `Measured` that other motions do not have.
+
+    Attributes
+    ----------
+    attribute : str
+    name : str
+        Name in messages.
+    keys : tuple of str
+        Scenario keys one of which asks for it.
+    """
+
+    attribute: str
+    name: str
+    keys: tuple[str, ...]
+
+
+LIMITS = Need("limits", "a stroke limit", ("stroke.limit",))
+STOPS = Need("impacts", "end stops", ("stroke.stops",))
+WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
 
 
 class Metric(NamedTuple):
@@ -212,8 +234,8 @@ class Metric(NamedTuple):
         Meaning.
     formula : callable
         Returns the value of a `Measured`; None, or NaN in a column, where it is not known.
-    needs : str
-        Attribute of the `Measured` without which the metric is not known, if any.
+    needs : tuple of Need
+        What the metric is not known without.
     kind : str
         SHARE, SIGNED, COUNT, or "".
     by_side : bool
@@ -225,7 +247,7 @@ class Metric(NamedTuple):
     unit: str
     about: str
     formula: Callable[[Any], Any]
-    needs: str = ""
+    needs: tuple[Need, ...] = ()
     kind: str = ""
     by_side: bool = False
 
@@ -242,8 +264,8 @@ METRICS = (
     ),
     Metric("x_r_rms", "m", "RMS relative displacement, mean included", lambda m: m.x_r),
     Metric("x_r_peak", "m", "stroke: largest |x_r| in the window", lambda m: m.peak),
-    Metric("x_r_max", "m", "largest x_r in the window", lambda m: m.highest, "", SIGNED, True),
-    Metric("x_r_min", "m", "smallest x_r in the window", lambda m: m.lowest, "", SIGNED, True),
+    Metric("x_r_max", "m", "largest x_r in the window", lambda m: m.highest, (), SIGNED, True),
+    Metric("x_r_min", "m", "smallest x_r in the window", lambda m: m.lowest, (), SIGNED, True),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
     Metric(
@@ -251,7 +273,7 @@ METRICS = (
         "-",
         "x_r_peak over the stroke limit; of unequal limits the larger share",
         lambda m: m.limits.used(m.lowest, m.highest),
-        LIMITS,
+        (LIMITS,),
     ),
     Metric(
         "stuck_share",
@@ -272,7 +294,7 @@ METRICS = (
         "-",
         "how often |x_r| reaches the stroke limit, settling included",
         lambda m: m.excursions.up + m.excursions.down,
-        LIMITS,
+        (LIMITS,),
         COUNT,
     ),
     Metric(
@@ -280,7 +302,7 @@ METRICS = (
         "-",
         "how often x_r reaches the upper limit, settling included",
         lambda m: m.excursions.up,
-        LIMITS,
+        (LIMITS,),
         COUNT,
         by_side=True,
     ),
@@ -289,7 +311,7 @@ METRICS = (
         "-",
         "how often x_r reaches the lower limit, settling included",
         lambda m: m.excursions.down,
-        LIMITS,
+        (LIMITS,),
         COUNT,
         by_side=True,
     ),
@@ -298,14 +320,14 @@ METRICS = (
         "s",
         "time of the first violation",
         lambda m: m.excursions.t_first,
-        LIMITS,
+        (LIMITS,),
     ),
     Metric(
         "t_beyond",
         "s",
         "time spent at or beyond the stroke limit, settling included",
         lambda m: m.excursions.t_beyond,
-        LIMITS,
+        (LIMITS,),
     ),
     Metric(
         "crossing_rate",
@@ -318,7 +340,7 @@ METRICS = (
         "1/s",
         "how often |x_r| reaches the stroke limit, per second",
         lambda m: m.limit_entries / m.length,
-        LIMITS,
+        (LIMITS,),
     ),
     Metric(
         "stroke_suffices",
@@ -339,7 +361,7 @@ METRICS = (
         "-",
         "contacts with an end stop in the window",
         lambda m: m.impacts.up + m.impacts.down,
-        STOPS,
+        (STOPS,),
         COUNT,
     ),
     Metric(
@@ -347,7 +369,7 @@ METRICS = (
         "-",
         "contacts with the upper end stop in the window",
         lambda m: m.impacts.up,
-        STOPS,
+        (STOPS,),
         COUNT,
         by_side=True,
     ),
@@ -356,7 +378,7 @@ METRICS = (
         "-",
         "contacts with the lower end stop in the window",
         lambda m: m.impacts.down,
-        STOPS,
+        (STOPS,),
         COUNT,
         by_side=True,
     ),
@@ -365,63 +387,63 @@ METRICS = (
         "m/s",
         "largest |v_r| at a contact in the window",
         lambda m: m.impacts.speed,
-        STOPS,
+        (STOPS,),
     ),
     Metric(
         "stop_force_peak",
         "N",
         "largest force between mass and bumper",
         lambda m: m.impacts.force,
-        STOPS,
+        (STOPS,),
     ),
     Metric(
         "impulse_peak",
         "N·s",
         "largest impulse of an impact on a rigid stop",
         lambda m: m.impacts.impulse,
-        STOPS,
+        (STOPS,),
     ),
     Metric(
         "a_w",
         "m/s2",
         "weighted RMS acceleration of the mass, ISO 2631-1, times k",
         lambda m: m.weighted.a_w,
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "SEAT",
         "-",
         "seat effective amplitude transmissibility: a_w of the mass over that of the base",
         lambda m: ratio(m.weighted.a_w, m.weighted.base_a_w),
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "VDV",
         "m/s^1.75",
         "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)",
         lambda m: m.weighted.dose,
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "SEAT_VDV",
         "-",
         "VDV of the mass over that of the base",
         lambda m: ratio(m.weighted.dose, m.weighted.base_dose),
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "MTVV",
         "m/s2",
         "largest running RMS of a_w, linear over 1 s",
         lambda m: m.weighted.running,
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "crest_factor",
         "-",
         "largest |a_w| over its RMS, of the mass",
         lambda m: ratio(m.weighted.peak, m.weighted.a_w),
-        WEIGHTING,
+        (WEIGHTING,),
     ),
     Metric(
         "energy_input",
@@ -446,7 +468,11 @@ METRICS = (
     ),
     Metric("energy_viscous", "J", "energy dissipated in the damper", lambda m: m.viscous_loss),
     Metric(
-        "energy_stops", "J", "energy dissipated at the end stops", lambda m: m.stop_loss, STOPS
+        "energy_stops",
+        "J",
+        "energy dissipated at the end stops",
+        lambda m: m.stop_loss,
+        (STOPS,),
     ),
     Metric(
         "energy_residual",
@@ -473,7 +499,7 @@ def evaluate(measured: Measured) -> dict[str, Any]:
     """Return every metric by name; None where unknown."""
     return {
         metric.name: None
-        if metric.needs and getattr(measured, metric.needs) is None
+        if any(getattr(measured, need.attribute) is None for need in metric.needs)
         else metric.formula(measured)
         for metric in METRICS
     }
@@ -486,6 +512,7 @@ def measure(
     closure: float | None = None,
     stationary: bool = False,
     weighted: Weighted | None = None,
+    settings: Any = None,
 ) -> Values:
     """Return every metric of a case by name; None where unknown.
 
@@ -504,6 +531,8 @@ def measure(
         records.
     weighted : Weighted or None
         Needed by the frequency-weighted metrics.
+    settings : Measure, optional
+        The measure block of the scenario.
     """
     (begin, end), law, repeats = window, trajectory.law, closure is not None
     path = trajectory.path(window, limits)
@@ -534,6 +563,7 @@ def measure(
             impacts=impacts(trajectory, window, repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
             weighted=weighted,
+            settings=settings,
         )
     )
 

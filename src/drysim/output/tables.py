@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.approach.solution import EVENT_NAMES, Events, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
-from drysim.metrics.table import METRICS, STOPS, WEIGHTING
+from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.study.statistics import (
     COUNT_METRICS,
@@ -194,11 +194,11 @@ def _violation_rows(table: Table, approach: str) -> Iterator[bytes]:
 
 def requested_metrics(scenario: Scenario) -> list[str]:
     """Return the metrics of a scenario, without those of what it does not have."""
-    missing = {WEIGHTING: not scenario.measure.weights, STOPS: not scenario.stops}
     return [
         metric.name
         for metric in METRICS
-        if not missing.get(metric.needs) and (scenario.has_sides or not metric.by_side)
+        if all(need is LIMITS or scenario.asks_for(need) for need in metric.needs)
+        and (scenario.has_sides or not metric.by_side)
     ]
 
 
@@ -206,8 +206,8 @@ def optional_metrics(table: Table) -> tuple[str, ...]:
     """Return the metrics of weighting, end stops and sides; they follow all others."""
     asked = requested_metrics(table.scenario)
     groups = (
-        [metric.name for metric in METRICS if metric.needs == WEIGHTING],
-        [metric.name for metric in METRICS if metric.needs == STOPS and not metric.by_side],
+        [metric.name for metric in METRICS if WEIGHTING in metric.needs],
+        [metric.name for metric in METRICS if STOPS in metric.needs and not metric.by_side],
         [metric.name for metric in METRICS if metric.by_side],
     )
     return tuple(name for group in groups for name in group if name in asked)

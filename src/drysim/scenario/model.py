@@ -30,7 +30,7 @@ from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, law_terms
-from drysim.metrics.table import LIMITS, METRICS_BY_NAME, STOPS, WEIGHTING
+from drysim.metrics.table import METRICS_BY_NAME, Need
 from drysim.scenario.axes import Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
@@ -216,6 +216,14 @@ class Scenario(FromFile):
     def stops(self) -> Stops | None:
         """End stops, if they are modelled."""
         return None if self.stroke is None else self.stroke.stops
+
+    def asks_for(self, need: Need) -> bool:
+        """Whether the file states what some metrics need."""
+        found: list[Any] = []
+        for key in need.keys:
+            block, name = key.split(".")
+            found.append(getattr(getattr(self, block), name, None))
+        return any(value is not None for value in found)
 
     @property
     def has_sides(self) -> bool:
@@ -529,25 +537,23 @@ def _measure_faults(
 def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
     """Yield the fault of an `until` metric that is not available."""
     until = get_block(get_block(words, "excitation"), "until")
-    name, measure = until.get("metric"), get_block(words, "measure")
+    name = until.get("metric")
     if not isinstance(name, str):
         return
     keys, at = (
         ("excitation", "until", "metric"),
         f"excitation.until.metric: {format_value(name)} is not available",
     )
-    needs = METRICS_BY_NAME[name].needs if name in METRICS_BY_NAME else ""
     if name not in METRICS_BY_NAME:
         hint = name_hint(name, METRICS_BY_NAME)
         yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
-    elif name == "closure":
+        return
+    if name == "closure":
         yield keys, f"{at} for random base motion, which has no periodic orbit"
-    elif needs == LIMITS and "stroke" not in words:
-        yield keys, f"{at} without a stroke limit; give stroke.limit"
-    elif needs == STOPS and "stops" not in get_block(words, "stroke"):
-        yield keys, f"{at} without end stops; give stroke.stops"
-    elif needs == WEIGHTING and not {"direction", "weighting"} & measure.keys():
-        yield keys, f"{at} without a weighting; give measure.direction or measure.weighting"
+    for need in METRICS_BY_NAME[name].needs:
+        paths = (key.split(".") for key in need.keys)
+        if not any(key in get_block(words, block) for block, key in paths):
+            yield keys, f"{at} without {need.name}; give {' or '.join(need.keys)}"
 
 
 def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:

@@ -63,14 +63,8 @@ def solve(case: Case) -> Outcome:
         march_from_start(case) if case.period is None else periodic_motion(case)
     )
     trajectory = trajectory_of_response(response)
-    metrics = measure(
-        trajectory,
-        window,
-        case.limits,
-        response.numerics.closure,
-        case.stationary,
-        weighted_motion(case, response, window),
-    )
+    weighted = weighted_motion(case, response, window)
+    metrics = measure_window(case, trajectory, window, response.numerics.closure, weighted)
     spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
@@ -184,14 +178,7 @@ def measure_case(case: Case) -> CaseResult:
     """Return metrics, status and note of a case."""
     if case.period is None:
         trajectory, weighted = solve_and_weight(case, case.start, case.step, case.window)
-        found = measure(
-            trajectory,
-            case.window,
-            case.limits,
-            stationary=case.stationary,
-            weighted=weighted,
-        )
-        return found, OK, ""
+        return measure_window(case, trajectory, case.window, None, weighted), OK, ""
     orbit, step = periodic_orbit(case)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
@@ -201,10 +188,23 @@ def measure_case(case: Case) -> CaseResult:
             return unknown, NOT_SETTLED, not_settled_note(orbit.run_up)
         if not orbit.unique:
             return unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE
-    length = orbit.periods * case.period
-    trajectory, weighted = solve_and_weight(case, orbit.state, step, (0.0, length))
-    found = measure(trajectory, (0.0, length), case.limits, orbit.closure, weighted=weighted)
-    return found, OK, ""
+    window = (0.0, orbit.periods * case.period)
+    trajectory, weighted = solve_and_weight(case, orbit.state, step, window)
+    return measure_window(case, trajectory, window, orbit.closure, weighted), OK, ""
+
+
+def measure_window(
+    case: Case,
+    trajectory: Trajectory,
+    window: tuple[float, float],
+    closure: float | None,
+    weighted: Weighted | None,
+) -> Values:
+    """Return the metrics of a case in a window [s]."""
+    settings = case.scenario.measure
+    return measure(
+        trajectory, window, case.limits, closure, case.stationary, weighted, settings
+    )
 
 
 def not_settled_note(run_up: float) -> str:
