@@ -253,3 +253,28 @@ def test_weighting_of_jumps_depends_on_the_step_as_little_as_the_readme_says(
         for dt in (step, 1e-4)
     )
     assert coarse == pytest.approx(fine, rel=off)
+
+
+def test_daily_exposure_is_a_w_over_eight_hours(drysim, seat):
+    day, half, none = (
+        outcome_of(seat, measure=STEADY | stated).metrics
+        for stated in ({"exposure": "8 h"}, {"exposure": "2 h"}, {})
+    )
+    assert day["A_8"] == day["a_w"] == none["a_w"]
+    assert half["A_8"] == pytest.approx(0.5 * half["a_w"], rel=1e-15)
+    assert none["A_8"] is None
+    words = (seat, "--set", "measure={direction: vertical, exposure: 2 h}")
+    drysim(
+        "sweep",
+        *words,
+        "--no-plots",
+        "--set",
+        "sweep={friction.kinetic: [15, 20]}",
+        "--out",
+        "out",
+    )
+    heading = (seat.parent / "out/transmissibility.csv").read_text().splitlines()[0]
+    assert heading.endswith(",crest_factor [-],A_8 [m/s2]")
+    assert re.search(r"A_8 +[0-9.]+ m/s² +daily exposure A.8.", drysim("run", *words).out)
+    lone = drysim("validate", seat, "--set", "measure.exposure=2 h")
+    assert "measure.exposure requires `direction` or `weighting`" in lone.out

@@ -108,6 +108,11 @@ class Measured:
     weighted: Weighted | None = None
     settings: Any = None
 
+    @property
+    def exposure(self) -> float | None:
+        """Duration of exposure a day [s], if it is stated."""
+        return getattr(self.settings, "exposure", None)
+
     @cached_property
     def a_u(self) -> Any:
         """RMS acceleration of the base [m/s²]."""
@@ -219,6 +224,10 @@ class Need(NamedTuple):
 LIMITS = Need("limits", "a stroke limit", ("stroke.limit",))
 STOPS = Need("impacts", "end stops", ("stroke.stops",))
 WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
+EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
+
+DAY_OF_WORK = 8 * 3600.0
+"""Reference duration of daily exposures [s]."""
 
 
 class Metric(NamedTuple):
@@ -444,6 +453,13 @@ METRICS = (
         "largest |a_w| over its RMS, of the mass",
         lambda m: ratio(m.weighted.peak, m.weighted.a_w),
         (WEIGHTING,),
+    ),
+    Metric(
+        "A_8",
+        "m/s2",
+        "daily exposure A(8): a_w √(exposure/8 h), with the exposure a day that is stated",
+        lambda m: m.weighted.a_w * sqrt(m.exposure / DAY_OF_WORK),
+        (WEIGHTING, EXPOSURE),
     ),
     Metric(
         "energy_input",

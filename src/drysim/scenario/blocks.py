@@ -305,6 +305,9 @@ class Measure(Block):
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
     """Frequency weighting of ISO 2631-1, with k = 1; with `direction` it must be the weighting
     of that direction."""
+    exposure: Annotated[float, Quantity("s", above=0, at_most=86400)] | None = None
+    """Duration of exposure a day [s], such as `4 h`; adds the daily exposure A_8, which needs a
+    weighting."""
     spectra: StrictBool = False
     """Whether a run computes the spectra of base and mass and the transmissibility H1; for
     random base motion and records."""
@@ -322,6 +325,8 @@ class Measure(Block):
                 "remove one of them",
                 "weighting",
             )
+        if self.exposure is not None and self.weights is None:
+            raise InvalidValue("requires `direction` or `weighting`", "exposure")
         if self.segment is not None and not self.spectra:
             raise InvalidValue("requires `spectra: true`", "segment")
         return self
