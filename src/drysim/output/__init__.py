@@ -9,6 +9,7 @@ any work that this is allowed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,8 +67,8 @@ RUN_WRITERS = (
 )
 """Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
-RUN_PLOTS = ("response", "spectra")
-"""The same in `drysim.plots`; `--no-plots` omits them."""
+RUN_PLOTS = ("response.response", "spectra.spectra")
+"""The same in `drysim.plots`, as module and function; `--no-plots` omits them."""
 
 
 def write_run(
@@ -122,7 +123,7 @@ def write_ensemble(
     )
     if plots and exit_code != EXIT_INTERRUPTED:
         writers += (
-            *_plot_writers(("ensemble",)),
+            *_plot_writers(("ensemble.ensemble",)),
             *map(_for_shown_seed, _plot_writers(RUN_PLOTS)),
         )
     return write_folder(ensemble, folder, writers, many.ensemble_fields, command, exit_code)
@@ -154,12 +155,14 @@ def write_table(
         if form == "csv"
         else tables.write_transmissibility_parquet
     )
-    plot_names = ("transmissibility", "stroke") * (plots and exit_code != EXIT_INTERRUPTED)
+    plot_names = ("sweep.transmissibility", "sweep.stroke") * (
+        plots and exit_code != EXIT_INTERRUPTED
+    )
     writers = (
         write_scenario_yaml,
         cases,
         tables.write_case_violations_csv,
-        *_plot_writers(plot_names),
+        *_plot_writers(("sweep.transmissibility", "sweep.stroke") * drawn),
     )
     return write_folder(table, folder, writers, many.table_fields, command, exit_code)
 
@@ -178,7 +181,7 @@ def write_comparison(
     writers = (
         write_shared_yaml,
         tables.write_comparison_csv,
-        *_plot_writers(("comparison",) * plots),
+        *_plot_writers(("comparison.comparison",) * plots),
     )
     return write_folder(comparison, folder, writers, many.comparison_fields, command, exit_code)
 
@@ -192,7 +195,7 @@ def write_bench(
     writers = (
         write_bench_yaml,
         many.write_speed_error_csv,
-        *_plot_writers(("speed_error",) * plots),
+        *_plot_writers(("speed_error.speed_error",) * plots),
     )
     return write_folder(bench, folder, writers, many.bench_fields, command, exit_code)
 
@@ -213,23 +216,12 @@ def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensembl
 
 
 def _plot_writers(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
-    """Return the drawing functions; matplotlib is imported only if there are pictures."""
-    if not names:
-        return ()
-    from drysim.plots.comparison import comparison
-    from drysim.plots.ensemble import ensemble
-    from drysim.plots.response import response
-    from drysim.plots.spectra import spectra
-    from drysim.plots.speed_error import speed_error
-    from drysim.plots.sweep import stroke, transmissibility
+    """Return drawing functions of `drysim.plots` by name, such as `sweep.stroke`.
 
-    known: dict[str, Callable[[Any, Path], None]] = {
-        "response": response,
-        "spectra": spectra,
-        "transmissibility": transmissibility,
-        "stroke": stroke,
-        "comparison": comparison,
-        "ensemble": ensemble,
-        "speed_error": speed_error,
-    }
-    return tuple(known[name] for name in names)
+    Their modules are imported only if there are pictures.
+    """
+    found = []
+    for name in names:
+        module, function = name.split(".")
+        found.append(getattr(import_module(f"drysim.plots.{module}"), function))
+    return tuple(found)
