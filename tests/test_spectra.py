@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from law_scenes import PAPER, REST
 from seat import dotted
 
 import drysim
-from drysim.metrics.spectra import viscous_transmissibility
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.model import CoulombLaw, Samples, Sines
+from drysim.metrics.comfort import averaging_gain, step_means, weighting_gain
+from drysim.metrics.spectra import BANDS, third_octaves, viscous_transmissibility
 from drysim.plots.spectra import draw
 from drysim.study.case import prepare, segment_length
 
@@ -201,3 +206,64 @@ def test_files_of_spectra_are_written_when_asked_for(drysim, seat):
     assert (seat.parent / "out/spectra.png").stat().st_size > 10_000
     drysim("run", seat, *words, "--set", "measure={}")
     assert not list((seat.parent / "out").glob("spectra*"))
+
+
+def white(n, dt):
+    """Return white noise of a fixed seed as base motion."""
+    return Samples(np.random.default_rng(5).standard_normal(n), dt)
+
+
+def test_squares_of_the_bands_add_up_to_the_mean_square():
+    n, dt = 40_000, 2.5e-3
+    motion = white(n + 1, dt)
+    made = StickSlip().solve(PAPER, CoulombLaw(15.0, 15.0), motion, REST, dt)
+    bands = third_octaves(made, (0.0, n * dt), ("Wk", 1.0))
+    for band, series in zip(bands[:2], step_means(made), strict=True):
+        found = np.fft.rfft(series)[1 : n // 2] / n
+        f = np.arange(1, n // 2) / (n * dt)
+        inside = (f >= 10**-0.35) & (f < 10**1.95)
+        lines = np.abs(found / averaging_gain(f, dt)) ** 2
+        assert np.sum(band**2) == pytest.approx(2.0 * lines[inside].sum(), rel=1e-12)
+
+
+def test_sine_is_in_the_band_around_it_with_its_weighted_rms():
+    A, f, dt = 1.3, 8.0, 1e-3
+    motion = Sines((A,), (f,), (0.4,))
+    made = StickSlip().solve(PAPER, CoulombLaw(1e5, 1e5), motion, REST, dt, 10.0)
+    bands = third_octaves(made, (0.0, 10.0), ("Wd", 1.4))
+    at = BANDS.index(8.0)
+    weight = 1.4 * abs(weighting_gain("Wd", np.array([f]))[0])
+    for series, gain in zip(bands, (1.0, 1.0, weight, weight), strict=True):
+        assert series[at] == pytest.approx(gain * A / math.sqrt(2.0), rel=1e-9)
+        assert np.nansum(np.delete(series, at)) < 1e-9
+
+
+def test_bands_that_the_window_or_the_step_cannot_resolve_are_unknown():
+    made = StickSlip().solve(PAPER, CoulombLaw(15.0, 15.0), white(1001, 0.01), REST, 0.01)
+    bands = third_octaves(made, (0.0, 5.0), None)
+    unknown = np.isnan(bands.a_u)
+    # Bands below 0.87 Hz are narrower than 1/(5 s); that of 50 Hz is cut by the step.
+    assert [f for f, lost in zip(BANDS, unknown, strict=True) if lost] == [
+        0.5, 0.63, 0.8, 50.0, 63.0, 80.0,
+    ]  # fmt: skip
+    assert np.array_equal(unknown, np.isnan(bands.a_x))
+    assert bands.a_w is None
+
+
+def test_files_of_bands_are_written_when_asked_for(drysim, seat):
+    words = [
+        "--set", "excitation={kind: standard, class: EM6, duration: 20, seed: 1}",
+        "--out", "out",
+    ]  # fmt: skip
+    for more, columns in (("", 3), (", direction: vertical", 5)):
+        drysim(
+            "run", seat, *words, "--set", f"measure={{spectra: {{bands: third-octave}}{more}}}"
+        )
+        lines = (seat.parent / "out/bands.csv").read_text().splitlines()
+        assert lines[0].split(",") == [
+            "f [Hz]", "a_u [m/s2]", "a_x [m/s2]", "a_wu [m/s2]", "a_w [m/s2]",
+        ][:columns]  # fmt: skip
+        assert [float(line.split(",")[0]) for line in lines[1:]] == list(BANDS)
+        assert (seat.parent / "out/bands.png").stat().st_size > 10_000
+    drysim("run", seat, *words, "--set", "measure={spectra: true}")
+    assert not list((seat.parent / "out").glob("bands*"))

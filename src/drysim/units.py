@@ -468,20 +468,20 @@ class DampingByDirection(ByDirection):
     """Damping [N·s/m] of v_r < 0."""
 
 
-def number_or_block(value: object) -> str:
-    """Return the tag of the type that validates a value: a number, or a block of numbers."""
-    return "block" if isinstance(value, Mapping | Block) else "number"
+def plain_or_block(value: object) -> str:
+    """Return the tag of the type that validates a value: a plain value, or a block."""
+    return "block" if isinstance(value, Mapping | Block) else "plain"
 
 
 DirectedForce = Annotated[
-    Annotated[Force, Tag("number")] | Annotated[ForceByDirection, Tag("block")],
-    Discriminator(number_or_block),
+    Annotated[Force, Tag("plain")] | Annotated[ForceByDirection, Tag("block")],
+    Discriminator(plain_or_block),
 ]
 """One force [N], or one per direction of motion."""
 
 DirectedDamping = Annotated[
-    Annotated[Damping, Tag("number")] | Annotated[DampingByDirection, Tag("block")],
-    Discriminator(number_or_block),
+    Annotated[Damping, Tag("plain")] | Annotated[DampingByDirection, Tag("block")],
+    Discriminator(plain_or_block),
 ]
 """One damping [N·s/m], or one per direction of motion."""
 

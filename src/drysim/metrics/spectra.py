@@ -1,4 +1,4 @@
-"""Spectra of base and mass by Welch's method: PSD, transmissibility H1, coherence."""
+"""Spectra of base and mass: PSD, transmissibility H1 and coherence; RMS values in bands."""
 
 from __future__ import annotations
 
@@ -8,7 +8,13 @@ import numpy as np
 
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import Plant
-from drysim.metrics.comfort import Complexes, averaging_gain, step_means, steps_in_window
+from drysim.metrics.comfort import (
+    Complexes,
+    averaging_gain,
+    step_means,
+    steps_in_window,
+    weighting_gain,
+)
 
 MIN_SEGMENTS = 8
 """Fewest segments in a window, without overlap, unless the scenario says otherwise."""
@@ -21,6 +27,36 @@ MIN_SEGMENT_STEPS = 16
 
 HANN_BANDWIDTH = 1.5
 """Noise bandwidth of the Hann window [lines]."""
+
+
+BANDS = (
+    0.5, 0.63, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0,
+    25.0, 31.5, 40.0, 50.0, 63.0, 80.0,
+)  # fmt: skip
+"""Nominal centres of the one-third-octave bands [Hz]."""
+
+FIRST_BAND = -3
+"""The exact centre of band i is 10^((FIRST_BAND + i)/10) Hz, IEC 61260-1."""
+
+
+class Bands(NamedTuple):
+    """RMS acceleration in one-third-octave bands [m/s²]; each array has shape (23,).
+
+    NaN in a band that is narrower than the resolution of the window, or beyond half the
+    sampling rate.
+
+    Attributes
+    ----------
+    a_u, a_x : ndarray
+        Of base and mass.
+    a_wu, a_w : ndarray or None
+        The same, frequency-weighted, times the factor k; None without a weighting.
+    """
+
+    a_u: Floats
+    a_x: Floats
+    a_wu: Floats | None
+    a_w: Floats | None
 
 
 class Spectra(NamedTuple):
@@ -40,6 +76,8 @@ class Spectra(NamedTuple):
         Length of a segment [s].
     segments : int
         Number of segments averaged, half overlapping.
+    bands : Bands or None
+        RMS values in bands, if requested.
     """
 
     f: Floats
@@ -49,6 +87,7 @@ class Spectra(NamedTuple):
     coherence: Floats
     segment: float
     segments: int
+    bands: Bands | None = None
 
 
 def spectra(response: Response, window: tuple[float, float], segment: float) -> Spectra:
@@ -83,6 +122,45 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     fading = np.square(averaging_gain(f, dt))
     count = 1 + (len(u_dd) - n) // (n - n // 2)
     return Spectra(f, G_u / fading, G_x / fading, H1, coherence, n * dt, count)
+
+
+def third_octaves(
+    response: Response, window: tuple[float, float], weights: tuple[str, float] | None
+) -> Bands:
+    """Return the RMS acceleration of base and mass in one-third-octave bands.
+
+    Parameters
+    ----------
+    response : Response
+    window : tuple of float
+        Begin and end [s].
+    weights : tuple or None
+        Frequency weighting and its factor k [-].
+
+    Notes
+    -----
+    Sums of squares of the Fourier series of the window, without its mean. The squares of all
+    bands add up to the mean square between the outer band edges, 0.45 and 89 Hz. The gain of
+    averaging over the steps is divided out. Band edges are 10^(±1/20) times the centre.
+    """
+    dt, part = response.dt, steps_in_window(response, window)
+    u_dd, x_dd = (series[part] for series in step_means(response))
+    n = len(u_dd)
+    f: Floats = np.arange(1, (n + 1) // 2) / (n * dt)
+    powers = np.arange(len(BANDS) + 1) + FIRST_BAND - 0.5
+    edges = 10.0 ** (powers / 10.0)
+    known = (np.diff(edges) >= 1.0 / (n * dt)) & (edges[1:] <= 0.5 / dt)
+
+    def band_rms(series: Floats, gain: Complexes | float = 1.0) -> Floats:
+        """Return the RMS in each band of a series with this gain at the lines."""
+        lines = np.fft.rfft(series)[1 : len(f) + 1] * gain / (n * averaging_gain(f, dt))
+        square, _ = np.histogram(f, edges, weights=2.0 * np.square(np.abs(lines)))
+        return np.where(known, np.sqrt(square), np.nan)
+
+    if weights is None:
+        return Bands(band_rms(u_dd), band_rms(x_dd), None, None)
+    gain = weights[1] * weighting_gain(weights[0], f)
+    return Bands(band_rms(u_dd), band_rms(x_dd), band_rms(u_dd, gain), band_rms(x_dd, gain))
 
 
 def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:

@@ -64,10 +64,11 @@ RUN_WRITERS = (
     tables.write_events_csv,
     tables.write_violations_csv,
     sidecar.write_spectra_csv,
+    sidecar.write_bands_csv,
 )
 """Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
-RUN_PLOTS = ("response.response", "spectra.spectra")
+RUN_PLOTS = ("response.response", "spectra.spectra", "spectra.bands")
 """The same in `drysim.plots`, as module and function; `--no-plots` omits them."""
 
 
@@ -120,6 +121,7 @@ def write_ensemble(
         _for_shown_seed(tables.write_events_csv),
         many.write_seed_violations_csv,
         _for_shown_seed(sidecar.write_spectra_csv),
+        _for_shown_seed(sidecar.write_bands_csv),
     )
     if plots and exit_code != EXIT_INTERRUPTED:
         writers += (
@@ -155,9 +157,7 @@ def write_table(
         if form == "csv"
         else tables.write_transmissibility_parquet
     )
-    plot_names = ("sweep.transmissibility", "sweep.stroke") * (
-        plots and exit_code != EXIT_INTERRUPTED
-    )
+    drawn = plots and exit_code != EXIT_INTERRUPTED
     writers = (
         write_scenario_yaml,
         cases,

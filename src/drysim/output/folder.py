@@ -53,7 +53,7 @@ RESUMABLE_FILES = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9
 """Files that hold finished work until all of it is done."""
 
 RESULT_FILES = re.compile(
-    r"(response|spectra|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
+    r"(response|spectra|bands|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
     r"|(events|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
 )

@@ -24,7 +24,13 @@ import numpy as np
 import drysim
 from drysim.core.model import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
-from drysim.output.tables import format_numbers, join_rows, write_csv
+from drysim.output.tables import (
+    format_cell,
+    format_numbers,
+    join_columns,
+    join_rows,
+    write_csv,
+)
 from drysim.study.case import signal_sha256
 
 if TYPE_CHECKING:
@@ -107,6 +113,20 @@ def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
     }
     rows = join_rows([format_numbers(list(columns.values()))])
     write_csv(folder / "spectra.csv", list(columns), [rows])
+
+
+def write_bands_csv(outcome: Outcome, folder: Path) -> None:
+    """Write bands.csv, if one-third-octave bands were requested."""
+    if outcome.spectra is None or outcome.spectra.bands is None:
+        return
+    from drysim.metrics.spectra import BANDS
+
+    a_u, a_x, a_wu, a_w = outcome.spectra.bands
+    columns = {"f [Hz]": np.array(BANDS), "a_u [m/s2]": a_u, "a_x [m/s2]": a_x}
+    if a_wu is not None and a_w is not None:
+        columns |= {"a_wu [m/s2]": a_wu, "a_w [m/s2]": a_w}
+    cells = [[format_cell(value) for value in column.tolist()] for column in columns.values()]
+    write_csv(folder / "bands.csv", list(columns), [join_columns(cells)])
 
 
 def sidecar_fields(

@@ -21,6 +21,7 @@ from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
 from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
+from drysim.scenario.model import asks_for
 from drysim.study.statistics import (
     COUNT_METRICS,
     MAX_CACHED_ROWS,
@@ -197,7 +198,7 @@ def requested_metrics(scenario: Scenario) -> list[str]:
     return [
         metric.name
         for metric in METRICS
-        if all(need is LIMITS or scenario.asks_for(need) for need in metric.needs)
+        if all(need is LIMITS or asks_for(scenario, need) for need in metric.needs)
         and (scenario.has_sides or not metric.by_side)
     ]
 

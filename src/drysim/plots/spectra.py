@@ -1,4 +1,4 @@
-"""Plot spectra.png: PSD of base and mass, transmissibility H1 and coherence.
+"""Plot spectra.png (PSD of base and mass, H1, coherence) and bands.png (third octaves).
 
 H1 and coherence are drawn only at frequencies where the base has significant power. Elsewhere
 they are ratios of spectral leakage.
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import wording
-from drysim.metrics.spectra import Spectra, viscous_transmissibility
+from drysim.metrics.spectra import BANDS, Spectra, viscous_transmissibility
 from drysim.plots import style, sweep
 from drysim.plots.response import BASE_STYLE, MARKED_POINTS, mass_style
 from drysim.plots.style import Style
@@ -29,6 +29,8 @@ MIN_POWER_SHARE = 1e-3
 PSD_RANGE = 1e-6
 """Lower end of the PSD axis over the peak [-]."""
 
+BASE_BAR_STYLE: Style = {"color": "#c9c9c9", "edgecolor": "#9d9d9d", "linewidth": 0.6}
+MASS_BAR_STYLE: Style = {"color": "#0b3c6f"}
 VISCOUS_STYLE: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
@@ -43,6 +45,41 @@ def spectra(outcome: Outcome, folder: Path) -> None:
     """
     if outcome.spectra is not None:
         style.save_png(lambda: draw(outcome), folder / "spectra.png")
+
+
+def bands(outcome: Outcome, folder: Path) -> None:
+    """Write bands.png if the scenario requests one-third-octave bands.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Output folder.
+    """
+    if outcome.spectra is not None and outcome.spectra.bands is not None:
+        style.save_png(lambda: draw_bands(outcome), folder / "bands.png")
+
+
+def draw_bands(outcome: Outcome) -> Figure:
+    """Return the figure of the RMS values in bands, not yet rendered."""
+    assert outcome.spectra is not None, "only requested bands are drawn"
+    found, weights = outcome.spectra.bands, outcome.scenario.measure.weights
+    assert found is not None, "only requested bands are drawn"
+    pairs = [("RMS acceleration", found.a_u, found.a_x)]
+    if weights is not None and found.a_wu is not None and found.a_w is not None:
+        pairs.append((f"weighted {weights[0]}, k {weights[1]:g}", found.a_wu, found.a_w))
+    figure, grid = style.panel_grid(1, len(pairs))
+    numbers, axes = np.arange(len(BANDS)), None
+    for i, (what, base, mass) in enumerate(pairs):
+        axes = figure.add_subplot(grid[0, i], sharey=axes)
+        axes.set_title(f"{what} in one-third octaves [m/s²]", loc="left")
+        axes.bar(numbers, np.nan_to_num(base), width=0.9, **BASE_BAR_STYLE, label="base ü")
+        axes.bar(numbers, np.nan_to_num(mass), width=0.5, **MASS_BAR_STYLE, label="mass ẍ")
+        axes.set_xticks(numbers[::3], [f"{f:g}" for f in BANDS[::3]])
+        axes.set_xlabel("centre frequency $f$ [Hz]")
+        axes.grid(visible=False, axis="x")
+    style.finish_figure(figure, grid, style.response_heading(outcome))
+    return figure
 
 
 def draw(outcome: Outcome) -> Figure:

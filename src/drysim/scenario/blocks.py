@@ -57,7 +57,7 @@ from drysim.units import (
     format_value,
     mean_of_directions,
     name_hint,
-    number_or_block,
+    plain_or_block,
 )
 from drysim.yaml_document import Document, KeyPath
 
@@ -186,8 +186,8 @@ class Stroke(Block):
     """Permitted motion of the mass on its base."""
 
     limit: Annotated[
-        Annotated[Travel, Tag("number")] | Annotated[LimitBySide, Tag("block")],
-        Discriminator(number_or_block),
+        Annotated[Travel, Tag("plain")] | Annotated[LimitBySide, Tag("block")],
+        Discriminator(plain_or_block),
     ]
     """Stroke limit x_rM [m] to either side, half of the total travel: |x_r| must stay below it.
     One value, or `{up: ..., down: ...}` for x_r > 0 and x_r < 0. Without `stops` it is only
@@ -287,6 +287,14 @@ else:
     Solver = solver_with_options(APPROACHES_BY_NAME)  # found here by name when unpickling
 
 
+class SpectraOptions(Block):
+    """Which spectra a run computes, in place of `true`."""
+
+    bands: Literal["third-octave"] | None = None
+    """RMS acceleration of base and mass in one-third-octave bands from 0.5 to 80 Hz, with the
+    weighting, too, if there is one."""
+
+
 class Measure(Block):
     """Time window of the metrics."""
 
@@ -308,9 +316,12 @@ class Measure(Block):
     exposure: Annotated[float, Quantity("s", above=0, at_most=86400)] | None = None
     """Duration of exposure a day [s], such as `4 h`; adds the daily exposure A_8, which needs a
     weighting."""
-    spectra: StrictBool = False
+    spectra: Annotated[
+        Annotated[StrictBool, Tag("plain")] | Annotated[SpectraOptions, Tag("block")],
+        Discriminator(plain_or_block),
+    ] = False
     """Whether a run computes the spectra of base and mass and the transmissibility H1; for
-    random base motion and records."""
+    random base motion and records. `{bands: third-octave}` adds RMS values in bands."""
     segment: Annotated[float, Quantity("s", above=0)] | None = None
     """Length of a segment for the spectra [s]; the frequency resolution is 1/segment. Default:
     8 natural periods, at least 5 s (longer without friction if the resonance is narrower than
@@ -330,6 +341,11 @@ class Measure(Block):
         if self.segment is not None and not self.spectra:
             raise InvalidValue("requires `spectra: true`", "segment")
         return self
+
+    @property
+    def bands(self) -> bool:
+        """Whether RMS values in one-third-octave bands are computed."""
+        return isinstance(self.spectra, SpectraOptions) and self.spectra.bands is not None
 
     @property
     def weights(self) -> tuple[str, float] | None:

@@ -217,14 +217,6 @@ class Scenario(FromFile):
         """End stops, if they are modelled."""
         return None if self.stroke is None else self.stroke.stops
 
-    def asks_for(self, need: Need) -> bool:
-        """Whether the file states what some metrics need."""
-        found: list[Any] = []
-        for key in need.keys:
-            block, name = key.split(".")
-            found.append(getattr(getattr(self, block), name, None))
-        return any(value is not None for value in found)
-
     @property
     def has_sides(self) -> bool:
         """Whether the file tells the two sides of the stroke apart, at least in some cases."""
@@ -554,6 +546,13 @@ def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
         paths = (key.split(".") for key in need.keys)
         if not any(key in get_block(words, block) for block, key in paths):
             yield keys, f"{at} without {need.name}; give {' or '.join(need.keys)}"
+
+
+def asks_for(scenario: Scenario, need: Need) -> bool:
+    """Return whether a scenario states what some metrics need."""
+    paths = (key.split(".") for key in need.keys)
+    found = (getattr(getattr(scenario, block), name, None) for block, name in paths)
+    return any(value is not None for value in found)
 
 
 def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:

@@ -345,9 +345,12 @@ def response_spectra(
     """Return the spectra of a response, if requested, and warnings about them."""
     if not case.scenario.measure.spectra:
         return None, ()
-    from drysim.metrics.spectra import spectra
+    from drysim.metrics.spectra import spectra, third_octaves
 
     found = spectra(response, window, segment_length(case))
+    if case.scenario.measure.bands:
+        bands = third_octaves(response, window, case.scenario.measure.weights)
+        found = found._replace(bands=bands)
     return found, tuple(spectra_warnings(case, found))
 
 
