@@ -17,6 +17,7 @@ from drysim.approach.steady_state import find_orbit
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.taylor import compute_trajectory, initial_checkpoint, workspace
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop
+from drysim.core.march import Scene
 from drysim.core.model import BRISTLE, LEUVEN, ContactState, DynamicLaw, Plant, Samples, Sines
 from drysim.metrics.table import measure
 from drysim.scenario.load import load
@@ -152,7 +153,7 @@ class Row:
 def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
     trajectory = StickSlip().trajectory(PAPER, law, noise(801, 0.3, seed=3), REST, STEP, 2.0)
-    _, v_r, z, F, _ = trajectory.at(np.linspace(0.0, 2.0, 20_001))
+    _, v_r, z, F, *_ = trajectory.at(np.linspace(0.0, 2.0, 20_001))
     limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((v_r / law.v_s) ** 2))
     rate = v_r - np.abs(v_r) * law.sigma_0 * z / limit
     steps = 0.5 * (rate[1:] + rate[:-1]) * 1e-4
@@ -317,9 +318,8 @@ def test_state_handed_over_on_the_sliding_limit_keeps_its_branch(count, side):
     way = -side if count % 2 == 0 else side
     for z in (way * limit, reversals[-1]):
         start = ContactState(0.0, float(way), float(z), tuple(reversals.tolist()))
-        mark = initial_checkpoint(
-            PAPER, law, make_waves(sine(1.0, 1.6)), np.zeros(2), 1.0, start, 1.0
-        )
+        scene = Scene(PAPER, law, make_waves(sine(1.0, 1.6)), np.zeros(2), 1.0, 0, 1.0)
+        mark = initial_checkpoint(scene, start, 1.0)
         assert mark.branch[DIRECTION] == way
         assert mark.reversals[0] == reversals[0]
         assert mark.reversals[-1] == reversals[-1]

@@ -52,37 +52,17 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
     )
     u_dd, dt, end = (np.zeros(2), STEP * COUNT, 0) if sines else (noise(COUNT), STEP, COUNT - 2)
     series, segments = work(kernel, law), segments_of(kernel)
-    d = kernel.taylor.motion_direction_at(
-        plant, law, waves, series, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+    kernel.taylor.set_forcing(series, waves, u_dd[0], 0.0, 0.0)
+    d = kernel.taylor.motion_direction_at(plant, law, series, 0.0, 0.0, 0.0)
     if kind == kernel.model.LEUVEN:
         kernel.dynamic_friction.update_branch(law, series, d or 1, 0.0, 0.0)
-    log = log_of(kernel)
-    *state, steps, events = kernel.taylor.march_taylor(
-        plant,
-        law,
-        waves,
-        u_dd,
-        dt,
-        0,
-        0.0,
-        dt,
-        end,
-        0.0,
-        0.0,
-        0.0,
-        d,
-        series,
-        segments,
-        0,
-        log,
-        0,
-        len(log.n),
-    )
+    log, scene = log_of(kernel), kernel.march.Scene(plant, law, waves, u_dd, dt, end, dt)
+    start = kernel.taylor.SeriesState(0, 0.0, 0.0, 0.0, 0.0, d, 0, 0)
+    state = kernel.taylor.march_taylor(scene, start, series, segments, log, len(log.n))
     return SimpleNamespace(
-        state=state,
-        segments=[column[:steps] for column in segments[:7]],
-        log=[column[:events] for column in log],
+        state=tuple(state),
+        segments=[column[: state.used] for column in segments[:7]],
+        log=[column[: state.events] for column in log],
         reversals=series.reversals[: series.branch[kernel.dynamic_friction.COUNT]],
     )
 

@@ -57,6 +57,7 @@ from drysim.approach.solution import (
     Events,
     Floats,
     Int8Array,
+    MarchedTrajectory,
     Numerics,
     Orbit,
     Points,
@@ -384,23 +385,10 @@ def solve_sampled(
 
 
 @dataclass(frozen=True, eq=False)
-class SampledTrajectory(EventDriven):
+class SampledTrajectory(MarchedTrajectory):
     """Solution over samples: known at every sample and at every event between."""
 
     march: BlockMarch
-    turning_points: Events
-    end: float
-    closest_decision: float
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-        return self.march.plant
-
-    @property
-    def law(self) -> CoulombLaw:
-        """Friction law."""
-        return self.march.law
 
     def state(self, t: float) -> State:
         """Return the state at time t [s]."""

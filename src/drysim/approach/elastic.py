@@ -38,6 +38,7 @@ from drysim.approach.scene import (
     describe_numerics,
     empty_columns,
     empty_log,
+    empty_motion,
     enlarge_columns,
     last_sample_indices,
     make_waves,
@@ -192,7 +193,7 @@ class SampledElasticTrajectory(EventDriven):
             x_0 = float(self.x_0[n])
             z = x_r - d * self.law.F_fk / self.law.k_t if d else x_0
             return ContactState(x_r, float(self.v_r[n]), z)
-        out = piecewise.empty_motion(1)
+        out = empty_motion(1)
         evaluate_segments(
             self._solution(self.step_segments(np.array([n]))),
             as_engine_array(np.array([t])),

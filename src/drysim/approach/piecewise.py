@@ -30,7 +30,7 @@ import numpy as np
 
 from drysim.approach.scene import (
     SineGrid,
-    base_acceleration_on_grid,
+    TrajectoryGrid,
     base_square_integrals,
     check_event_count,
     check_progress,
@@ -38,8 +38,8 @@ from drysim.approach.scene import (
     describe_numerics,
     empty_columns,
     empty_log,
+    empty_motion,
     enlarge_columns,
-    grid_times,
     initial_base_acceleration,
     last_interval,
     make_waves,
@@ -56,7 +56,6 @@ from drysim.approach.solution import (
     Path,
     Points,
     Response,
-    StoredGrid,
     events_from_log,
 )
 from drysim.core.compile import as_engine_array
@@ -133,10 +132,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     if isinstance(motion, Sines) and trajectory.may_turn_within and not law.force_record:
         grid = ElasticSineGrid(trajectory, dt, points)
     else:
-        found = trajectory.at(grid_times(0, points, dt))
-        stop = None if law.stops is None else found.F_stop
-        u_dd = base_acceleration_on_grid(motion, 0, points, dt)
-        grid = StoredGrid(dt, u_dd, Points(found.x_r, found.v_r, found.d, found.F_f, stop))
+        grid = TrajectoryGrid(trajectory, dt, points).stored()
     approach = "stick-slip"
     if law.stops is not None and law.F_fs == 0.0:
         # As without stops, turning points are no events here; rest at a stop is one.
@@ -317,12 +313,6 @@ class PiecewiseTrajectory(EventDriven):
         n, s = self.segments.n, self.segments.s
         between = np.diff(n) * self.base[1] + np.diff(s)
         return as_engine_array(np.append(between, self.end - self._starts[-1]))
-
-
-def empty_motion(n: int) -> Columns:
-    """Return uninitialised columns of a motion at n times."""
-    x_r, v_r, z, F_f, F_stop = (as_engine_array(np.empty(n)) for _ in range(5))
-    return Columns(x_r, v_r, z, F_f, F_stop, as_engine_array(np.empty(n, dtype=np.int64)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.solution import Events, Floats, Numerics
+from drysim.approach.solution import Events, Floats, Numerics, Points, StoredGrid
 from drysim.core.compile import as_engine_array, engine
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, SeriesSegments, initial_mode
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, initial_mode
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
     LEUVEN,
@@ -31,7 +31,7 @@ from drysim.core.model import (
     integrate_base_squares,
     max_abs,
 )
-from drysim.core.trajectory import sample_base_grid, table_size
+from drysim.core.trajectory import Columns, sample_base_grid, table_size
 from drysim.errors import SolverError, UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
@@ -113,8 +113,8 @@ def tabulated_base_acceleration(waves: Waves, first: int, last: int, dt: float) 
 
 
 @dataclass(frozen=True, eq=False)
-class SineGrid:
-    """Base of the grids n·dt of `length` points under sines; a subclass adds `part`."""
+class TrajectoryGrid:
+    """Grid n·dt of `length` points, evaluated from a trajectory on request."""
 
     trajectory: Any
     dt: float
@@ -123,6 +123,25 @@ class SineGrid:
     def __len__(self) -> int:
         """Number of points."""
         return self.length
+
+    def base(self, first: int, last: int) -> Floats:
+        """Return ü [m/s²] at points `first` to `last` - 1."""
+        return base_acceleration_on_grid(self.trajectory.motion, first, last, self.dt)
+
+    def part(self, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1."""
+        found = self.trajectory.at(grid_times(first, last, self.dt))
+        stop = None if self.trajectory.law.stops is None else found.F_stop
+        return Points(found.x_r, found.v_r, found.d, found.F_f, stop)
+
+    def stored(self) -> StoredGrid:
+        """Return the same grid with all its points in memory."""
+        whole = 0, self.length
+        return StoredGrid(self.dt, self.base(*whole), self.part(*whole))
+
+
+class SineGrid(TrajectoryGrid):
+    """Grid under sines that are tabulated; a subclass tabulates the motion, too."""
 
     def base(self, first: int, last: int) -> Floats:
         """Return ü [m/s²] at points `first` to `last` - 1."""
@@ -212,10 +231,10 @@ def empty_columns(kind: Any, size: int) -> Any:
     return kind(*[as_engine_array(np.empty(size, numbers)) for numbers in kinds])
 
 
-def empty_series_segments(size: int) -> SeriesSegments:
-    """Return an uninitialised table of Taylor segments."""
-    segments: SeriesSegments = empty_columns(SeriesSegments, size)
-    return segments
+def empty_motion(n: int) -> Columns:
+    """Return uninitialised columns of a motion at n times."""
+    x_r, v_r, z, F_f, F_stop = (as_engine_array(np.empty(n)) for _ in range(5))
+    return Columns(x_r, v_r, z, F_f, F_stop, as_engine_array(np.empty(n, dtype=np.int64)))
 
 
 def empty_log(size: int) -> EventLog:

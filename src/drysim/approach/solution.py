@@ -8,10 +8,11 @@ periodic motion. These are plain values without reference to files or metrics.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -311,6 +312,32 @@ class EventDriven:
     def chatter(self, begin: float, end: float) -> float:
         """Return 0: there is no step to chatter with."""
         return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class MarchedTrajectory(EventDriven):
+    """Trajectory over the blocks of a march, which are marched again when they are needed."""
+
+    march: Any
+    turning_points: Events
+    end: float
+    closest_decision: float = math.inf
+
+    @property
+    def plant(self) -> Plant:
+        """Oscillator."""
+        plant: Plant = self.march.plant
+        return plant
+
+    @property
+    def law(self) -> Any:
+        """Friction law."""
+        return self.march.law
+
+    @property
+    def motion(self) -> Any:
+        """Base motion."""
+        return self.march.motion
 
 
 ALL_POINTS = (0, -1)

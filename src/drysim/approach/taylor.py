@@ -27,18 +27,19 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from drysim.approach.scene import (
-    base_acceleration_on_grid,
+    TrajectoryGrid,
     base_square_integrals,
     check_progress,
     count_grid_points,
     describe_numerics,
+    empty_columns,
     empty_log,
-    empty_series_segments,
+    empty_motion,
     grid_times,
     initial_base_acceleration,
     last_interval,
@@ -47,19 +48,17 @@ from drysim.approach.scene import (
     speed_floor,
 )
 from drysim.approach.solution import (
-    EventDriven,
     Events,
     Floats,
     Grid,
-    Int8Array,
-    Points,
+    MarchedTrajectory,
     Response,
-    StoredGrid,
+    events_from_log,
 )
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments
-from drysim.core.forcing import Waves
+from drysim.core.march import Scene
 from drysim.core.model import (
     BLOCK_SIZE,
     LEUVEN,
@@ -74,12 +73,15 @@ from drysim.core.model import (
 )
 from drysim.core.taylor import (
     ORDER,
+    SeriesState,
     TaylorSeries,
     evaluate_series,
     integrate_series,
     march_taylor,
     motion_direction_at,
+    set_forcing,
 )
+from drysim.core.trajectory import Columns, Solution
 
 COARSENING_FACTOR = 1e3
 """Ratio of the tolerances of the second and the first solution, whose distance states the
@@ -104,18 +106,14 @@ def solve(
     trajectory = compute_trajectory(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
-    grid: Grid = TaylorGrid(trajectory, dt, points)
-    if points <= MAX_CACHED:
-        grid = StoredGrid(dt, grid.base(0, points), grid.part(0, points))
+    whole = TrajectoryGrid(trajectory, dt, points)
+    grid: Grid = whole.stored() if points <= MAX_CACHED else whole
     error = relative_distance(
         grid, compute_trajectory(plant, coarsened_law(law), motion, start, duration)
     )
-    compute_numerics = partial(
-        describe_numerics, law, motion, points, trajectory.turning_points, math.inf, error
-    )
-    return Response(
-        plant, law, motion, grid, trajectory.turning_points, compute_numerics, trajectory
-    )
+    events = trajectory.turning_points
+    compute_numerics = partial(describe_numerics, law, motion, points, events, math.inf, error)
+    return Response(plant, law, motion, grid, events, compute_numerics, trajectory)
 
 
 def coarsened_law(law: DynamicLaw) -> DynamicLaw:
@@ -130,7 +128,7 @@ def relative_distance(grid: Grid, other: TaylorTrajectory) -> float:
     for first in range(0, len(grid), BLOCK_SIZE):
         last = min(first + BLOCK_SIZE, len(grid))
         x_r = grid.part(first, last).x_r
-        coarse = other.at(grid_times(first, last, grid.dt))[0]
+        coarse = other.at(grid_times(first, last, grid.dt)).x_r
         off = max(off, float(np.abs(coarse - x_r).max()))
         peak = max(peak, float(np.abs(x_r).max()))
     return off / (peak or 1.0)
@@ -146,100 +144,60 @@ def compute_trajectory(
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
-    waves = make_waves(motion)
     base = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)
-    speed = speed_floor(plant, motion, start)
-    checkpoint = initial_checkpoint(plant, law, waves, base, dt, start, speed)
-    march = TaylorMarch(plant, law, motion, waves, dt, last, length, [checkpoint])
-    log = march.follow()
-    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
-    columns = log.n * dt + log.s, log.kind.astype(np.int8), log.x_r, log.F_L
+    scene = Scene(plant, law, make_waves(motion), as_engine_array(base), dt, last, length)
+    checkpoint = initial_checkpoint(scene, start, speed_floor(plant, motion, start))
+    march = TaylorMarch(plant, law, motion, scene, [checkpoint])
+    events = march.follow()
     # Bristles never stick: a mass at rest takes the direction in which it moves first.
-    waits = checkpoint.state[3] == 0 and not law.can_stick
-    first = log.kind[0] if waits and len(log.kind) else checkpoint.state[3]
-    opening = 0.0, np.sign(first), start.x_r, F_L
-    every = (
-        np.append(np.array([a], b.dtype), b) for a, b in zip(opening, columns, strict=True)
-    )
-    return TaylorTrajectory(march, Events(*every), duration)
+    waits = checkpoint.state.d == 0 and not law.can_stick
+    d = events.kind[0] if waits and len(events) else checkpoint.state.d
+    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
+    t, kind = np.append(0.0, events.t), np.append(np.sign(d), events.kind).astype(np.int8)
+    x_r, every_F_L = np.append(start.x_r, events.x_r), np.append(F_L, events.F_L)
+    return TaylorTrajectory(march, Events(t, kind, x_r, every_F_L), duration)
 
 
 @dataclass(frozen=True, eq=False)
-class TaylorTrajectory(EventDriven):
+class TaylorTrajectory(MarchedTrajectory):
     """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
     `turning_points` holds every change of mode and every zero of v_r.
     """
 
     march: TaylorMarch
-    turning_points: Events
-    end: float
-    closest_decision: float = math.inf
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-        return self.march.plant
-
-    @property
-    def law(self) -> DynamicLaw:
-        """Friction law."""
-        return self.march.law
 
     @property
     def series(self) -> tuple[Floats, ...]:
         """Largest magnitude of each state component, block by block."""
         return tuple(np.array(column) for column in zip(*self.march.scales, strict=True))
 
-    def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Int8Array]:
-        """Return x_r, v_r, z, F_f and the direction at ascending times [s], shape (n,) each."""
-        march, done = self.march, 0
-        rows, d = np.empty((4, len(t))), np.empty(len(t), dtype=np.int8)
-        while done < len(t):
-            number = march.block_index(float(t[done]))
+    def at(self, t: Floats) -> Columns:
+        """Return the motion at ascending times [s]."""
+        march, parts = self.march, [Columns(*map(np.asarray, empty_motion(0)))]
+        while len(t):
+            number = march.block_index(float(t[0]))
             last = number == len(march.checkpoints) - 2
             ends = math.inf if last else march.block_starts[number + 1]
-            part = slice(done, max(int(np.searchsorted(t, ends)), done + 1))
-            rows[:, part], d[part] = march.read(number, t[part])
-            done = part.stop
-        return rows[0], rows[1], rows[2], rows[3], d
+            count = max(int(np.searchsorted(t, ends)), 1)
+            parts.append(march.read(number, t[:count]))
+            t = t[count:]
+        columns = Columns(*map(np.concatenate, zip(*parts, strict=True)))
+        return columns._replace(d=columns.d.astype(np.int8))
 
     def state(self, t: float) -> ContactState:
         """Return the state at time t [s], with the hysteresis stack of a Leuven law."""
-        x_r, v_r, z, _, _ = self.at(np.array([t]))
-        reversals = self.march.hysteresis_at(t) if self.law.kind == LEUVEN else ()
-        return ContactState(float(x_r[0]), float(v_r[0]), float(z[0]), reversals)
+        x_r, v_r, z = (float(column[0]) for column in self.at(np.array([t]))[:3])
+        return ContactState(x_r, v_r, z, self.march.hysteresis_at(t))
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
         march, sums = self.march, np.zeros(6)
         for number in range(march.block_index(begin), march.block_index(end) + 1):
             sums += march.integrate(number, begin, min(end, march.block_starts[number + 1]))
-        u_dd2, u2 = base_square_integrals(march.motion, march.waves, begin, end)
+        squares = base_square_integrals(self.motion, march.scene.waves, begin, end)
         x2, v2, x_dd2, power, sliding_distance, stuck = sums.tolist()
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2, u2)
-
-
-@dataclass(frozen=True, eq=False)
-class TaylorGrid:
-    """Grid of `length` points, evaluated from the series on request."""
-
-    trajectory: TaylorTrajectory
-    dt: float
-    length: int
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return base_acceleration_on_grid(self.trajectory.march.motion, first, last, self.dt)
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        x_r, v_r, _, F_f, d = self.trajectory.at(grid_times(first, last, self.dt))
-        return Points(x_r, v_r, d, F_f)
+        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
 
 
 # March in blocks, each of which can be marched again from its checkpoint.
@@ -253,15 +211,33 @@ MAX_CACHED_BLOCKS = 64
 """Blocks kept in memory, about 80 MB; marching another one again takes about 1 µs per step."""
 
 
-class TaylorBlock(NamedTuple):
-    """Steps of a block: ü from its first sample on, the steps, and where each begins [s].
+class Checkpoint(NamedTuple):
+    """Beginning of a block.
 
-    Times under samples count from the first sample of the block, at `first` [s].
+    Attributes
+    ----------
+    state : SeriesState
+        State there; its interval of ü counts from the start of the motion.
+    scale : float
+        Largest speed so far [m/s].
+    reversals, branch : tuple
+        Hysteresis stack and branch, as in `TaylorSeries`.
+    """
+
+    state: SeriesState
+    scale: float
+    reversals: tuple[float, ...]
+    branch: tuple[int, ...]
+
+
+class TaylorBlock(NamedTuple):
+    """Steps of a block: the solution as kernels take it, and where each step begins [s].
+
+    Times and indices of samples count from the first sample of the block, at `first` [s].
     """
 
     first: float
-    u_dd: Any
-    segments: SeriesSegments
+    solution: Solution
     begins: Floats
 
 
@@ -271,12 +247,10 @@ class TaylorMarch:
 
     Attributes
     ----------
-    plant, law, motion, waves
+    plant, law, motion
         The scene.
-    dt, length : float
-        Length of an interval of ü and of the last one [s].
-    last : int
-        Index of the last interval.
+    scene : Scene
+        The scene as kernels take it, with the first two values of ü without the waves.
     checkpoints : list of Checkpoint
         Beginning of each block, and the end of the last.
     block_starts : list of float
@@ -292,91 +266,58 @@ class TaylorMarch:
     plant: Plant
     law: DynamicLaw
     motion: Sines | Samples
-    waves: Waves
-    dt: float
-    last: int
-    length: float
+    scene: Scene
     checkpoints: list[Checkpoint]
     block_starts: list[float] = field(default_factory=lambda: [0.0])
     scales: list[tuple[float, ...]] = field(default_factory=list)
     cached: dict[int, TaylorBlock] = field(default_factory=dict)
     hysteresis_cache: dict[float, tuple[float, ...]] = field(default_factory=dict)
 
-    def follow(self) -> EventLog:
-        """March to the end of the motion; return the events, counted from the start."""
+    def follow(self) -> Events:
+        """March to the end of the motion; return the events after the start."""
         logs: list[EventLog] = []
-        while self.checkpoints[-1].n <= self.last:
-            checkpoint, log = self.march_block(len(self.checkpoints) - 1)
+        while (number := len(self.checkpoints) - 1) == 0 or (
+            self.checkpoints[-1].state.n <= self.scene.end
+        ):
+            checkpoint, block, log = self.march_block(number, self.scene)
+            self.cache_block(number, block)
             self.checkpoints.append(checkpoint)
-            self.block_starts.append(checkpoint.n * self.dt + checkpoint.s)
+            self.block_starts.append(self.scene.dt * checkpoint.state.n + checkpoint.state.s)
+            segments = block.solution.segments
+            self.scales.append(tuple(float(np.abs(column).max()) for column in segments[2:5]))
             logs.append(log)
-        return EventLog(*(np.concatenate(column) for column in zip(*logs, strict=True)))
+        every = EventLog(*(np.concatenate(column) for column in zip(*logs, strict=True)))
+        return events_from_log(every, len(every.n), self.scene.dt)
 
-    def march_block(self, number: int) -> tuple[Checkpoint, EventLog]:
-        """March through a block and keep it; return the final checkpoint and the events."""
-        first = self.checkpoints[number].n
-        checkpoint, log, segments, base = self.march_steps(number, self.last, self.length)
-        arrays = [np.asarray(column) for column in segments]
-        self.cache_block(
-            number,
-            TaylorBlock(first * self.dt, base, segments, arrays[0] * self.dt + arrays[1]),
-        )
-        if number == len(self.scales):
-            self.scales.append(tuple(float(np.abs(column).max()) for column in arrays[2:5]))
-        return checkpoint, log
+    def march_block(
+        self, number: int, scene: Scene
+    ) -> tuple[Checkpoint, TaylorBlock, EventLog]:
+        """March through a block; return the checkpoint at its end, its steps and its events.
 
-    def march_steps(
-        self, number: int, last: int, length: float
-    ) -> tuple[Checkpoint, EventLog, SeriesSegments, Any]:
-        """March through a block, at most to `length` [s] within interval `last`.
-
-        Returns
-        -------
-        checkpoint : Checkpoint
-            At the end of the block.
-        log : EventLog
-            Events of the block.
-        segments : SeriesSegments
-            Steps of the block.
-        base : ndarray
-            ü without the waves [m/s²].
+        `scene` states the last interval, and the time [s] within it to which to march.
         """
-        checkpoint, size = (
-            self.checkpoints[number],
-            BLOCK_STEPS if number else FIRST_BLOCK_STEPS,
-        )
-        base = self.base(checkpoint.n, size)
+        checkpoint = self.checkpoints[number]
+        size = BLOCK_STEPS if number else FIRST_BLOCK_STEPS
+        first, dt = checkpoint.state.n, scene.dt
+        if isinstance(self.motion, Samples):
+            u_dd = self.motion.u_dd[first : min(first + size, scene.end) + 2]
+            scene = scene._replace(u_dd=as_engine_array(u_dd), end=scene.end - first)
         series = workspace(self.law, checkpoint.scale)
         series.reversals[: len(checkpoint.reversals)] = checkpoint.reversals
         series.branch[:] = checkpoint.branch
-        segments, log = empty_series_segments(size), empty_log(size)
-        n, s, x_r, v_r, z, d, steps, count = march_taylor(
-            self.plant,
-            self.law,
-            self.waves,
-            base,
-            self.dt,
-            0,
-            checkpoint.s,
-            length,
-            last - checkpoint.n,
-            *checkpoint.state,
-            series,
-            segments,
-            0,
-            log,
-            0,
-            size,
-        )
-        check_progress(count, (checkpoint.n + n) * self.dt + s, (x_r, v_r))
-        found = EventLog(*(np.asarray(column[:count]) for column in log))
-        found = found._replace(n=found.n + checkpoint.n)
-        segments = SeriesSegments(*(column[:steps] for column in segments))
+        segments, log = empty_columns(SeriesSegments, size), empty_log(size)
+        state = march_taylor(scene, checkpoint.state._replace(n=0), series, segments, log, size)
+        used, count = state.used, state.events
+        state = state._replace(n=first + state.n, used=0, events=0)
+        check_progress(count, state.n * dt + state.s, (state.x_r, state.v_r))
+        log = EventLog(*(np.asarray(column[:count]) for column in log))
+        segments = SeriesSegments(*(column[:used] for column in segments))
+        begins = np.asarray(segments.n) * dt + np.asarray(segments.s)
+        solution = Solution(self.plant, self.law, scene.waves, scene.u_dd, dt, segments)
         return (
-            make_checkpoint(checkpoint.n + n, s, (x_r, v_r, z, d), series),
-            found,
-            segments,
-            base,
+            make_checkpoint(state, series),
+            TaylorBlock(first * dt, solution, begins),
+            log._replace(n=log.n + first),
         )
 
     def hysteresis_at(self, t: float) -> tuple[float, ...]:
@@ -384,22 +325,17 @@ class TaylorMarch:
 
         Within a block it is found by marching from the checkpoint to that time.
         """
-        if t >= self.block_starts[-1]:
+        if self.law.kind != LEUVEN or t >= self.block_starts[-1]:
             return self.checkpoints[-1].reversals
         if t not in self.hysteresis_cache:
-            number, n = self.block_index(t), min(int(t / self.dt), self.last)
-            checkpoint, within = self.checkpoints[number], t - n * self.dt
+            dt, number = self.scene.dt, self.block_index(t)
+            n, checkpoint = min(int(t / dt), self.scene.end), self.checkpoints[number]
             if t > self.block_starts[number]:
-                end = (n, within) if within > 0.0 else (n - 1, self.dt)
-                checkpoint = self.march_steps(number, *end)[0]
+                within = t - n * dt
+                end, h = (n, within) if within > 0.0 else (n - 1, dt)
+                checkpoint, *_ = self.march_block(number, self.scene._replace(end=end, h=h))
             self.hysteresis_cache[t] = checkpoint.reversals
         return self.hysteresis_cache[t]
-
-    def base(self, n: int, size: int) -> Any:
-        """Return ü without the waves [m/s²] for `size` intervals from sample n on."""
-        if isinstance(self.motion, Sines):
-            return as_engine_array(np.zeros(2))
-        return as_engine_array(self.motion.u_dd[n : min(n + size, self.last) + 2])
 
     def cache_block(self, number: int, block: TaylorBlock) -> None:
         """Keep a block in memory; drop the oldest one if there are too many."""
@@ -414,65 +350,32 @@ class TaylorMarch:
     def block(self, number: int) -> TaylorBlock:
         """Return a block; it is marched again if it is not in memory."""
         if number not in self.cached:
-            self.march_block(number)
+            self.cache_block(number, self.march_block(number, self.scene)[1])
         return self.cached[number]
 
-    def read(self, number: int, t: Floats) -> tuple[tuple[Any, ...], Any]:
-        """Return x_r, v_r, z and F_f, and the direction, at ascending times of a block [s]."""
-        block = self.block(number)
-        within = t - block.first
-        first, last = np.searchsorted(block.begins, (within[0], within[-1]), "right")
-        steps = slice(max(int(first) - 1, 0), max(int(last), 1))
-        segments = SeriesSegments(*(column[steps] for column in block.segments))
-        columns = tuple(as_engine_array(np.empty(len(t))) for _ in range(4))
-        d = as_engine_array(np.empty(len(t), dtype=np.int64))
-        kernel: Any = evaluate_series
-        kernel(*self.scene(block), segments, as_engine_array(within), *columns, d)
-        return columns, d
+    def read(self, number: int, t: Floats) -> Columns:
+        """Return the motion at ascending times of a block [s]."""
+        first, solution, begins = self.block(number)
+        t = t - first
+        low, high = np.searchsorted(begins, (t[0], t[-1]), "right")
+        steps = slice(max(int(low) - 1, 0), max(int(high), 1))
+        near = SeriesSegments(*(column[steps] for column in solution.segments))
+        solution, out = solution._replace(segments=near), empty_motion(len(t))
+        evaluate_series(solution, workspace(self.law), as_engine_array(t), out)
+        return Columns(*map(np.asarray, out))
 
     def integrate(self, number: int, begin: float, end: float) -> tuple[float, ...]:
         """Return the integrals over a window within a block [s]."""
-        block = self.block(number)
-        kernel: Any = integrate_series
-        sums: tuple[float, ...] = kernel(
-            *self.scene(block), block.segments, begin - block.first, end - block.first
-        )
+        first, solution, _ = self.block(number)
+        work = workspace(self.law)
+        sums: tuple[float, ...] = integrate_series(solution, work, begin - first, end - first)
         return sums
 
-    def scene(self, block: TaylorBlock) -> tuple[Any, ...]:
-        """Return the leading arguments of the kernels that read a block."""
-        return self.plant, self.law, self.waves, block.u_dd, self.dt, workspace(self.law, 0.0)
+
+# Work space of the kernels, and the checkpoint at the start.
 
 
-# Checkpoints: the state and the hysteresis stack at the beginning of a block.
-
-
-class Checkpoint(NamedTuple):
-    """Beginning of a block.
-
-    Attributes
-    ----------
-    n : int
-        Interval of ü.
-    s : float
-        Time within it [s].
-    state : tuple
-        x_r [m], v_r [m/s], z [m] and the direction.
-    scale : float
-        Largest speed so far [m/s].
-    reversals, branch : tuple
-        Hysteresis stack and branch, as in `TaylorSeries`.
-    """
-
-    n: int
-    s: float
-    state: tuple[float, float, float, int]
-    scale: float
-    reversals: tuple[float, ...]
-    branch: tuple[int, ...]
-
-
-def workspace(law: DynamicLaw, scale: float) -> TaylorSeries:
+def workspace(law: DynamicLaw, scale: float = 0.0) -> TaylorSeries:
     """Return the arrays of the kernels; `scale` is a speed [m/s] typical of the motion."""
     short = {"scale": 1, "slope": 2, "reversals": law.depth if law.kind == LEUVEN else 0}
     values = {
@@ -484,29 +387,26 @@ def workspace(law: DynamicLaw, scale: float) -> TaylorSeries:
     return series
 
 
-def make_checkpoint(
-    n: int, s: float, state: tuple[Any, ...], series: TaylorSeries
-) -> Checkpoint:
+def make_checkpoint(state: SeriesState, series: TaylorSeries) -> Checkpoint:
     """Return the checkpoint of a state and of the hysteresis in the workspace."""
     reversals = tuple(float(z) for z in series.reversals[: series.branch[COUNT]])
     branch = tuple(int(value) for value in series.branch)
-    return Checkpoint(n, s, state, float(series.scale[0]), reversals, branch)
+    return Checkpoint(state, float(series.scale[0]), reversals, branch)
 
 
-def initial_checkpoint(
-    plant: Plant, law: DynamicLaw, waves: Waves, base: Floats, dt: float, start: AnyState,
-    speed: float,
-) -> Checkpoint:  # fmt: skip
-    """Return the checkpoint at t = 0, from the first two values of ü without the waves."""
+def initial_checkpoint(scene: Scene, start: AnyState, speed: float) -> Checkpoint:
+    """Return the checkpoint at t = 0; `speed` is one [m/s] typical of the motion."""
+    plant, law, waves, u_dd, dt, _, _ = scene
     x_r, v_r = start[:2]
     z = start[2] if len(start) > 2 else 0.0
-    series, slope = workspace(law, speed), float(base[1] - base[0]) / dt
-    d = motion_direction_at(plant, law, waves, series, float(base[0]), slope, 0.0, x_r, v_r, z)
+    series = workspace(law, speed)
+    set_forcing(series, waves, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt, 0.0)
+    d = motion_direction_at(plant, law, series, x_r, v_r, z)
     if law.kind == LEUVEN:
         restore_hysteresis(series, start[3] if len(start) > 3 else (), z)
         if d != 0:
             update_branch(law, series, int(np.sign(d)), v_r, z)
-    return make_checkpoint(0, 0.0, (x_r, v_r, z, d), series)
+    return make_checkpoint(SeriesState(0, 0.0, x_r, v_r, z, d, 0, 0), series)
 
 
 def restore_hysteresis(series: TaylorSeries, reversals: tuple[float, ...], z: float) -> None:

@@ -127,6 +127,82 @@ class TaylorSeries(NamedTuple):
     branch: Any
 
 
+class SeriesStart(NamedTuple):
+    """What a series starts from.
+
+    Attributes
+    ----------
+    d : int
+        Direction of motion.
+    x, v, z : float
+        State [m, m/s, m].
+    poised : bool
+        Whether the mass rests or breaks away at this instant: its relative acceleration is
+        exactly zero.
+    creeping : bool
+        Whether the mass is too slow for the Stribeck curve to have fallen.
+    """
+
+    d: int
+    x: float
+    v: float
+    z: float
+    poised: bool
+    creeping: bool
+
+
+class Tolerances(NamedTuple):
+    """Negligible changes of speed [m/s] and of the deflection z [m]."""
+
+    v: float
+    z: float
+
+
+class SeriesState(NamedTuple):
+    """State of a march.
+
+    Attributes
+    ----------
+    n, s : int, float
+        Interval of ü, and time since its start [s].
+    x_r, v_r, z : float
+        Displacement [m], velocity [m/s] and deflection [m].
+    d : int
+        Direction as in `SeriesSegments`.
+    used, events : int
+        Numbers of segments and of events in the logs; `events` is -1 if time does not progress.
+    """
+
+    n: int
+    s: float
+    x_r: float
+    v_r: float
+    z: float
+    d: int
+    used: int
+    events: int
+
+
+class StepControl(NamedTuple):
+    """What a march remembers to choose its next step.
+
+    Attributes
+    ----------
+    time_scale : float
+        Time scale of waves and oscillator [s].
+    requested : float
+        Longest step of a full series [s].
+    pause, wait : int
+        Steps left before the next attempt at a quasi-steady series, and the length of that
+        pause.
+    """
+
+    time_scale: float
+    requested: float
+    pause: int
+    wait: int
+
+
 # The march from series to series.
 
 
@@ -139,111 +215,83 @@ MAX_STALLED_STEPS = 100
 
 
 @compiled
-def march_taylor(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, series, segments, at, log, count,
-    capacity,
-):  # fmt: skip
+def march_taylor(scene, state, series, segments, log, full):
     """Solve the motion from interval to interval of ü, until one of the logs is nearly full.
 
     Parameters
     ----------
-    plant, law, waves : Plant, DynamicLaw, Waves
-    u_dd : array, shape (samples,)
-        Base acceleration besides the waves [m/s²], linear between samples.
-    dt : float
-        Length of an interval [s].
-    n, s : int, float
-        Start: interval, and time within it [s].
-    h : float
-        Length of the last interval [s], at most `dt`.
-    end : int
-        Index of the last interval.
-    x_r, v_r, z, d
-        State at the start [m, m/s, m], and direction as in `SeriesSegments`.
+    scene : Scene
+        With a `DynamicLaw`.
+    state : SeriesState
     series : TaylorSeries
         Work space, with the remembered reversals.
-    segments, at : SeriesSegments, int
-        Log of the segments, and the number of those written.
-    log, count : EventLog, int
-        Log of the events, and the number of those written.
-    capacity : int
+    segments, log : SeriesSegments, EventLog
+        Written: the start of each series, and the events.
+    full : int
         Length of both logs.
 
     Returns
     -------
-    n, s, x_r, v_r, z, d, at, count
-        Time and state reached, and numbers of entries; `count` is -1 if time does not progress.
+    SeriesState
     """
-    z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
-    requested = NEVER
+    plant, law, waves, u_dd, dt, end, h = scene
+    n, s, x_r, v_r, z, d, used, events = state
+    bristles = law.kind != STRIBECK
+    z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if bristles else 0.0
     stalled = 0
-    time_scale = min(wave_time_scale(waves), plant_time_scale(plant))
-    pause, wait = 0, 0
-    while n <= end and at + LOG_RESERVE < capacity and count + LOG_RESERVE < capacity:
+    wave_scale = wave_time_scale(waves)
+    control = StepControl(min(wave_scale, plant_time_scale(plant)), NEVER, 0, 0)
+    while n <= end and used + LOG_RESERVE < full and events + LOG_RESERVE < full:
         length = h if n == end else dt
+        left = length - s
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        if d == 0 and law.kind != STRIBECK:
-            # The forcing of this interval may move a mass in equilibrium, to either side.
-            d = motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z)
-            if law.kind == LEUVEN and d != 0:
-                update_branch(law, series, sign(d), v_r, z)
-            if d != 0:
-                F_L = limit_force(plant, x_r, series.u[0])
-                count = record_event(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
-        at = record_segment(segments, at, n, s, x_r, v_r, z, d)
-        left = length - s
-        if d == 0 and law.kind == STRIBECK:
-            horizon = min(left, wave_time_scale(waves))
-            stay, side = stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, horizon)
+        if d == 0 and not bristles:
+            used = record_segment(segments, used, n, s, x_r, v_r, z, d)
+            limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
+            set_phases(waves, plant, limits, t, 0)
+            horizon = min(left, wave_scale)
+            stay, side = break_away_time(
+                plant, limits, limits, waves, x_r, u_0, slope, slope, horizon
+            )
             s = length if min(stay, horizon) >= left else s + min(stay, horizon)
             if stay != NEVER:
                 d = 2 * side
                 F_L = -side * law.F_fs
-                count = record_event(log, count, n, s, side * SLIP, x_r, F_L)
+                events = record_event(log, events, n, s, side * SLIP, x_r, F_L)
         else:
             set_forcing(series, waves, u_0, slope, t)
+            if d == 0:
+                # The forcing of this interval may move a mass in equilibrium, to either side.
+                d = motion_direction_at(plant, law, series, x_r, v_r, z)
+                if d != 0:
+                    if law.kind == LEUVEN:
+                        update_branch(law, series, sign(d), v_r, z)
+                    F_L = limit_force(plant, x_r, series.u[0])
+                    events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
             if law.kind == LEUVEN:
                 set_masing_slope(law, series)
-                segments.rise[at - 1], segments.bend[at - 1] = series.slope[0], series.slope[1]
             direction = 1 if d >= 0 else -1
-            v_tolerance = law.tolerance * series.scale[0]
+            tolerances = Tolerances(law.tolerance * series.scale[0], z_tolerance)
             slow = negligible_speed(law, series)
             creeping = slow > 0.0 and direction * v_r <= slow
-            last, step, iterations, pause, wait = begin_step(
-                plant,
-                law,
-                series,
-                d,
-                x_r,
-                v_r,
-                z,
-                creeping,
-                left,
-                min(left, time_scale),
-                requested,
-                v_tolerance,
-                z_tolerance,
-                pause,
-                wait,
+            start = SeriesStart(direction, x_r, v_r, z, d == 0 or abs(d) == 2, creeping)
+            last, step, iterations, control = begin_step(
+                plant, law, series, start, left, tolerances, control
             )
-            segments.terms[at - 1] = last
+            code = d
             if iterations > 0:
-                segments.d[at - 1] = direction * (QUASI_STEADY + iterations)
+                code = direction * (QUASI_STEADY + iterations)
             elif creeping and abs(d) != 2:
-                segments.d[at - 1] = direction * CREEPING
+                code = direction * CREEPING
+            used = record_segment(segments, used, n, s, x_r, v_r, z, code)
+            segments.terms[used - 1] = last
+            if law.kind == LEUVEN:
+                segments.rise[used - 1] = series.slope[0]
+                segments.bend[used - 1] = series.slope[1]
             step, stop, end_of_branch, cause = step_extent(
-                plant,
-                law,
-                series,
-                last,
-                direction,
-                step,
-                iterations > 0,
-                creeping,
-                slow,
-                v_tolerance,
+                plant, law, series, start, (last, step, iterations), slow, tolerances.v
             )
             event = min(stop, end_of_branch)
             # A creeping mass whose step is below the resolution of time stops here.
@@ -254,8 +302,13 @@ def march_taylor(
             )
             stalled = stalled + 1 if no_progress else 0
             if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
-                return n, s, x_r, v_r, z, d, at, -1
-            requested = 4.0 * step if step < left else NEVER
+                return SeriesState(n, s, x_r, v_r, z, d, used, -1)
+            control = StepControl(
+                control.time_scale,
+                4.0 * step if step < left else NEVER,
+                control.pause,
+                control.wait,
+            )
             step = min(event, step)
             s = length if step == left else min(s + step, length)
             x_r, v_r, z = series_state(series, last, step)
@@ -265,53 +318,35 @@ def march_taylor(
                 series.branch[AT_LIMIT] = 0
             if end_of_branch < stop:
                 z = next_branch(law, series, cause, z)
-            if stop <= end_of_branch and stop != NEVER:
+            elif stop != NEVER:
                 v_r = 0.0
                 F_L = limit_force(plant, x_r, horner(series.u, ORDER, step))
-                d = motion_direction_at(
-                    plant,
-                    law,
-                    waves,
-                    series,
-                    u_dd[n] + slope * s,
-                    slope,
-                    n * dt + s,
-                    x_r,
-                    v_r,
-                    z,
-                )
+                set_forcing(series, waves, u_dd[n] + slope * s, slope, n * dt + s)
+                d = motion_direction_at(plant, law, series, x_r, v_r, z)
                 if law.kind == LEUVEN and d != 0:
-                    update_branch(law, series, sign(d), 0.0, z)
+                    update_branch(law, series, sign(d), v_r, z)
                 # A mass on bristles does not stick: at rest it has no event until it moves.
-                if d != 0 or law.kind == STRIBECK:
-                    count = record_event(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
+                if d != 0 or not bristles:
+                    events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
         if s >= length:
             n += 1
             s = 0.0
-    return n, s, x_r, v_r, z, d, at, count
+    return SeriesState(n, s, x_r, v_r, z, d, used, events)
 
 
 @compiled
-def motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z):
-    """Return the direction as in `SeriesSegments`: 0 if stuck or in lasting equilibrium."""
+def motion_direction_at(plant, law, series, x_r, v_r, z):
+    """Return the direction of motion as in `SeriesSegments`, with the forcing set.
+
+    A mass at rest on bristles is in equilibrium until a coefficient of ü moves it, with code ±2
+    as at a break-away; 0 if none does. Without bristles 0 means stuck.
+    """
     if v_r != 0.0:
         return sign(v_r)
     if law.kind == STRIBECK:
-        set_forcing(series, waves, u_0, slope, t)
         F_L = limit_force(plant, x_r, series.u[0])
         hold = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
         return 0 if abs(F_L) <= hold else -sign(F_L)
-    return bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z)
-
-
-@compiled
-def bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z):
-    """Return the direction in which a mass at rest on bristles starts to move.
-
-    The code is that of `SeriesSegments`: ±2 in equilibrium if a coefficient of ü moves the
-    mass, and 0 if none does.
-    """
-    set_forcing(series, waves, u_0, slope, t)
     a = series.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
     if abs(a) > equilibrium_tolerance(plant, law, series, x_r, z):
         return -sign(a)
@@ -352,101 +387,50 @@ def plant_time_scale(plant):
     return 1.0 / rate if rate > 0.0 else NEVER
 
 
-@compiled
-def stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, h):
-    """Return when a stuck mass breaks away within h [s], or infinity, and its direction."""
-    limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-    set_phases(waves, plant, limits, t, 0)
-    return break_away_time(plant, limits, limits, waves, x_r, u_0, slope, slope, h)
-
-
 MAX_QUASI_STEADY_PAUSE = 31
 """Most steps between two attempts at a quasi-steady series."""
 
 
 @inlined
-def begin_step(
-    plant,
-    law,
-    series,
-    d,
-    x_r,
-    v_r,
-    z,
-    creeping,
-    left,
-    time_scale,
-    requested,
-    v_tolerance,
-    z_tolerance,
-    pause,
-    wait,
-):
+def begin_step(plant, law, series, start, left, tolerances, control):
     """Set the series of a step: quasi-steady where that converges, else the full one.
 
-    Parameters
-    ----------
-    plant, law, series, x_r, v_r, z, v_tolerance, z_tolerance
-        As in `extend_series`.
-    d : int
-        Direction as in `SeriesSegments`.
-    creeping : bool
-        Whether the mass is too slow for the Stribeck curve to have fallen.
-    left, time_scale, requested : float
-        Rest of the interval, time scale of waves and oscillator, and requested length [s].
-    pause, wait : int
-        Steps left before the next attempt at a quasi-steady series, and the length of that
-        pause.
+    The step is at most the rest of the interval, `left` [s].
 
     Returns
     -------
-    last, step, iterations, pause, wait
-        Degree of the series, its valid length [s], and the iterations of the quasi-steady
-        series, 0 for a full series.
+    last, step, iterations : int, float, int
+        Degree of the series, its valid length [s], and the iterations of a quasi-steady series;
+        0 for a full one.
+    control : StepControl
     """
-    direction = 1 if d >= 0 else -1
-    if law.kind != STRIBECK and relaxation_rate(law, v_r, z) * time_scale > STIFF_RATIO:
+    time_scale, requested, pause, wait = control
+    relaxation = relaxation_rate(law, start.v, start.z) if law.kind != STRIBECK else 0.0
+    if relaxation * min(left, time_scale) > STIFF_RATIO:
         if pause == 0:
             last, step, iterations = solve_quasi_steady(
-                plant, law, series, direction, x_r, v_r, z, left, v_tolerance, z_tolerance
+                plant, law, series, start, left, tolerances
             )
             if iterations > 0:
-                return last, step, iterations, 0, 0
+                return last, step, iterations, StepControl(time_scale, requested, 0, 0)
             wait = min(2 * wait + 1, MAX_QUASI_STEADY_PAUSE)
             pause = wait
         else:
             pause -= 1
-    poised = d == 0 or abs(d) == 2
-    last, step = extend_series(
-        plant,
-        law,
-        series,
-        direction,
-        x_r,
-        v_r,
-        z,
-        poised,
-        creeping,
-        min(left, requested),
-        v_tolerance,
-        z_tolerance,
-    )
-    return last, step, 0, pause, wait
+    last, step = extend_series(plant, law, series, start, min(left, requested), tolerances)
+    return last, step, 0, StepControl(time_scale, requested, pause, wait)
 
 
 @inlined
-def step_extent(
-    plant, law, series, last, direction, step, quasi_steady, creeping, slow, v_tolerance
-):
+def step_extent(plant, law, series, start, found, slow, v_tolerance):
     """Return the length over which a series is used [s], and what ends it there.
 
     Parameters
     ----------
-    plant, law, series, last, direction, step
-        The series of degree `last`, the direction of motion, and its valid length [s].
-    quasi_steady, creeping : bool
-        Whether the series is quasi-steady; whether the mass is too slow for the Stribeck curve
-        to have fallen.
+    plant, law, series, start
+        As in `extend_series`.
+    found : tuple
+        Degree, valid length [s] and iterations of the series as returned by `begin_step`.
     slow : float
         Speed below which the mass creeps [m/s].
     v_tolerance : float
@@ -458,17 +442,19 @@ def step_extent(
         Length [s]; time at which v_r is zero and time at which a hysteresis branch ends, or
         infinity; and the cause of that end as in `branch_exit`.
     """
-    step = curve_valid_length(law, series, last, direction, step, slow)
-    stop = first_series_root(series.v, last, direction, step)
-    if quasi_steady and stop != NEVER:
+    last, step, iterations = found
+    d = start.d
+    step = curve_valid_length(law, series, last, d, step, slow)
+    stop = first_series_root(series.v, last, d, step)
+    if iterations > 0 and stop != NEVER:
         # Near v_r = 0 the slow manifold does not exist: approach it, then use the full series.
         step, stop = 0.5 * stop, NEVER
     end, cause = NEVER, 0
     if law.kind == LEUVEN:
-        end, cause = branch_exit(law, series, last, direction, min(stop, step))
+        end, cause = branch_exit(law, series, last, d, min(stop, step))
     seen = min(stop, end, step)
-    if not creeping:
-        seen = curve_checked_length(plant, law, series, last, direction, seen, v_tolerance)
+    if not start.creeping:
+        seen = curve_checked_length(plant, law, series, last, d, seen, v_tolerance)
     if seen < min(stop, end):
         return min(seen, step), NEVER, NEVER, 0
     return step, stop, end, cause
@@ -482,61 +468,51 @@ NO_TRUNCATION = 1e-300
 
 
 @compiled
-def evaluate_series(
-    plant, law, waves, u_dd, dt, series, segments, t, x_out, v_out, z_out, F_out, d_out
-):
-    """Write the motion at ascending times t [s].
+def evaluate_series(solution, series, t, out):
+    """Write a motion at ascending times t [s] to `Columns`; parameters as `rebuild_series`.
 
-    Parameters
-    ----------
-    plant, law, waves, u_dd, dt, series, segments
-        As in `march_taylor`; `segments` holds the segments written and no more.
-    t : array, shape (n,)
-        Ascending times, not before the first segment [s].
-    x_out, v_out, z_out, F_out : array, shape (n,)
-        Written: state [m, m/s, m] and friction force [N].
-    d_out : array of int, shape (n,)
-        Written: direction of motion, 0 where stuck; a mass on bristles is never stuck.
+    A mass on bristles is never stuck: at rest its direction is 1.
     """
-    i = 0
-    known = -1
-    last = 0
+    plant, law, _, _, dt, segments = solution
+    i, known, last = 0, -1, 0
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
         if known != i:
-            last = rebuild_series(plant, law, waves, u_dd, dt, series, segments, i)
+            last = rebuild_series(solution, series, i)
             known = i
         s = t[k] - (segments.n[i] * dt + segments.s[i])
-        d = (segments.d[i] > 0) - (segments.d[i] < 0)
-        x_out[k] = segments.x_r[i]
-        v_out[k] = 0.0
-        z_out[k] = segments.z[i]
-        d_out[k] = d if d != 0 or law.kind == STRIBECK else 1
+        d = sign(segments.d[i])
+        x, v, z = segments.x_r[i], 0.0, segments.z[i]
         if d == 0:
-            F_out[k] = -limit_force(plant, x_out[k], horner(series.u, ORDER, s))
-            continue
-        if s == 0.0:
-            v_out[k] = segments.v_r[i]
+            out.F_f[k] = -limit_force(plant, x, horner(series.u, ORDER, s))
         else:
-            x_out[k], v_out[k], z_out[k] = series_state(series, last, s)
-        F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
+            v = segments.v_r[i]
+            if s != 0.0:
+                x, v, z = series_state(series, last, s)
+            out.F_f[k] = dynamic_force(law, d, v, z)
+        out.x_r[k] = x
+        out.v_r[k] = v
+        out.z[k] = z
+        out.F_stop[k] = 0.0
+        out.d[k] = d if d != 0 or law.kind == STRIBECK else 1
 
 
 @compiled
-def integrate_series(plant, law, waves, u_dd, dt, series, segments, begin, end):
-    """Integrate the motion from `begin` to `end` [s].
+def integrate_series(solution, series, begin, end):
+    """Integrate the motion from `begin` to `end` [s]; other parameters as `rebuild_series`.
 
     Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
     is the energy lost in the contact divided by F_fk.
     """
+    plant, law, _, _, dt, segments = solution
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(segments.n)):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi <= lo:
             continue
-        last = rebuild_series(plant, law, waves, u_dd, dt, series, segments, i)
-        d = (segments.d[i] > 0) - (segments.d[i] < 0)
+        last = rebuild_series(solution, series, i)
+        d = sign(segments.d[i])
         if d == 0:
             stuck += hi - lo if law.kind == STRIBECK else 0.0
             x2 += segments.x_r[i] ** 2 * (hi - lo)
@@ -559,44 +535,35 @@ def integrate_series(plant, law, waves, u_dd, dt, series, segments, begin, end):
 
 
 @compiled
-def rebuild_series(plant, law, waves, u_dd, dt, series, segments, i):
+def rebuild_series(solution, series, i):
     """Rebuild the series of segment i; return its degree, 0 where nothing moves.
 
     Coefficients above that degree must not be used.
+
+    Parameters
+    ----------
+    solution : Solution
+        With a `DynamicLaw` and `SeriesSegments`.
+    series : TaylorSeries
+        Work space.
+    i : int
     """
+    plant, law, waves, u_dd, dt, segments = solution
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    d = segments.d[i]
+    code = segments.d[i]
     set_forcing(series, waves, u_0, slope, t)
-    if d == 0:
+    if code == 0:
         return 0
-    direction = 1 if d > 0 else -1
     if law.kind == LEUVEN:
         series.slope[0], series.slope[1] = segments.rise[i], segments.bend[i]
-    if law.kind != STRIBECK and abs(d) > QUASI_STEADY:
-        rebuild_quasi_steady(
-            plant,
-            law,
-            series,
-            direction,
-            segments.x_r[i],
-            segments.v_r[i],
-            abs(d) - QUASI_STEADY,
-        )
-        return segments.terms[i]
-    slow = has_fractional_exponent(law) and abs(d) > 1
+    creeping = has_fractional_exponent(law) and abs(code) > 1
     state = segments.x_r[i], segments.v_r[i], segments.z[i]
-    extend_series(
-        plant,
-        law,
-        series,
-        direction,
-        *state,
-        abs(d) == 2,
-        slow,
-        1.0,
-        NO_TRUNCATION,
-        NO_TRUNCATION,
-    )
+    start = SeriesStart(sign(code), *state, abs(code) == 2, creeping)
+    if law.kind != STRIBECK and abs(code) > QUASI_STEADY:
+        rebuild_quasi_steady(plant, law, series, start, abs(code) - QUASI_STEADY)
+    else:
+        every = Tolerances(NO_TRUNCATION, NO_TRUNCATION)
+        extend_series(plant, law, series, start, 1.0, every)
     return segments.terms[i]
 
 
@@ -623,7 +590,7 @@ def set_forcing(series, waves, u_0, slope, t):
 
 
 @compiled
-def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, z_tolerance):
+def extend_series(plant, law, series, start, h, tolerances):
     """Compute the series of the full equation of motion to the order needed.
 
     Parameters
@@ -631,19 +598,10 @@ def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, 
     plant, law : Plant, DynamicLaw
     series : TaylorSeries
         With the forcing set; the rest is written.
-    d : int
-        Direction of motion.
-    x, v, z : float
-        State [m, m/s, m].
-    poised : bool
-        Whether the mass rests or breaks away at this instant: its relative acceleration is
-        exactly zero.
-    slow : bool
-        Whether the mass is too slow for the Stribeck curve to have fallen.
+    start : SeriesStart
     h : float
         Requested length [s].
-    v_tolerance, z_tolerance : float
-        Negligible changes [m/s, m].
+    tolerances : Tolerances
 
     Returns
     -------
@@ -652,11 +610,12 @@ def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, 
         one.
     """
     m, k_x, b = plant
+    d, x, v, z, poised, creeping = start
     per_m = 1.0 / m
     series.x[0] = x
     series.v[0] = v
     series.z[0] = z
-    falls = start_stribeck_series(law, series, d, v, slow)
+    falls = start_stribeck_series(law, series, d, v, creeping)
     per_curve = 1.0 / (law.F_fk + series.g[0])
     power = 1.0
     small = 0
@@ -667,39 +626,39 @@ def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, 
         a = -(series.u[n] + (k_x * series.x[n] + b * series.v[n] + series.F[n]) * per_m) * per_n
         series.v[n + 1] = 0.0 if poised and n == 0 else a
         power *= h
-        tiny = abs(series.v[n + 1]) * power <= v_tolerance
+        tiny = abs(series.v[n + 1]) * power <= tolerances.v
         if law.kind != STRIBECK:
-            tiny = tiny and abs(series.z[n + 1]) * power <= z_tolerance
+            tiny = tiny and abs(series.z[n + 1]) * power <= tolerances.z
         small = small + 1 if tiny else 0
         # Three in a row: odd or even terms may vanish by symmetry, and the linear part of ü
         # enters v two orders after x.
         if small == 3:
             return n + 1, h
-    return ORDER, min(h, truncation_length(law, series, v_tolerance, z_tolerance))
+    return ORDER, min(h, truncation_length(law, series, tolerances))
 
 
 @inlined
-def start_stribeck_series(law, series, d, v, slow):
+def start_stribeck_series(law, series, d, v, creeping):
     """Start the series of the Stribeck curve; return whether it depends on speed here."""
-    falls = not slow and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
+    falls = not creeping and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
     if falls:
         start_excess(law, series, d, v)
     else:
         for n in range(ORDER + 1):
             series.g[n] = 0.0
-        if slow:
+        if creeping:
             series.g[0] = law.F_fs - law.F_fk
     return falls
 
 
 @compiled
-def truncation_length(law, series, v_tolerance, z_tolerance):
+def truncation_length(law, series, tolerances):
     """Return the length [s] up to which the last terms of the series are within tolerance."""
     h = math.inf
     for n in range(ORDER - 1, ORDER + 1):
-        size = abs(series.v[n]) / v_tolerance
+        size = abs(series.v[n]) / tolerances.v
         if law.kind != STRIBECK:
-            size = max(size, abs(series.z[n]) / z_tolerance)
+            size = max(size, abs(series.z[n]) / tolerances.z)
         if size > 0.0:
             h = min(h, size ** (-1.0 / n))
     return h
@@ -757,56 +716,55 @@ def relaxation_rate(law, v, z):
 
 
 @compiled
-def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_tolerance):
+def solve_quasi_steady(plant, law, series, start, h, tolerances):
     """Compute the series of the motion on the slow manifold by fixed-point iteration.
 
     Parameters as in `extend_series`. Returns the degree, the valid length [s], and the number
     of iterations; 0 iterations if the deflection z is not quasi-steady.
     """
-    rate = law.sigma_0 * abs(v) / stribeck_curve(law, v)
+    rate = law.sigma_0 * abs(start.v) / stribeck_curve(law, start.v)
     for n in range(ORDER + 2):
         series.w[n] = 0.0
     change = 0.0
     for iterations in range(1, MAX_ITERATIONS + 1):
-        last = quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolerance)
+        last = quasi_steady_iteration(plant, law, series, start, h, tolerances)
         if last == ORDER:
-            h = min(h, truncation_length(law, series, v_tolerance, z_tolerance))
+            h = min(h, truncation_length(law, series, tolerances))
         before = change
-        change = update_deflection_rate(
-            plant, law, series, last, rate, h, v_tolerance, z_tolerance
-        )
+        change = update_deflection_rate(plant, law, series, last, rate, h, tolerances)
         # Not stiff enough to pay, or the iteration does not contract.
         if rate * h < STIFF_RATIO or (iterations > 2 and not change < 0.5 * before):
             return 0, h, 0
         if change <= 1.0:
-            converged = abs(series.z[0] - z) <= z_tolerance
+            converged = abs(series.z[0] - start.z) <= tolerances.z
             return last, h, (iterations if converged else 0)
     return 0, h, 0
 
 
 @compiled
-def rebuild_quasi_steady(plant, law, series, d, x, v, iterations):
+def rebuild_quasi_steady(plant, law, series, start, iterations):
     """Rebuild the quasi-steady series after a number of iterations."""
     for n in range(ORDER + 2):
         series.w[n] = 0.0
     for _ in range(iterations):
-        quasi_steady_iteration(plant, law, series, d, x, v, 1.0, 0.0, 0.0)
-        update_deflection_rate(plant, law, series, ORDER, 1.0, 1.0, 1.0, 1.0)
+        quasi_steady_iteration(plant, law, series, start, 1.0, Tolerances(0.0, 0.0))
+        update_deflection_rate(plant, law, series, ORDER, 1.0, 1.0, Tolerances(1.0, 1.0))
 
 
 @compiled
-def quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolerance):
+def quasi_steady_iteration(plant, law, series, start, h, tolerances):
     """Iterate the quasi-steady equation once with the present w; return the degree needed."""
     m, k_x, b = plant
-    series.x[0] = x
-    series.v[0] = v
-    falls = start_stribeck_series(law, series, d, v, False)
+    d = start.d
+    series.x[0] = start.x
+    series.v[0] = start.v
+    falls = start_stribeck_series(law, series, d, start.v, False)
     power = 1.0
     small = 0
     for n in range(ORDER + 1):
         deflection = quasi_steady_term(law, series, d, n, falls)
         series.z[n] = deflection
-        tiny = abs(deflection) * power <= z_tolerance
+        tiny = abs(deflection) * power <= tolerances.z
         series.F[n] = (
             law.sigma_0 * deflection + law.sigma_1 * series.w[n] + law.sigma_2 * series.v[n]
         )
@@ -814,7 +772,7 @@ def quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolera
         pull = (k_x * series.x[n] + b * series.v[n] + series.F[n]) / m
         series.v[n + 1] = -(series.u[n] + pull) / (n + 1)
         power *= h
-        small = small + 1 if tiny and abs(series.v[n + 1]) * power <= v_tolerance else 0
+        small = small + 1 if tiny and abs(series.v[n + 1]) * power <= tolerances.v else 0
         if small == 3:
             series.z[n + 1] = 0.0
             return min(n + 1, ORDER)
@@ -852,7 +810,7 @@ def fractional_root_term(law, series, n):
 
 
 @compiled
-def update_deflection_rate(plant, law, series, last, rate, h, v_tolerance, z_tolerance):
+def update_deflection_rate(plant, law, series, last, rate, h, tolerances):
     """Update w from the series of z; return the change of z or v relative to its tolerance."""
     change = 0.0
     power = 1.0
@@ -864,8 +822,8 @@ def update_deflection_rate(plant, law, series, last, rate, h, v_tolerance, z_tol
             fresh /= series.slope[0] + series.slope[1] * series.z[0]
         off = abs(fresh - series.w[n]) * power
         series.w[n] = fresh
-        push = law.sigma_1 * off * h / (plant.m * v_tolerance)
-        change = max(change, off / (rate * z_tolerance), push)
+        push = law.sigma_1 * off * h / (plant.m * tolerances.v)
+        change = max(change, off / (rate * tolerances.z), push)
         power *= h
     return change
 
