@@ -12,29 +12,33 @@ from scenes import PAPER
 DT = 2.5e-3
 RANDOM = np.random.Generator(np.random.PCG64(8))
 BASE = RANDOM.normal(0.0, 1.0, 400).cumsum() * 0.1
-MIDDLES = 0.5 * (BASE[:-1] + BASE[1:])
+
+
+def on_grid(kernel: SimpleNamespace, base: np.ndarray = BASE, dt: float = DT) -> tuple:
+    """Return a base motion and the buffers of a motion on its grid, from rest."""
+    n, middles = len(base), 0.5 * (base[:-1] + base[1:])
+    buffers = (*np.zeros((3, n)), np.full(n, 9, dtype=np.int64))
+    grid = kernel.fixed_step
+    return grid.BaseOnGrid(base, middles, dt), grid.MotionOnGrid(*buffers)
 
 
 def stepped(kernel: SimpleNamespace, form: int, method: int) -> np.ndarray:
     """March with a function of velocity; gives x_r and v_r."""
-    x_r, v_r = np.zeros(len(BASE)), np.zeros(len(BASE))
+    base, out = on_grid(kernel)
     plant = kernel.model.Plant(*PAPER)
-    kernel.fixed_step.march_fixed_step(
-        plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r
-    )
-    return np.array([x_r, v_r])
+    kernel.fixed_step.march_fixed_step(plant, 15.0, form, 100.0, method, base, out)
+    return np.array(out[:2])
 
 
 def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
     """March with stick; gives x_r, v_r, F_f and direction."""
-    x_r, v_r, F_f = np.zeros((3, len(BASE)))
-    d = np.zeros(len(BASE), dtype=np.int64)
-    plant, rest = kernel.model.Plant(*PAPER), (BASE, DT, x_r, v_r, F_f, d)
+    base, out = on_grid(kernel)
+    plant = kernel.model.Plant(*PAPER)
     if march == "switch":
-        kernel.fixed_step.march_switch(plant, 15.0, 18.0, 6e-4, *rest)
+        kernel.fixed_step.march_switch(plant, 15.0, 18.0, 6e-4, base, out)
     else:
-        kernel.fixed_step.march_moreau(plant, 15.0, *rest)
-    return np.array([x_r, v_r, F_f, d])
+        kernel.fixed_step.march_moreau(plant, 15.0, base, out)
+    return np.array(out)
 
 
 @pytest.mark.parametrize("method", range(4))
@@ -68,12 +72,11 @@ def test_method_is_of_its_order_without_friction(
     kernel: SimpleNamespace, method: int, order: int
 ) -> None:
     def error(dt: float) -> float:
-        n = round(0.5 / dt)
-        x_r, v_r = np.zeros(n + 1), np.zeros(n + 1)
-        u_dd, plant = np.ones(n + 1), kernel.model.Plant(*PAPER)
-        kernel.fixed_step.march_fixed_step(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
+        base, out = on_grid(kernel, np.ones(round(0.5 / dt) + 1), dt)
+        plant = kernel.model.Plant(*PAPER)
+        kernel.fixed_step.march_fixed_step(plant, 0.0, 0, 0.0, method, base, out)
         _, _, Y, _ = kernel.oscillator.flow(plant.b / plant.m, plant.k_x / plant.m, 0.5)
-        return abs(x_r[-1] + Y)
+        return abs(out.x_r[-1] + Y)
 
     assert math.log2(error(5e-3) / error(2.5e-3)) == pytest.approx(order, abs=0.3)
 
@@ -102,8 +105,7 @@ def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
 def test_moreau_begins_in_the_direction_of_its_start(
     kernel: SimpleNamespace, v: float, d: int
 ) -> None:
-    x_r, v_r, F_f = np.zeros((3, len(BASE)))
-    v_r[0], way = v, np.full(len(BASE), 9, dtype=np.int64)
-    plant = kernel.model.Plant(*PAPER)
-    kernel.fixed_step.march_moreau(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
-    assert (way[0], F_f[0]) == (d, 15.0 * d)
+    base, out = on_grid(kernel)
+    out.v_r[0] = v
+    kernel.fixed_step.march_moreau(kernel.model.Plant(*PAPER), 15.0, base, out)
+    assert (out.d[0], out.F_f[0]) == (d, 15.0 * d)

@@ -160,9 +160,10 @@ EXPLAINED = {
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
     ("taylor.py", "if down <= up:"): NEITHER,
-    ("taylor.py", "return last, step, iterations, 0, 1.0"): (
-        "how long to wait before bristles are asked again is chosen for speed"
-    ),
+    (
+        "taylor.py",
+        "return last, step, iterations, StepControl(time_scale, requested, 0, 1.0)",
+    ): ("how long to wait before bristles are asked again is chosen for speed"),
     ("oscillator.py", "dip_factor * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"

@@ -5,30 +5,29 @@
 - Smooth: a continuous function in place of the sign of the velocity (Eq. 8).
 - Switch: the paper's fixed-step method with a velocity band (Eq. 10; Karnopp 1985).
 
-Each class declares its options; its kernels are imported on first use.
+Each class declares its options and calls its kernel, which is imported on first use.
 """
 
 from __future__ import annotations
 
 from math import ceil
 from sys import float_info
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from drysim.approach.solution import Floats, Response
 from drysim.approach.stick_slip import ApproachBase
 from drysim.core.model import AnyLaw, AnyState, Plant, Samples, Sines
 from drysim.units import Quantity
 
+if TYPE_CHECKING:
+    from drysim.core.fixed_step import BaseOnGrid, MotionOnGrid
 
-class Moreau(ApproachBase):
-    """Set-valued sign at zero velocity, solved implicitly at every step.
+Scene = tuple[Plant, AnyLaw, Sines | Samples]
+"""Oscillator, friction law and base motion."""
 
-    Not to be confused with signum: the mass sticks, without chatter and without a velocity
-    band; nor with stick-slip: stops fall on the grid, and static friction equals kinetic
-    friction.
-    """
 
-    approach: Literal["moreau"] = "moreau"
+class FixedStepApproach(ApproachBase):
+    """Base of the approaches with a fixed step, which differ in how they march."""
 
     def solve(
         self,
@@ -40,23 +39,44 @@ class Moreau(ApproachBase):
         duration: float | None = None,
     ) -> Response:
         """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        from drysim.approach.stepping import input_on_grid, solve_with_stick
+        from drysim.approach import stepping
+
+        base = stepping.base_on_grid(motion, step, duration)
+        out = stepping.empty_motion_on_grid(start, len(base.u_dd))
+        scene = plant, law, motion
+        why = self.march(scene, base, out)
+        name: str = type(self).model_fields["approach"].default
+        return stepping.make_response(scene, base, out, name, why)
+
+    def march(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> str:
+        """Write the motion on the grid; return a sentence on the method."""
+        raise NotImplementedError
+
+
+class Moreau(FixedStepApproach):
+    """Set-valued sign at zero velocity, solved implicitly at every step.
+
+    Not to be confused with signum: the mass sticks, without chatter and without a velocity
+    band; nor with stick-slip: stops fall on the grid, and static friction equals kinetic
+    friction.
+    """
+
+    approach: Literal["moreau"] = "moreau"
+
+    def march(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> str:
+        """Write the motion on the grid; return a sentence on the method."""
         from drysim.core.fixed_step import march_moreau
 
-        u_dd, _, dt = input_on_grid(motion, step, duration)
-        scene, limits = (plant, law, motion), (law.F_fk,)
-        name_and_reason = (
-            self.approach,
-            "set-valued sign, solved implicitly at every fixed step",
-        )
-        return solve_with_stick(march_moreau, limits, scene, start, (u_dd, dt), name_and_reason)
+        plant, law, _ = scene
+        march_moreau(plant, law.F_fk, base, out)
+        return "set-valued sign, solved implicitly at every fixed step"
 
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
 """Integrators in the order of their codes in `core.fixed_step`."""
 
 
-class Signum(ApproachBase):
+class Signum(FixedStepApproach):
     """Sign of the velocity at every step, with sign(0) = 0.
 
     Not to be confused with stick-slip: there is no stick. Where the mass should stand still its
@@ -69,47 +89,13 @@ class Signum(ApproachBase):
     method: Literal["euler", "semi-implicit", "heun", "rk4"] = "semi-implicit"
     """Integrator: euler, semi-implicit, heun or rk4."""
 
-    def solve(
-        self,
-        plant: Plant,
-        law: AnyLaw,
-        motion: Sines | Samples,
-        start: AnyState,
-        step: float,
-        duration: float | None = None,
-    ) -> Response:
-        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        import numpy as np
-
-        from drysim.approach.stepping import input_on_grid, make_response, state_buffers
-        from drysim.core.compile import as_engine_array
+    def march(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> str:
+        """Write the motion on the grid; return a sentence on the method."""
         from drysim.core.fixed_step import SIGN, march_fixed_step
 
-        u_dd, u_mid, dt = input_on_grid(motion, step, duration)
-        x_r, v_r = state_buffers(start, len(u_dd))
-        method = METHODS.index(self.method)
-        march_fixed_step(
-            plant,
-            law.F_fk,
-            SIGN,
-            0.0,
-            method,
-            as_engine_array(u_dd),
-            as_engine_array(u_mid),
-            dt,
-            x_r,
-            v_r,
-        )
-        x, v = np.asarray(x_r), np.asarray(v_r)
-        # v_r = 0 at a grid point is no stick: this method has none.
-        mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        name_and_reason = (
-            self.approach,
-            f"sign of v_r at every step, integrated by {self.method}",
-        )
-        return make_response(
-            plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), name_and_reason
-        )
+        (plant, law, _), method = scene, METHODS.index(self.method)
+        march_fixed_step(plant, law.F_fk, SIGN, 0.0, method, base, out)
+        return f"sign of v_r at every step, integrated by {self.method}"
 
 
 FORMS = ("sign", "arctan", "tanh", "erf", "rational")
@@ -126,7 +112,7 @@ ADAPTIVE_RTOL = 1e-9
 """Relative tolerance of the adaptive method, far below the error of a finite sharpness."""
 
 
-class Smooth(ApproachBase):
+class Smooth(FixedStepApproach):
     """Friction as a steep continuous function of velocity.
 
     Not to be confused with stick-slip: where the mass should stand still it creeps, and the
@@ -165,89 +151,66 @@ class Smooth(ApproachBase):
         from drysim.approach.stepping import decimate_response, refine_motion
 
         if self.method == "rk4":
-            return self._march(plant, law, motion, start, step, duration)
+            return super().solve(plant, law, motion, start, step, duration)
         dt = motion.dt if isinstance(motion, Samples) else step
         substeps = self.substeps(plant, law, dt)
-        fine = self._march(
+        fine = super().solve(
             plant, law, refine_motion(motion, substeps), start, step / substeps, duration
         )
         return decimate_response(fine, motion, substeps)
 
-    def _march(
-        self,
-        plant: Plant,
-        law: AnyLaw,
-        motion: Sines | Samples,
-        start: AnyState,
-        step: float,
-        duration: float | None,
-    ) -> Response:
-        """Return the response with one integration step per grid step."""
-        import numpy as np
+    def march(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> str:
+        """Write the motion on the grid; return a sentence on the method."""
+        from drysim.core.fixed_step import RK4, march_fixed_step
 
-        from drysim.approach.stepping import input_on_grid, make_response, state_buffers
-        from drysim.core.compile import as_engine_array
-        from drysim.core.fixed_step import RK4, march_fixed_step, regularise_signs
-
-        u_dd, u_mid, dt = input_on_grid(motion, step, duration)
-        form = FORMS.index(self.form)
+        (plant, law, _), form = scene, FORMS.index(self.form)
         if self.method == "adaptive":
-            x, v = self._adaptive(plant, law, motion, start, (u_dd, dt))
+            self._integrate(scene, base, out)
         else:
-            x_r, v_r = state_buffers(start, len(u_dd))
-            base = (as_engine_array(u_dd), as_engine_array(u_mid), dt)
-            march_fixed_step(plant, law.F_fk, form, self.sharpness, RK4, *base, x_r, v_r)
-            x, v = np.asarray(x_r), np.asarray(v_r)
-        signs = as_engine_array(v.copy())
-        regularise_signs(form, self.sharpness, signs)
-        mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        reason = f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
-        state = (x, v, law.F_fk * np.asarray(signs), mode)
-        return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, reason))
+            march_fixed_step(plant, law.F_fk, form, self.sharpness, RK4, base, out)
+        return f"{self.form} of sharpness {self.sharpness:g} s/m as the sign, {self.method}"
 
-    def _adaptive(
-        self,
-        plant: Plant,
-        law: AnyLaw,
-        motion: Sines | Samples,
-        start: AnyState,
-        grid: tuple[Floats, float],
-    ) -> tuple[Floats, Floats]:
-        """Return x_r and v_r on the grid by scipy's LSODA."""
+    def _integrate(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> None:
+        """Write the motion on the grid as found by scipy's LSODA."""
         import numpy as np
         from scipy.integrate import solve_ivp
 
-        from drysim.core.fixed_step import regularised_sign
+        from drysim.core.fixed_step import regularised_sign, write_point
         from drysim.core.model import base_acceleration
         from drysim.errors import SolverError
 
-        u_dd, dt = grid
+        (m, k_x, b), law, motion = scene
+        u_dd, dt, form = np.asarray(base.u_dd), base.dt, FORMS.index(self.form)
         t = np.arange(len(u_dd)) * dt
-        form, (m, k_x, b) = FORMS.index(self.form), plant
 
-        def base(now: float) -> float:
+        def base_at(now: float) -> float:
             if isinstance(motion, Samples):
                 return float(np.interp(now, t, u_dd))
             return float(base_acceleration(motion, np.array([now]))[0])
 
+        def friction(v_r: float) -> float:
+            return law.F_fk * float(regularised_sign(form, self.sharpness, v_r))
+
         def rates(now: float, state: Floats) -> list[float]:
-            F_f = law.F_fk * regularised_sign(form, self.sharpness, state[1])
-            return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
+            pull = b * state[1] + k_x * state[0] + friction(state[1])
+            return [state[1], -base_at(now) - pull / m]
 
         # Order of magnitude of the motion, for the absolute tolerance.
-        scale = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
+        begin = [out.x_r[0], out.v_r[0]]
+        scale = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(begin[1]) + abs(begin[0])
         solution = solve_ivp(
-            rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=ADAPTIVE_RTOL,
+            rates, (0.0, t[-1]), begin, "LSODA", t, rtol=ADAPTIVE_RTOL,
             atol=ADAPTIVE_RTOL * 1e-3 * (scale or 1.0), max_step=10 * dt,
         )  # fmt: skip
         if not solution.success:
             raise SolverError(
                 f"smooth, adaptive: {solution.message}", "use a smaller sharpness"
             )
-        return solution.y[0], solution.y[1]
+        for n, (x_r, v_r) in enumerate(solution.y.T.tolist()):
+            write_point(out, n, x_r, v_r, friction(v_r), -1 if v_r < 0.0 else 1)
 
 
-class Switch(ApproachBase):
+class Switch(FixedStepApproach):
     """Stick within a band of small velocities, sliding outside it.
 
     Not to be confused with stick-slip, which locates the stop: here the band must be wide
@@ -261,21 +224,11 @@ class Switch(ApproachBase):
     """Half width ε of the band [m/s]; default: the velocity lost to friction in one step,
     F_fs/m times the step."""
 
-    def solve(
-        self,
-        plant: Plant,
-        law: AnyLaw,
-        motion: Sines | Samples,
-        start: AnyState,
-        step: float,
-        duration: float | None = None,
-    ) -> Response:
-        """Return the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        from drysim.approach.stepping import input_on_grid, solve_with_stick
+    def march(self, scene: Scene, base: BaseOnGrid, out: MotionOnGrid) -> str:
+        """Write the motion on the grid; return a sentence on the method."""
         from drysim.core.fixed_step import march_switch
 
-        u_dd, _, dt = input_on_grid(motion, step, duration)
-        band = self.band or dt * law.F_fs / plant.m or float_info.min
-        scene, limits = (plant, law, motion), (law.F_fk, law.F_fs, band)
-        name_and_reason = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
-        return solve_with_stick(march_switch, limits, scene, start, (u_dd, dt), name_and_reason)
+        plant, law, _ = scene
+        band = self.band or base.dt * law.F_fs / plant.m or float_info.min
+        march_switch(plant, law.F_fk, law.F_fs, band, base, out)
+        return f"fixed step, sticks within a band of {band:.3g} m/s"

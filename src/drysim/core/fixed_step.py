@@ -1,6 +1,6 @@
 """Fixed-step methods for comparison: sign approximations, velocity band, Moreau-Jean.
 
-Each march writes the state at the end of every step and locates no event.
+Each march writes the motion at the end of every step and locates no event.
 
 - `march_fixed_step` replaces the sign in Eq. (7) by a function of velocity, smooth or not, and
   therefore has no stick.
@@ -13,8 +13,9 @@ Each march writes the state at the end of every step and locates no event.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled
+from drysim.core.compile import compiled, inlined
 from drysim.core.events import sign
 
 SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
@@ -22,6 +23,62 @@ SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
 
 EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
 """Integrators of `march_fixed_step`."""
+
+
+class BaseOnGrid(NamedTuple):
+    """Base acceleration on the grid of a fixed-step method.
+
+    Attributes
+    ----------
+    u_dd : array, shape (n,)
+        Values at the grid points [m/s²].
+    u_mid : array, shape (n - 1,)
+        Values halfway between them [m/s²].
+    dt : float
+        Step [s].
+    """
+
+    u_dd: Any
+    u_mid: Any
+    dt: float
+
+
+class MotionOnGrid(NamedTuple):
+    """Motion at the grid points: arrays of shape (n,).
+
+    Attributes
+    ----------
+    x_r, v_r : array
+        Displacement [m] and velocity [m/s]; a march starts from the first values.
+    F_f : array
+        Friction force [N].
+    d : array of int
+        Direction of sliding, 0 where stuck.
+    """
+
+    x_r: Any
+    v_r: Any
+    F_f: Any
+    d: Any
+
+
+@inlined
+def write_point(out, n, x_r, v_r, F_f, d):
+    """Write one point of a `MotionOnGrid`."""
+    out.x_r[n] = x_r
+    out.v_r[n] = v_r
+    out.F_f[n] = F_f
+    out.d[n] = d
+
+
+class Rates(NamedTuple):
+    """Coefficients of Eq. (7) per mass, and the form and sharpness of its sign."""
+
+    c: float
+    w: float
+    f: float
+    form: int
+    sharpness: float
 
 
 @compiled
@@ -49,21 +106,17 @@ def regularised_sign(form, sharpness, v_r):
 
 
 @compiled
-def regularise_signs(form, sharpness, values):
-    """Replace velocities [m/s] by the friction force relative to F_fk [-], in place."""
-    for n in range(len(values)):
-        values[n] = regularised_sign(form, sharpness, values[n])
-
-
-@compiled
-def acceleration(c, w, f, form, sharpness, u_dd, x_r, v_r):
+def acceleration(rates, u_dd, x_r, v_r):
     """Return the relative acceleration [m/s²] of Eq. (7) with a regularised sign."""
+    c, w, f, form, sharpness = rates
     return -(u_dd + c * v_r + w * x_r + f * regularised_sign(form, sharpness, v_r))
 
 
 @compiled
-def march_fixed_step(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_out):
+def march_fixed_step(plant, F_fk, form, sharpness, method, base, out):
     """Integrate Eq. (7) with a friction force that is a function of velocity.
+
+    The mass never sticks: at rest its direction is 1.
 
     Parameters
     ----------
@@ -74,65 +127,53 @@ def march_fixed_step(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_ou
         As in `regularised_sign`.
     method : int
         `EULER`, `SEMI_IMPLICIT`, `HEUN` or `RK4`.
-    u_dd : array, shape (n,)
-        Base acceleration at the grid points [m/s²].
-    u_mid : array, shape (n - 1,)
-        Base acceleration halfway between them [m/s²].
-    dt : float
-        Step [s].
-    x_out, v_out : array, shape (n,)
-        The first values are the start [m, m/s]; the rest is written.
+    base, out : BaseOnGrid, MotionOnGrid
     """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    f = F_fk / m
-    x = x_out[0]
-    v = v_out[0]
-    for n in range(len(u_dd) - 1):
-        a = acceleration(c, w, f, form, sharpness, u_dd[n], x, v)
+    u_dd, u_mid, dt = base
+    rates = Rates(plant.b / plant.m, plant.k_x / plant.m, F_fk / plant.m, form, sharpness)
+    x, v = out.x_r[0], out.v_r[0]
+    for n in range(len(u_dd)):
+        share = regularised_sign(form, sharpness, v)
+        write_point(out, n, x, v, F_fk * share, -1 if v < 0.0 else 1)
+        if n == len(u_dd) - 1:
+            return
+        a = acceleration(rates, u_dd[n], x, v)
         if method == EULER:
             x, v = x + dt * v, v + dt * a
         elif method == SEMI_IMPLICIT:
             v += dt * a
             x += dt * v
         elif method == HEUN:
-            a_end = acceleration(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v, v + dt * a)
+            a_end = acceleration(rates, u_dd[n + 1], x + dt * v, v + dt * a)
             x, v = x + dt * (v + 0.5 * dt * a), v + 0.5 * dt * (a + a_end)
         else:
             h = 0.5 * dt
             v_2 = v + h * a
-            a_2 = acceleration(c, w, f, form, sharpness, u_mid[n], x + h * v, v_2)
+            a_2 = acceleration(rates, u_mid[n], x + h * v, v_2)
             v_3 = v + h * a_2
-            a_3 = acceleration(c, w, f, form, sharpness, u_mid[n], x + h * v_2, v_3)
+            a_3 = acceleration(rates, u_mid[n], x + h * v_2, v_3)
             v_4 = v + dt * a_3
-            a_4 = acceleration(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v_3, v_4)
+            a_4 = acceleration(rates, u_dd[n + 1], x + dt * v_3, v_4)
             x += dt / 6.0 * (v + 2.0 * v_2 + 2.0 * v_3 + v_4)
             v += dt / 6.0 * (a + 2.0 * a_2 + 2.0 * a_3 + a_4)
-        x_out[n + 1] = x
-        v_out[n + 1] = v
 
 
 @compiled
-def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
+def march_switch(plant, F_fk, F_fs, eps, base, out):
     """Integrate with the paper's velocity band, within which the mass may stick, Eq. (10).
 
     Parameters
     ----------
-    plant, u_dd, dt, x_out, v_out
+    plant, base, out
         As in `march_fixed_step`.
     F_fk, F_fs : float
         Kinetic friction force and static limit [N].
     eps : float
         Half width of the band [m/s], above 0.
-    F_out : array, shape (n,)
-        Friction force at the grid points [N]; written.
-    d_out : array of int, shape (n,)
-        Direction of sliding, 0 where stuck; written.
     """
     m, k_x, b = plant
-    x = x_out[0]
-    v = v_out[0]
+    u_dd, _, dt = base
+    x, v = out.x_r[0], out.v_r[0]
     for n in range(len(u_dd)):
         F_L = m * u_dd[n] + k_x * x
         if abs(v) >= eps:
@@ -143,20 +184,15 @@ def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
             d = 0
             v = 0.0
         F = d * F_fk if d != 0 else -F_L
-        x_out[n] = x
-        v_out[n] = v
-        F_out[n] = F
-        d_out[n] = d
+        write_point(out, n, x, v, F, d)
         if d != 0:  # semi-implicit Euler
             v -= dt * (u_dd[n] + (b * v + k_x * x + F) / m)
             x += dt * v
 
 
 @compiled
-def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
-    """Integrate by Moreau-Jean time stepping with θ = 1/2.
-
-    Parameters as in `march_switch`.
+def march_moreau(plant, F_fk, base, out):
+    """Integrate by Moreau-Jean time stepping with θ = 1/2; parameters as in `march_switch`.
 
     Notes
     -----
@@ -164,6 +200,7 @@ def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     speed; the mass sticks where this speed is zero. Acary and Brogliato (2008).
     """
     m, k_x, b = plant
+    u_dd, _, dt = base
     c = b / m
     w = k_x / m
     # The trapezoidal rule for spring and damper gives a linear equation for the final velocity:
@@ -171,10 +208,8 @@ def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     # from clipping.
     inertia = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
     impulse_limit = dt * F_fk / (m * inertia)
-    x = x_out[0]
-    v = v_out[0]
-    F_out[0] = sign(v) * F_fk
-    d_out[0] = sign(v)
+    x, v = out.x_r[0], out.v_r[0]
+    write_point(out, 0, x, v, sign(v) * F_fk, sign(v))
     for n in range(len(u_dd) - 1):
         mean_u_dd = 0.5 * (u_dd[n] + u_dd[n + 1])
         v_free = ((2.0 - inertia) * v - dt * (w * x + mean_u_dd)) / inertia
@@ -186,7 +221,4 @@ def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
             v_next = 0.0
         x += 0.5 * dt * (v + v_next)
         v = v_next
-        x_out[n + 1] = x
-        v_out[n + 1] = v
-        F_out[n + 1] = (v_free - v_next) * m * inertia / dt
-        d_out[n + 1] = sign(v)
+        write_point(out, n + 1, x, v, (v_free - v_next) * m * inertia / dt, sign(v))
