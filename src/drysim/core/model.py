@@ -39,7 +39,38 @@ class Plant(NamedTuple):
     b: float
 
 
-class CoulombLaw(NamedTuple):
+class PlainContact:
+    """What distinguishes a `PiecewiseLaw` from the laws that have none of it."""
+
+    __slots__ = ()
+
+    is_elastic = False
+    """The contact is no spring in series with a slider."""
+    may_separate = False
+    """The surfaces never separate."""
+    is_directed = False
+    """Nothing depends on the direction of motion."""
+    force_record: None = None
+    """The normal force is not recorded."""
+    stops: None = None
+    """There are no end stops."""
+    compression: None = None
+    """The forces are the same in both directions."""
+    damping: None = None
+    """The damper is that of the plant."""
+
+
+class CoulombParameters(NamedTuple):
+    """Fields of a `CoulombLaw`."""
+
+    F_fk: float
+    F_fs: float
+    variation: float = 0.0
+    omega: float = 0.0
+    phase: float = 0.0
+
+
+class CoulombLaw(CoulombParameters, PlainContact):
     """Coulomb friction; both limits may follow a normal force that varies as a sine.
 
     The limits at time t are `F_fk` and `F_fs` times 1 + variation·sin(omega·t + phase).
@@ -58,52 +89,15 @@ class CoulombLaw(NamedTuple):
         Phase of the variation at t = 0 [rad].
     """
 
-    F_fk: float
-    F_fs: float
-    variation: float = 0.0
-    omega: float = 0.0
-    phase: float = 0.0
+    __slots__ = ()
 
-    @property
-    def can_stick(self) -> bool:
-        """Whether the mass can stick under this law."""
-        return True
+    can_stick = True
+    """The mass can stick under this law."""
 
     def as_piecewise(self) -> PiecewiseLaw:
         """Return the same law as a `PiecewiseLaw`, to which more may be added."""
         F_fk, F_fs, variation, omega, phase = self
         return PiecewiseLaw(F_fk, F_fs, 0.0, variation, omega, phase)
-
-    @property
-    def is_elastic(self) -> bool:
-        """False: the contact is rigid."""
-        return False
-
-    @property
-    def may_separate(self) -> bool:
-        """False: the surfaces never separate."""
-        return False
-
-    @property
-    def force_record(self) -> None:
-        """None: the normal force is not recorded."""
-
-    @property
-    def stops(self) -> None:
-        """None: there are no end stops."""
-
-    @property
-    def compression(self) -> None:
-        """None: the forces are the same in both directions."""
-
-    @property
-    def damping(self) -> None:
-        """None: the damper is that of the plant."""
-
-    @property
-    def is_directed(self) -> bool:
-        """False: nothing depends on the direction of motion."""
-        return False
 
 
 MAX_STAGES = 3
@@ -277,7 +271,24 @@ STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
 """Kinds of dynamic law; `BRISTLE` is LuGre, with Dahl as a special case."""
 
 
-class DynamicLaw(NamedTuple):
+class DynamicParameters(NamedTuple):
+    """Fields of a `DynamicLaw`."""
+
+    F_fk: float
+    F_fs: float
+    kind: int
+    v_s: float = 1.0
+    exponent: float = 2.0
+    sigma_0: float = 0.0
+    sigma_1: float = 0.0
+    sigma_2: float = 0.0
+    F_h: float = math.inf
+    power: float = 1.0
+    depth: int = 128
+    tolerance: float = 1e-12
+
+
+class DynamicLaw(DynamicParameters, PlainContact):
     """Friction force that depends on velocity or on the deflection z of bristles.
 
     Attributes
@@ -302,59 +313,15 @@ class DynamicLaw(NamedTuple):
         Relative change of the motion that one step of the solution may neglect [-].
     """
 
-    F_fk: float
-    F_fs: float
-    kind: int
-    v_s: float = 1.0
-    exponent: float = 2.0
-    sigma_0: float = 0.0
-    sigma_1: float = 0.0
-    sigma_2: float = 0.0
-    F_h: float = math.inf
-    power: float = 1.0
-    depth: int = 128
-    tolerance: float = 1e-12
+    __slots__ = ()
 
-    @property
-    def variation(self) -> float:
-        """Zero: the limits of these laws are constant."""
-        return 0.0
+    variation = 0.0
+    """The limits of these laws are constant."""
 
     @property
     def can_stick(self) -> bool:
         """Whether the mass can stick; bristles always deform."""
         return self.kind == STRIBECK
-
-    @property
-    def is_elastic(self) -> bool:
-        """False: the contact is no spring in series with a slider."""
-        return False
-
-    @property
-    def may_separate(self) -> bool:
-        """False: the surfaces never separate."""
-        return False
-
-    @property
-    def force_record(self) -> None:
-        """None: the normal force is not recorded."""
-
-    @property
-    def stops(self) -> None:
-        """None: there are no end stops."""
-
-    @property
-    def compression(self) -> None:
-        """None: the forces are the same in both directions."""
-
-    @property
-    def damping(self) -> None:
-        """None: the damper is that of the plant."""
-
-    @property
-    def is_directed(self) -> bool:
-        """False: nothing depends on the direction of motion."""
-        return False
 
 
 @dataclass(frozen=True, eq=False)
