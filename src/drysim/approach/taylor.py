@@ -276,9 +276,8 @@ class TaylorMarch:
     def follow(self) -> Events:
         """March to the end of the motion; return the events after the start."""
         logs: list[EventLog] = []
-        while (number := len(self.checkpoints) - 1) == 0 or (
-            self.checkpoints[-1].state.n <= self.scene.end
-        ):
+        while self.checkpoints[-1].state.n <= self.scene.end:
+            number = len(logs)
             checkpoint, block, log = self.march_block(number, self.scene)
             self.cache_block(number, block)
             self.checkpoints.append(checkpoint)

@@ -70,9 +70,14 @@ def stribeck_curve(law, v):
     """Return the Stribeck curve at a speed [N]: F_fs at rest, F_fk at high speed."""
     if law.F_fs == law.F_fk:
         return law.F_fk
-    q = abs(v) / law.v_s
-    share = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
-    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-share)
+    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-stribeck_exponent(law, abs(v)))
+
+
+@inlined
+def stribeck_exponent(law, speed):
+    """Return the exponent (speed/v_s)^exponent of the Stribeck curve [-]."""
+    q = speed / law.v_s
+    return q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
 
 
 @inlined
@@ -138,14 +143,6 @@ def force_term(law, series, d, n, falls, per_curve):
         z_d = series.v[n] - law.sigma_0 * series.p[n]
         series.z[n + 1] = z_d / (n + 1)
     series.F[n] = law.sigma_0 * series.z[n] + law.sigma_1 * z_d + law.sigma_2 * series.v[n]
-
-
-@inlined
-def start_excess(law, series, d, v):
-    """Set term 0 of the excess of the Stribeck curve over F_fk [N], and of its exponent."""
-    q = d * v / law.v_s
-    series.s[0] = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
-    series.g[0] = (law.F_fs - law.F_fk) * math.exp(-series.s[0])
 
 
 @inlined
@@ -339,21 +336,15 @@ def branch_exit(law, series, n, d, h):
     if h <= 0.0:
         return first, cause
     work = series.share
-    level = loop_closure(series)
-    direction = series.branch[DIRECTION]
-    if abs(level) != NEVER:
-        for k in range(n + 1):
-            work[k] = -direction * series.z[k]
-        work[0] += direction * level
-        first = first_series_root(work, n, h)
+    closure = series.branch[DIRECTION] * loop_closure(series)
+    if closure != NEVER:
+        first = first_series_root(set_deflection_gap(series, work, n, closure), n, h)
         if first != NEVER:
             cause = LOOP_CLOSED
     ahead = smooth_end(law, series)
     if ahead != NEVER and first > 0.0:
-        for k in range(n + 1):
-            work[k] = -direction * series.z[k]
-        work[0] += ahead
-        crossing = first_series_root(work, n, min(h, first))
+        gap = set_deflection_gap(series, work, n, ahead)
+        crossing = first_series_root(gap, n, min(h, first))
         if crossing < first:
             first, cause = crossing, SMOOTH_END
     if first > 0.0 and set_limit_gap(law, series, work, n, d, h) > LIMIT_ROUNDING * law.F_fs:
@@ -390,6 +381,15 @@ def smooth_end(law, series):
     if z < -faint:
         return -faint
     return 2.0 * faint if z <= faint else NEVER
+
+
+@inlined
+def set_deflection_gap(series, work, n, ahead):
+    """Set and return the series of what is left to a deflection along the branch [m]."""
+    for k in range(n + 1):
+        work[k] = -series.branch[DIRECTION] * series.z[k]
+    work[0] += ahead
+    return work
 
 
 @inlined

@@ -21,7 +21,7 @@ Method
 
 Why nothing is missed
     The first zero of v_r within a step is approached from below by steps that a bound on the
-    second derivative proves safe (`first_series_root`); likewise the ends of the hysteresis
+    second derivative proves safe (`first_velocity_zero`); likewise the ends of the hysteresis
     branches (`core.dynamic_friction`). A step ends early where the last coefficients do not yet
     reflect the rise of the Stribeck curve.
 
@@ -47,8 +47,8 @@ from drysim.core.dynamic_friction import (
     next_branch,
     product_term,
     set_masing_slope,
-    start_excess,
     stribeck_curve,
+    stribeck_exponent,
     update_branch,
 )
 from drysim.core.events import (
@@ -239,8 +239,8 @@ def march_taylor(scene, state, series, segments, log, full):
     bristles = law.kind != STRIBECK
     z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if bristles else 0.0
     stalled = 0
-    wave_scale = wave_time_scale(waves)
-    control = StepControl(min(wave_scale, plant_time_scale(plant)), NEVER, 0, 0)
+    wave_scale, time_scale = time_scales(plant, waves)
+    control = StepControl(time_scale, NEVER, 0, 0)
     while n <= end and used + LOG_RESERVE < full and events + LOG_RESERVE < full:
         length = h if n == end else dt
         left = length - s
@@ -303,12 +303,8 @@ def march_taylor(scene, state, series, segments, log, full):
             stalled = stalled + 1 if no_progress else 0
             if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
                 return SeriesState(n, s, x_r, v_r, z, d, used, -1)
-            control = StepControl(
-                control.time_scale,
-                4.0 * step if step < left else NEVER,
-                control.pause,
-                control.wait,
-            )
+            requested = 4.0 * step if step < left else NEVER
+            control = StepControl(time_scale, requested, control.pause, control.wait)
             step = min(event, step)
             s = length if step == left else min(s + step, length)
             x_r, v_r, z = series_state(series, last, step)
@@ -372,19 +368,19 @@ def equilibrium_tolerance(plant, law, series, x_r, z):
 
 
 @compiled
-def wave_time_scale(waves):
-    """Return 1/omega of the fastest wave [s], or infinity."""
+def time_scales(plant, waves):
+    """Return 1/omega of the fastest wave [s], and the shortest scale of wave or oscillator.
+
+    Infinite without waves, or without spring and damper.
+    """
     fastest = 0.0
     for i in range(waves.size):
         fastest = max(fastest, waves.values[WAVE_COLUMNS * i + OMEGA])
-    return 1.0 / fastest if fastest > 0.0 else NEVER
-
-
-@compiled
-def plant_time_scale(plant):
-    """Return the shortest time scale of the oscillator without friction [s], or infinity."""
-    rate = max(math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
-    return 1.0 / rate if rate > 0.0 else NEVER
+    rate = max(fastest, math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
+    return (
+        1.0 / fastest if fastest > 0.0 else NEVER,
+        1.0 / rate if rate > 0.0 else NEVER,
+    )
 
 
 MAX_QUASI_STEADY_PAUSE = 31
@@ -445,7 +441,7 @@ def step_extent(plant, law, series, start, found, slow, v_tolerance):
     last, step, iterations = found
     d = start.d
     step = curve_valid_length(law, series, last, d, step, slow)
-    stop = first_series_root(series.v, last, d, step)
+    stop = first_velocity_zero(series.v, last, d, step)
     if iterations > 0 and stop != NEVER:
         # Near v_r = 0 the slow manifold does not exist: approach it, then use the full series.
         step, stop = 0.5 * stop, NEVER
@@ -642,7 +638,8 @@ def start_stribeck_series(law, series, d, v, creeping):
     """Start the series of the Stribeck curve; return whether it depends on speed here."""
     falls = not creeping and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
     if falls:
-        start_excess(law, series, d, v)
+        series.s[0] = stribeck_exponent(law, d * v)
+        series.g[0] = (law.F_fs - law.F_fk) * math.exp(-series.s[0])
     else:
         for n in range(ORDER + 1):
             series.g[n] = 0.0
@@ -837,11 +834,12 @@ roundings add up."""
 
 
 @compiled
-def first_series_root(coefficients, n, d, h):
+def first_velocity_zero(coefficients, n, d, h):
     """Return the first zero in (0, h] of a velocity in direction d, or infinity.
 
     A bound on the second derivative gives steps that cannot skip a root, so the first root is
     approached from below. Leading zero coefficients, a root at 0 itself, are divided out.
+    Simpler than `roots.first_series_root`, which scales and shifts the series.
     """
     first = 0
     while first <= n and coefficients[first] == 0.0:
@@ -899,7 +897,7 @@ def speed_crossing_time(series, n, d, level, h):
     """Return when within h [s] the velocity in direction d decreases to a level [m/s]."""
     v = series.v[0]
     series.v[0] = v - d * level
-    arrives = first_series_root(series.v, n, d, h)
+    arrives = first_velocity_zero(series.v, n, d, h)
     series.v[0] = v
     return arrives
 
