@@ -80,35 +80,32 @@ def simulate(
     law = CoulombLaw(to_float("F_fk", F_fk), to_float("F_fs", F_fk if F_fs is None else F_fs))
     plant = Plant(to_float("m", m), to_float("k_x", k_x), to_float("b", b))
     start = State(to_float("x_r", x_r), to_float("v_r", v_r))
-    check_arguments(plant, law, to_float("dt", dt), start)
+    motion = Samples(samples, to_float("dt", dt))
+    check_arguments(plant, law, motion.dt, start)
     if not isinstance(approach, str) or approach not in APPROACHES_BY_NAME:
         raise UsageError(
             f"unknown approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
         )
-    if (
-        law.F_fs > law.F_fk
-        and APPROACHES_BY_NAME[approach].supports_friction
-        and not APPROACHES_BY_NAME[approach].supports_static
-    ):
+    method = APPROACHES_BY_NAME[approach]
+    if law.F_fs > law.F_fk and method.supports_friction and not method.supports_static:
         raise UsageError(
             f"{approach} does not model a static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
-    motion = Samples(samples, float(dt))
     if any(one is not None for one in (x_rM, k_s, e)) or to_float("b_s", b_s) != 0.0:
         stopped = stop_law(law, x_rM, k_s, b_s, e, start)
-        if not APPROACHES_BY_NAME[approach].supports_stops:
+        if not method.supports_stops:
             raise UsageError(
                 f"{approach} does not model end stops", "leave x_rM out, or choose `stick-slip`"
             )
         check_samples(samples)
-        return APPROACHES_BY_NAME[approach]().solve(plant, stopped, motion, start, motion.dt)
-    if law.F_fs == 0.0 or not APPROACHES_BY_NAME[approach].supports_friction:
+        return method().solve(plant, stopped, motion, start, motion.dt)
+    if law.F_fs == 0.0 or not method.supports_friction:
         return solve_linear(plant, motion, start)
     if approach != EXACT:  # the exact solver finds faults itself; a search costs 5 %
         check_samples(samples)
     try:
-        return APPROACHES_BY_NAME[approach]().solve(plant, law, motion, start, motion.dt)
+        return method().solve(plant, law, motion, start, motion.dt)
     except SolverError:
         check_samples(samples)
         raise
