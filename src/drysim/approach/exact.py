@@ -124,10 +124,6 @@ def solver_module(law: AnyLaw) -> Any:
         from drysim.approach import taylor
 
         return taylor
-    if law.is_elastic and law.stops is None:
-        from drysim.approach import elastic
-
-        return elastic
     from drysim.approach import piecewise
 
     return piecewise

@@ -10,11 +10,11 @@ Method
     Each step of `march` finds the earliest exit of the current mode within the interval of ü
     (`core.modes`, `core.roots`), propagates the closed-form motion to it, sets v_r = 0 exactly
     at a stop, and decides the next mode there. An interval between two samples without an event
-    is one step, or one affine map where the mode allows it.
+    is one step, or one affine map where the mass keeps its direction (`advance_samples`).
 
     `march_sines` is the same for Coulomb friction alone: its state is x_r, v_r and the
-    direction of sliding, and its events are the solution. Sampled motion under constant limits
-    has a march of its own, too, `core.sampled`.
+    direction of sliding, and its events are the solution. `core.sampled` is the march of
+    Coulomb friction with constant limits over samples.
 
 Why nothing is missed
     The exit searches return the first root of their observable, proved by bounds on its
@@ -60,7 +60,6 @@ from drysim.core.forcing import (
     start_segment,
     unpack_scene,
 )
-from drysim.core.model import Plant
 from drysim.core.modes import (
     APART,
     ARRIVAL,
@@ -71,6 +70,7 @@ from drysim.core.modes import (
     LEAVING,
     RELEASED,
     STEADY_BUMPER,
+    UNKNOWN,
     Hold,
     Mode,
     bumper_force,
@@ -96,7 +96,14 @@ from drysim.core.modes import (
     separation_time,
     side_of,
 )
-from drysim.core.oscillator import cancellation_speed
+from drysim.core.oscillator import (
+    FINE_STEP,
+    affine_map,
+    cancellation_speed,
+    characteristic_rate,
+    end_weights,
+    flow,
+)
 from drysim.core.roots import (
     NEVER,
     break_away_time,
@@ -104,7 +111,7 @@ from drysim.core.roots import (
     slip_exit_time,
     velocity_and_acceleration,
 )
-from drysim.core.sampled import advance_without_event, rescale
+from drysim.core.sampled import rescale
 
 MAX_STALLED_EVENTS = 100
 """Events in a row without progress in time after which double precision is exhausted."""
@@ -337,9 +344,9 @@ def march(scene, state, segments, log, capacity):
     # interval to interval instead, as in `advance_creep`.
     a_carried = math.nan
     while n <= end and at < full and count < full:
-        slides = is_rigid_slip(law, mode) and mode.contact * v_r > 0.0
-        if affine and s == 0.0 and mode.stop == APART and slides:
-            n, xi, v_r, at = advance_samples(scene, n, xi, v_r, x_0, mode, segments, at, full)
+        if affine and s == 0.0 and mode.stop == APART and moves_freely(law, mode, v_r):
+            state = MarchState(n, s, xi, v_r, x_0, mode, at, count)
+            n, xi, v_r, at = advance_samples(scene, state, segments, full)
             if at >= full:
                 break
         length = last_length if n == end else dt
@@ -553,15 +560,67 @@ def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
 
 
 @compiled
-def advance_samples(scene, n, xi, v_r, x_0, mode, segments, at, full):
-    """Slide by whole samples up to a step that may hold an event; returns n, xi, v_r, at."""
+def moves_freely(law, mode, v_r):
+    """Return whether the mass moves in its mode, and not from the limit of its contact."""
+    if abs(mode.contact) == 1:
+        return mode.contact * v_r > 0.0
+    holds = law.k_t > 0.0 and mode.contact == HOLD and mode.poised == 0 and v_r != 0.0
+    return holds and (mode.direction == UNKNOWN or mode.direction * v_r > 0.0)
+
+
+@compiled
+def advance_samples(scene, state, segments, full):
+    """Advance by whole samples while v_r keeps its sign and the contact its mode.
+
+    Parameters
+    ----------
+    scene, segments
+        As in `march`; no waves, and a constant normal force.
+    state : MarchState
+        At a sample, apart from the stops.
+    full : int
+        Most segments there may be.
+
+    Returns
+    -------
+    n, xi, v_r, used
+        The first step that may hold an event, the state there, and the number of segments.
+
+    Notes
+    -----
+    Each step is one affine map. A fine step holds at most one extremum of v_r, so the
+    acceleration at both ends shows any dip of v_r, and xi is monotone in a step without one.
+    """
     plant, law, _, u_dd, dt, end, _ = scene
-    d, z = mode.contact, origin_of(law, mode.origin)
-    side = side_of(law, d)
-    f = d * side.F_fk / plant.m + plant.k_x / plant.m * z
-    effective = Plant(plant.m, plant.k_x, side.b)
+    n, _, xi, v_r, x_0, mode, at, _ = state
+    direction = sign(v_r)
+    side, z, code = side_of(law, direction), origin_of(law, mode.origin), encode_mode(mode)
     low, high = -law.down.limit - z, law.up.limit - z
-    return advance_without_event(
-        effective, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, x_0,
-        encode_mode(mode),
-    )  # fmt: skip
+    if mode.contact == HOLD:
+        x_limit = law.up.F_fk / law.k_t
+        low, high = max(low, x_0 - x_limit - z), min(high, x_0 + x_limit - z)
+        c, w = side.b / plant.m, (plant.k_x + law.k_t) / plant.m
+        f = (plant.k_x * z + law.k_t * (z - x_0)) / plant.m
+    else:
+        c, w = side.b / plant.m, plant.k_x / plant.m
+        f = mode.contact * side.F_fk / plant.m + w * z
+    if characteristic_rate(c, w) * dt > FINE_STEP:
+        return n, xi, v_r, at
+    x_x, x_v, x_f, v_x, v_v, v_f = affine_map(c, w, f, dt)
+    y, _, Y, YY = flow(c, w, dt)
+    x_before, x_after, v_before, v_after = end_weights(y, Y, YY, dt)
+    a = -(u_dd[n] + c * v_r + w * xi + f)
+    threshold = cancellation_speed(c, w)
+    while n < end and at < full:
+        u_0 = u_dd[n]
+        u_1 = u_dd[n + 1]
+        x = x_x * xi + x_v * v_r - (x_before * u_0 + x_after * u_1 + x_f)
+        v = v_x * xi + v_v * v_r - (v_before * u_0 + v_after * u_1 + v_f)
+        a_end = -(u_1 + c * v + w * x + f)
+        is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
+        if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
+            break
+        at = record_segment(segments, at, n, 0.0, xi, v_r, x_0, code)
+        n += 1
+        xi, v_r, a = x, v, a_end
+    return n, xi, v_r, at

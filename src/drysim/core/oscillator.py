@@ -18,8 +18,8 @@ Method
       linear forcing. Most steps with an event are much shorter than the time constants of the
       oscillator: there ten terms reach rounding at a third of the cost of `flow`, and sixteen
       terms serve segments five times as long. `chebyshev_stop` finds the zero of such a series.
-    - `SlipSteps` (sliding under Coulomb friction) and `OscillatorSteps` (elastic contact) hold
-      the affine maps of whole sample steps and all other constants of a march over samples.
+    - `SlipSteps` holds the affine maps of whole sample steps of sliding under Coulomb friction
+      and all other constants of a march over samples.
 
 Accuracy
     Every series is truncated below the last bit. Where two equal forms differ in cancellation,
@@ -698,100 +698,3 @@ def step_end(steps, x_r, v_r, d, u_0, u_1):
         + step_map.v_v * v_r
         - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * step_map.v_f),
     )
-
-
-# Whole steps over an elastic contact, and parts of them.
-
-STEP_TERMS = 16
-"""Number of terms of `OscillatorSteps.second` and `third`: 6/19! is below 1e-16."""
-
-SERIES_STEP = 1.0
-"""Largest (c + √w)·dt for which these terms reach double precision."""
-
-
-class OscillatorSteps(NamedTuple):
-    """Constants of whole sample steps in one mode of an elastic contact.
-
-    Attributes
-    ----------
-    c, w : float
-        b/m [1/s] and stiffness/m [1/s²].
-    dt, per_dt, rate : float
-        Length of a step [s], its inverse [1/s], and c + √w [1/s].
-    fine : bool
-        Whether a step holds at most one extremum of v_r, so that the acceleration at both ends
-        shows any dip, and `second` and `third` reach double precision.
-    end : tuple of float, shape (4,)
-        `flow` over a step.
-    step_map : AffineMap
-        Of one step, with x_f and v_f for a unit of constant force per mass.
-    x_0, x_1, v_0, v_1 : float
-        Weights of ü at both ends of a step in x_r [s²] and v_r [s].
-    second, third : tuple of float, shape (STEP_TERMS,)
-        Coefficients of the second and third integral of the impulse response, divided by s³ and
-        s⁴, as polynomials in s/dt.
-    """
-
-    c: float
-    w: float
-    dt: float
-    per_dt: float
-    rate: float
-    fine: bool
-    end: tuple[float, float, float, float]
-    step_map: AffineMap
-    x_0: float
-    x_1: float
-    v_0: float
-    v_1: float
-    second: tuple[float, ...]
-    third: tuple[float, ...]
-
-
-def oscillator_steps(plant, dt):
-    """Return the constants of steps of length dt [s]."""
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    rate = c + math.sqrt(w)
-    end = flow(c, w, dt)
-    y, _, Y, YY = end
-    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
-    terms = [1.0, -c * dt]
-    while len(terms) < STEP_TERMS:
-        terms.append(-(c * dt * terms[-1] + w * dt * dt * terms[-2]))
-    second, third = (
-        tuple(term * INVERSE_FACTORIAL[n + more] for n, term in enumerate(terms))
-        for more in (3, 4)
-    )
-    return OscillatorSteps(
-        c, w, dt, 1.0 / dt, rate, rate * dt <= SERIES_STEP, end, affine_map(c, w, 1.0, dt),
-        x_0, x_1, v_0, v_1, second, third,
-    )  # fmt: skip
-
-
-@inlined
-def flow_within_step(steps, s):
-    """Return `flow` for a time s [s] within a step."""
-    c, w = steps.c, steps.w
-    if s == steps.dt:
-        return steps.end
-    if not steps.fine:
-        return flow(c, w, s)
-    z = s * steps.per_dt
-    s_2 = s * s
-    second = s * evaluate_polynomial(steps.second, z)
-    YY = s_2 * second
-    Y = s_2 * (0.5 - c * second - w * s_2 * evaluate_polynomial(steps.third, z))
-    y = s - c * Y - w * YY
-    return y, 1.0 - c * y - w * Y, Y, YY
-
-
-@inlined
-def evaluate_polynomial(q, z):
-    """Return the polynomial with `STEP_TERMS` coefficients q at z (Estrin's scheme)."""
-    z_2 = z * z
-    z_4 = z_2 * z_2
-    low = q[0] + q[1] * z + z_2 * (q[2] + q[3] * z)
-    middle = q[4] + q[5] * z + z_2 * (q[6] + q[7] * z)
-    high = q[8] + q[9] * z + z_2 * (q[10] + q[11] * z)
-    last = q[12] + q[13] * z + z_2 * (q[14] + q[15] * z)
-    return low + z_4 * (middle + z_4 * (high + z_4 * last))

@@ -20,9 +20,6 @@ Method
     3. Break-away under waves (`break_away_time`): the same with a bound on the second
        derivative of the margin F_fs - |F_L|.
     4. A power series (`first_series_root`): the same; the series is shifted after each step.
-    5. A step much shorter than the time constants of the oscillator (`next_stop`,
-       `next_crossing`): the root of the cubic Hermite interpolant is refined by the closed-form
-       flow. The guaranteed search takes over where this does not converge.
 
 Bound
     The jerk j obeys the oscillator equation driven by the second derivative f" of the forcing,
@@ -49,7 +46,7 @@ from drysim.core.forcing import (
     motion_and_snap_at,
     relative_normal_force,
 )
-from drysim.core.oscillator import flow, flow_within_step
+from drysim.core.oscillator import flow
 
 NEVER = math.inf
 
@@ -708,162 +705,6 @@ def step_off_zero(rate, curvature, curvature_bound, third_bound):
     if rate >= 0.0 and curvature > 0.0:
         by_curvature = 1.5 * curvature / third_bound if third_bound > 0.0 else NEVER
     return max(by_rate, by_curvature)
-
-
-# A fine step of an elastic contact: stop, or limit of the contact.
-
-TAYLOR_RADIUS = 2e-4
-"""Distance, in radians of the oscillator, within which four terms of the Taylor series reach
-double precision: the next term is below 1e-16."""
-
-MAX_REFINE_ROUNDS = 6
-"""One round suffices almost always. Where these do not converge, the guaranteed
-search takes over."""
-
-
-@inlined
-def next_stop(steps, v, a, r, h):
-    """Return the first stop within h, or infinity, and the distance until then or until h.
-
-    Parameters
-    ----------
-    steps : OscillatorSteps
-    v, a, r, h : float
-        As in `locate_stop`; h is at most one step.
-
-    Returns
-    -------
-    stop, path, v_end : float
-        Time of the stop [s]; distance [m] and velocity [m/s] then, or at h.
-    """
-    y, y_d, _, _ = flow_within_step(steps, h)
-    path, v_end = path_and_velocity(steps, v, a, r, h)
-    a_end = a * y_d + (r - steps.w * v) * y
-    if steps.fine:
-        if v_end > 0.0 and (a >= 0.0 or a_end <= 0.0):
-            return NEVER, path, v_end
-        if v_end <= 0.0:
-            stop, far = turning_point(steps, v, a, r, v_end, a_end, h)
-            if stop > 0.0:
-                return stop, far, 0.0
-    stop = locate_stop(steps.c, steps.w, v, a, r, h)
-    if stop == NEVER:
-        return NEVER, path, max(v_end, 0.0)
-    return stop, path_and_velocity(steps, v, a, r, stop)[0], 0.0
-
-
-@inlined
-def turning_point(steps, v, a, r, v_end, a_end, h):
-    """Return when a velocity above zero that is not above zero at h is zero, and the distance.
-
-    Parameters as in `next_stop`, for fine steps, with velocity and acceleration at h. The time
-    is -1 if the refinement does not converge.
-    """
-    s, path, _ = refine_root(steps, v, a, r, 0.0, False, hermite_root(v, a, v_end, a_end, h))
-    return (s, path) if 0.0 < s <= h else (-1.0, 0.0)
-
-
-@inlined
-def next_crossing(steps, v, a, r, gap, path, v_end, h):
-    """Return when a mass that does not stop before h [s] has moved by `gap` [m], and v then.
-
-    `path` [m] and `v_end` [m/s] are distance and velocity at h; `path` is at least `gap`.
-    """
-    s = hermite_root(gap, -v, gap - path, -v_end, h)
-    s, _, v_s = refine_root(steps, v, a, r, gap, True, s)
-    if not 0.0 < s <= h:
-        s = min(crossing_time(steps.c, steps.w, v, a, r, gap, h), h)
-        v_s = path_and_velocity(steps, v, a, r, s)[1]
-    return s, max(v_s, 0.0)
-
-
-@compiled
-def crossing_time(c, w, v, a, r, gap, h):
-    """Return the time in (0, h] at which a mass has moved by `gap` [m], or infinity.
-
-    Other parameters as in `locate_stop`; the velocity does not change its sign up to h.
-    Newton's method is safeguarded by bisection.
-    """
-    y, _, Y, YY = flow(c, w, h)
-    p = a + c * v
-    if v * y + p * Y + r * YY <= gap:
-        return NEVER
-    low, high = 0.0, h
-    s = gap / v if 0.0 < gap < v * h else 0.5 * h
-    for _ in range(MAX_BISECTIONS):
-        y, y_d, Y, YY = flow(c, w, s)
-        excess = v * y + p * Y + r * YY - gap
-        low, high = (low, s) if excess > 0.0 else (s, high)
-        speed = v * y_d + p * y + r * Y
-        step = -excess / speed if speed > 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s = keep_in_bracket(low, high, s + step)
-        if not low < s < high:
-            return high
-    return s
-
-
-@inlined
-def hermite_root(value, rate, value_end, rate_end, h):
-    """Return a root of the cubic through value and slope at 0 and h, decreasing through zero.
-
-    The root of the quadratic part, with one Newton step for the cubic part. `curvature` and
-    `third_rate` are the divided differences over (0, 0, h) and (0, 0, h, h).
-    """
-    per_h = 1.0 / h
-    curvature = (value_end - value - rate * h) * per_h * per_h
-    root = math.sqrt(max(rate * rate - 4.0 * curvature * value, 0.0))
-    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / curvature
-    third_rate = (rate_end - rate - 2.0 * curvature * h) * per_h * per_h
-    slope = rate + 2.0 * curvature * s + third_rate * s * (3.0 * s - 2.0 * h)
-    return s - third_rate * s * s * (s - h) / slope if slope < 0.0 else s
-
-
-@inlined
-def refine_root(steps, v, a, r, gap, crossing, s):
-    """Return the time of a stop or crossing near s, with distance and velocity; -1 if none.
-
-    The event is the distance `gap` [m] if `crossing`, else v = 0. Other parameters as in
-    `next_stop`. Each round takes one step of Newton's method on the cubic Taylor polynomial
-    about s; the last step also updates distance and velocity by their Taylor series.
-    """
-    c, w = steps.c, steps.w
-    p = a + c * v
-    for _ in range(MAX_REFINE_ROUNDS):
-        y, y_d, Y, YY = flow_within_step(steps, s)
-        path = v * y + p * Y + r * YY
-        v_s = v * y_d + p * y + r * Y
-        a_s = a * y_d + (r - w * v) * y
-        j_s = r - c * a_s - w * v_s
-        k_s = -(c * j_s + w * a_s)
-        value, rate, curvature, third_rate = v_s, a_s, j_s, k_s
-        if crossing:
-            value, rate, curvature, third_rate = path - gap, v_s, a_s, j_s
-        step = -value / rate
-        step -= (
-            step
-            * step
-            * (0.5 * curvature + third_rate * step / 6.0)
-            / (rate + curvature * step)
-        )
-        if abs(step) * steps.rate <= TAYLOR_RADIUS and abs(
-            curvature * step
-        ) <= TAYLOR_RADIUS * abs(rate):
-            path += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
-            return s + step, path, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
-        s += step
-        if not 0.0 < s <= steps.dt:
-            break
-    return -1.0, 0.0, 0.0
-
-
-@inlined
-def path_and_velocity(steps, v, a, r, s):
-    """Return distance and velocity at time s within a step."""
-    y, y_d, Y, YY = flow_within_step(steps, s)
-    p = a + steps.c * v
-    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
 
 
 # First root of a power series.

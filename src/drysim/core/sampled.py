@@ -1,22 +1,19 @@
-"""Exact march over sampled base motion: Coulomb friction and elastic contact.
+"""Exact march over sampled base motion with Coulomb friction.
 
 Problem
-    Between two samples ü is linear. While the mass slides in one direction, sticks, or is held
-    by an elastic contact, a step is therefore one fixed affine map, and exact. Only a step with
-    an event needs more. Friction limits are constant here; `march.march_sines` serves limits
-    that vary.
+    Between two samples ü is linear. While the mass slides in one direction or sticks, a step is
+    therefore one fixed affine map, and exact. Only a step with an event needs more. Friction
+    limits are constant here; `march.march_sines` serves limits that vary.
 
 Method
-    1. Steps without events. `advance_stick` covers sticking, `advance_slip` sliding,
-       `advance_hold` a contact that holds, and `advance_without_event` the motion between end
-       stops. Each step depends on the one before, which limits the throughput. Four consecutive
-       states, each advanced by a four-step map, are four independent chains; what the base
-       contributes within four steps does not depend on the state and is summed beforehand
+    1. Steps without events. `advance_stick` covers sticking, `advance_slip` sliding. Each step
+       depends on the one before, which limits the throughput. Four consecutive states, each
+       advanced by a four-step map, are four independent chains; what the base contributes
+       within four steps does not depend on the state and is summed beforehand
        (`advance_slip_by_four`).
-    2. Steps with events. `step_through_events`, or `elastic_step_through_events` for an elastic
-       contact, follow any number of events within a step. Stops are located in the power series
-       of a short step; a step too long for that is divided into substeps up to the one with the
-       first stop.
+    2. Steps with events. `step_through_events` follows any number of events within a step.
+       Stops are located in the power series of a short step; a step too long for that is
+       divided into substeps up to the one with the first stop.
     3. Creep. Once the base is silent, a mass that creeps to rest has a velocity far below the
        forces from which the affine map computes it. Below a threshold `advance_creep`
        propagates velocity and acceleration by themselves, which keeps their relative accuracy.
@@ -42,25 +39,18 @@ from drysim.core.events import (
     STICK,
     decision_margin,
     limit_force,
-    motion_direction,
     record_event,
-    record_segment,
     sign,
     stick_limit,
 )
-from drysim.core.model import Plant
-from drysim.core.modes import APART, HOLD, UNKNOWN, encode_mode, mode_of
 from drysim.core.oscillator import (
     FINE_STEP,
     SHORT_SEGMENT,
-    affine_map,
-    cancellation_speed,
     cancellation_threshold,
     characteristic_rate,
     chebyshev_stop,
     flow,
     long_velocity_series,
-    oscillator_steps,
     series_acceleration,
     series_distance,
     series_velocity,
@@ -72,9 +62,6 @@ from drysim.core.roots import (
     NEVER,
     locate_stop,
     never_stops,
-    next_crossing,
-    next_stop,
-    turning_point,
 )
 
 # Coulomb friction, chunk by chunk.
@@ -852,375 +839,3 @@ def skip_substeps(steps, substeps, v, a, r, s, h):
         distance += v * y + p * Y + r * YY
         v, a = v_1, a_1
         s += length
-
-
-# Elastic contact of constant limit: hold and yield.
-
-
-AT_LIMIT = 4
-"""State of a contact that has just ceased to yield and holds exactly at its limit; with the
-sign of the direction."""
-
-
-@compiled
-def is_holding(contact):
-    """Return whether the contact holds."""
-    return contact == HOLD or abs(contact) == AT_LIMIT
-
-
-@compiled
-def contact_code(contact):
-    """Return the encoded mode of an elastic contact."""
-    return encode_mode(mode_of(HOLD if is_holding(contact) else contact, UNKNOWN, APART, 0))
-
-
-def march_elastic_samples(
-    plant, law, u_dd, dt, n, end, x_r, v_r, x_0, mode, x_out, v_out, d_out, segments, at, log,
-    count,
-):  # fmt: skip
-    """March an elastic contact of constant limit to sample `end`, or until a log is full.
-
-    Parameters
-    ----------
-    law : PiecewiseLaw
-        With constant normal force.
-    x_0 : float
-        Displacement at which the contact carries no force [m].
-    mode : int
-        Of the contact: HOLD, ±1 while it yields, or ±AT_LIMIT.
-    d_out : array, shape (samples,)
-        Overwritten with the direction of yielding, 0 while the contact holds.
-    segments, at : SeriesSegments, int
-        Log of the beginnings of modes, and number of entries.
-    log, count : EventLog, int
-        Log of the changes of mode, and number of entries.
-    others
-        As in `march`.
-
-    Returns
-    -------
-    n, x_r, v_r, x_0, mode, at, count
-        Sample reached, the state there, and the numbers of entries; `count` is negative if one
-        step holds too many events.
-    """
-    yield_steps = oscillator_steps(plant, dt)
-    hold_steps = oscillator_steps(Plant(plant.m, plant.k_x + law.k_t, plant.b), dt)
-    # A contact that ceases to yield keeps its force, so the sign of a tiny v_r decides nothing.
-    yield_slip_steps = slip_steps(plant, law, dt)._replace(threshold_f=0.0, threshold_x=0.0)
-    base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
-    return march_elastic_chunks(
-        plant,
-        law,
-        yield_steps,
-        hold_steps,
-        yield_slip_steps,
-        u_dd,
-        n,
-        end,
-        x_r,
-        v_r,
-        x_0,
-        mode,
-        x_out,
-        v_out,
-        d_out,
-        segments,
-        at,
-        log,
-        count,
-        *base_sums,
-    )
-
-
-@compiled
-def march_elastic_chunks(
-    plant,
-    law,
-    yield_steps,
-    hold_steps,
-    yield_slip_steps,
-    u_dd,
-    n,
-    end,
-    x_r,
-    v_r,
-    x_0,
-    mode,
-    x_out,
-    v_out,
-    d_out,
-    segments,
-    at,
-    log,
-    count,
-    x_base_sums,
-    v_base_sums,
-):
-    """Run `march_elastic_samples` chunk by chunk; the last two arguments are work arrays."""
-    x_limit = law.F_fk / law.k_t
-    stiffness, f_k = law.k_t / plant.m, law.F_fk / plant.m
-    begin, until = n, n
-    full = len(segments.n) - MAX_EVENTS_PER_STEP
-    while n < end and at <= full and 0 <= count <= full:
-        if n >= until:
-            begin, until = -1, min(n - n % CHUNK + CHUNK, end)
-        if mode == HOLD and v_r != 0.0 and hold_steps.fine:
-            n, x_r, v_r = advance_hold(
-                hold_steps,
-                u_dd,
-                n,
-                until,
-                x_r,
-                v_r,
-                -stiffness * x_0,
-                x_0 - x_limit,
-                x_0 + x_limit,
-                x_out,
-                v_out,
-                d_out,
-            )
-        elif mode * v_r > 0.0 and yield_slip_steps.fine:
-            if begin < 0:
-                begin = n
-                sum_base_motion(yield_slip_steps.x_base, u_dd[n : until + 1], x_base_sums)
-                sum_base_motion(yield_slip_steps.v_base, u_dd[n : until + 1], v_base_sums)
-            n, x_r, v_r = advance_slip(
-                yield_slip_steps,
-                u_dd,
-                n,
-                until,
-                x_r,
-                v_r,
-                mode,
-                x_out,
-                v_out,
-                d_out,
-                begin,
-                x_base_sums,
-                v_base_sums,
-            )
-        if n < until:
-            x_r, v_r, x_0, mode, at, count = elastic_step_through_events(
-                plant,
-                x_limit,
-                stiffness,
-                f_k,
-                yield_steps,
-                hold_steps,
-                u_dd[n],
-                u_dd[n + 1],
-                n,
-                x_r,
-                v_r,
-                x_0,
-                mode,
-                segments,
-                at,
-                log,
-                count,
-            )
-            n += 1
-            x_out[n] = x_r
-            v_out[n] = v_r
-            d_out[n] = 0 if is_holding(mode) else mode
-    return n, x_r, v_r, x_0, mode, at, count
-
-
-@inlined
-def advance_hold(steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_out):
-    """Advance by whole steps while the contact holds: x_r stays between two limits.
-
-    Parameters and returns as in `advance_slip`, with the constant contact force per mass f
-    [m/s²], and the limits `low` and `high` [m] in place of the direction; `steps` is an
-    `OscillatorSteps`.
-
-    Notes
-    -----
-    A fine step holds at most one extremum of v_r. If the speed decreases at first, it is at
-    most |v_r| up to the first reversal, and at most |v| after a second one. If moving at these
-    speeds for a whole step reaches no limit, the reversals need not be located.
-    """
-    c, w, dt, step_map = steps.c, steps.w, steps.dt, steps.step_map
-    x_0, x_1, v_0, v_1 = steps.x_0, steps.x_1, steps.v_0, steps.v_1
-    x_f, v_f = step_map.x_f * f, step_map.v_f * f
-    u_0 = u_dd[n]
-    a = -(u_0 + c * v_r + w * x_r + f)
-    direction = 1.0 if v_r > 0.0 else -1.0
-    while n < until:
-        u_1 = u_dd[n + 1]
-        x = step_map.x_x * x_r + step_map.x_v * v_r - (x_0 * u_0 + x_1 * u_1 + x_f)
-        v = step_map.v_x * x_r + step_map.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
-        a_end = -(u_1 + c * v + w * x + f)
-        if (
-            direction * v <= 0.0
-            or (direction * a < 0.0 and direction * a_end > 0.0)
-            or not low < x < high
-        ):
-            if v == 0.0 or not low < x < high:
-                break
-            reverses = direction * v < 0.0
-            inside = low < x_r + v_r * dt < high and (reverses or low < x - v * dt < high)
-            if direction * a >= 0.0 or not inside:
-                if not reverses:
-                    break
-                r = -direction * (u_1 - u_0) * steps.per_dt
-                s, path = turning_point(
-                    steps,
-                    direction * v_r,
-                    direction * a,
-                    r,
-                    direction * v,
-                    direction * a_end,
-                    dt,
-                )
-                if s < 0.0 or not low < x_r + direction * path < high:
-                    break
-            if reverses:
-                direction = -direction
-        n += 1
-        u_0, x_r, v_r, a = u_1, x, v, a_end
-        x_out[n] = x_r
-        v_out[n] = v_r
-        d_out[n] = 0
-    return n, x_r, v_r
-
-
-@inlined
-def elastic_step_through_events(
-    plant,
-    x_limit,
-    stiffness,
-    f_k,
-    yield_steps,
-    hold_steps,
-    u_0,
-    u_1,
-    n,
-    x_r,
-    v_r,
-    x_0,
-    mode,
-    segments,
-    at,
-    log,
-    count,
-):
-    """Advance an elastic contact through a step with any number of events.
-
-    `stiffness` and `f_k` are k_t/m [1/s²] and F_fk/m [m/s²]; other parameters as in
-    `march_elastic_samples`.
-    """
-    h, c = yield_steps.dt, yield_steps.c
-    slope = (u_1 - u_0) / h
-    begin = 0.0
-    max_count = count + MAX_EVENTS_PER_STEP
-    # The contact force is continuous, and so is a: keep a over events that take no time.
-    a, stopped = math.nan, 0
-    while count < max_count:
-        left = h - begin
-        if left <= 0.0:
-            return x_r, v_r, x_0, mode, at, count
-        holding = is_holding(mode)
-        w, f = (hold_steps.w, -stiffness * x_0) if holding else (yield_steps.w, mode * f_k)
-        if a != a:
-            a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
-            # A velocity that has just reached zero does not grow again by rounding of forces.
-            a = 0.0 if stopped * a > 0.0 else a
-        direction = motion_direction(v_r, a, -slope)
-        if direction == 0:
-            return x_r, v_r, x_0, mode, at, count
-        v, push, r = direction * v_r, direction * a, -direction * slope
-        if holding:
-            gap = x_limit - direction * (x_r - x_0) if mode != direction * AT_LIMIT else 0.0
-            stop, path, v_end = (
-                next_stop(hold_steps, v, push, r, left) if gap > 0.0 else (0.0, 0.0, v)
-            )
-            if path >= gap:
-                # The contact reaches its limit before the mass stops: it yields.
-                s, x_next = 0.0, x_r
-                if gap > 0.0:
-                    s, v = next_crossing(
-                        hold_steps, v, push, r, gap, path, v_end, min(stop, left)
-                    )
-                    x_next = x_0 + direction * x_limit
-                    a, stopped = math.nan, 0
-                begin = min(begin + s, h)
-                x_r, v_r, mode = x_next, direction * v, direction
-                at = record_segment(segments, at, n, begin, x_r, v_r, x_0, contact_code(mode))
-                F_L = limit_force(plant, x_r, u_0 + slope * begin)
-                count = record_event(log, count, n, begin, direction * SLIP, x_r, F_L)
-                continue
-            mode = HOLD
-        elif direction != mode:
-            stop, path, v_end = 0.0, 0.0, 0.0
-        else:
-            stop, path, v_end = next_stop(yield_steps, v, push, r, left)
-        x_r += direction * path
-        v_r = direction * v_end
-        if stop == NEVER:
-            return x_r, v_r, x_0, mode, at, count
-        begin = min(begin + stop, h)
-        if stop > 0.0:
-            a, stopped = math.nan, direction
-        if not holding:
-            # The mass stops: the contact holds, exactly at its limit.
-            F_L = limit_force(plant, x_r, u_0 + slope * begin)
-            x_0, mode = x_r - mode * x_limit, mode * AT_LIMIT
-            at = record_segment(segments, at, n, begin, x_r, v_r, x_0, contact_code(mode))
-            count = record_event(log, count, n, begin, STICK, x_r, F_L)
-    return x_r, v_r, x_0, mode, at, -1
-
-
-# Slip of any piecewise-linear law.
-
-
-@compiled
-def advance_without_event(
-    plant, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, x_0, mode
-):
-    """Advance by whole steps while the mass moves in one direction between two limits.
-
-    Parameters
-    ----------
-    u_dd, dt : array, float
-        Base acceleration at the samples [m/s²], and their interval [s].
-    n, end : int
-        First step, and the one to stop before.
-    xi, v_r : float
-        State at sample n [m, m/s].
-    f, low, high : float
-        Constant force per mass against the motion [m/s²], and limits of xi [m].
-    segments, at, full : Segments, int, int
-        Log of the steps, number of entries, and the most there may be.
-    x_0, mode : float, int
-        Recorded with each step.
-
-    Returns
-    -------
-    n, xi, v_r, at
-        The first step that may hold an event, and the state there.
-    """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    if characteristic_rate(c, w) * dt > FINE_STEP:
-        # Only in a fine step does the acceleration at both ends show a dip of v_r.
-        return n, xi, v_r, at
-    y, _, Y, YY = flow(c, w, dt)
-    step_map = affine_map(c, w, 1.0, dt)
-    x_1, v_1 = YY / dt, Y / dt
-    x_0, v_0 = Y - x_1, y - v_1
-    a = -(u_dd[n] + c * v_r + w * xi + f)
-    direction = 1.0 if v_r > 0.0 else -1.0
-    threshold = cancellation_speed(c, w)
-    while n < end and at < full:
-        u_0 = u_dd[n]
-        u_1 = u_dd[n + 1]
-        x = step_map.x_x * xi + step_map.x_v * v_r - (x_0 * u_0 + x_1 * u_1 + step_map.x_f * f)
-        v = step_map.v_x * xi + step_map.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + step_map.v_f * f)
-        a_end = -(u_1 + c * v + w * x + f)
-        is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
-        if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
-            break
-        at = record_segment(segments, at, n, 0.0, xi, v_r, x_0, mode)
-        n += 1
-        xi, v_r, a = x, v, a_end
-    return n, xi, v_r, at

@@ -94,7 +94,7 @@ from drysim.core.oscillator import (
     series_velocity,
     sine_response,
 )
-from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, next_stop, slip_exit_time
+from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, slip_exit_time
 
 # Gauss-Legendre nodes and weights on [0, 1], as literals: importing them from numpy is slow.
 
@@ -1665,70 +1665,6 @@ def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
             x_r, v_r = x_turn, 0.0
         s += until
     return (i, s, x_r, v_r, far), count
-
-
-@compiled
-def write_sampled_turning_points(
-    plant, law, hold_steps, u_dd, x_out, v_out, segments, whole, limits, at, t_out, x_turning
-):  # fmt: skip
-    """Write turning points of a sampled march with a constant contact limit.
-
-    Parameters
-    ----------
-    plant, law, segments, whole, limits
-        As in `write_turning_points`.
-    hold_steps : OscillatorSteps
-        Steps of the oscillator with the contact stiffness.
-    u_dd, x_out, v_out : array, shape (samples,)
-        Base acceleration [m/s²], and the state [m, m/s].
-    at : tuple
-        Where to continue: segment, sample, time since it [s], x_r [m] and v_r [m/s] there; the
-        sample is negative at the start of a segment.
-    t_out, x_turning : array, shape (n,)
-        Written: time [s] and displacement [m].
-
-    Returns
-    -------
-    at, count
-        As in `write_turning_points`.
-    """
-    i, n, s, x, v = at
-    c, w, dt, stiffness = hold_steps.c, hold_steps.w, hold_steps.dt, law.k_t / plant.m
-    count = 0
-    while i < len(segments.n) and count + 2 <= len(t_out):
-        if n < 0:
-            n, s, x, v = segments.n[i], segments.s[i], segments.x_r[i], segments.v_r[i]
-            t_out[count], x_turning[count] = n * dt + s, x
-            count += 1
-            if decode_mode(segments.d[i]).contact != HOLD or not (
-                whole[i] or not is_hold_uneventful(law, segments, i, limits)
-            ):
-                i, n = i + 1, -1
-                continue
-        last, end = len(u_dd) - 1, 0.0
-        if i + 1 < len(segments.n):
-            last, end = segments.n[i + 1], segments.s[i + 1]
-        f = -stiffness * segments.z[i]
-        while (n < last or (n == last and s < end)) and count + 2 <= len(t_out):
-            slope = (u_dd[n + 1] - u_dd[n]) * hold_steps.per_dt
-            a = -(u_dd[n] + slope * s + c * v + w * x + f)
-            direction = motion_direction(v, a, -slope)
-            h = (end if n == last else dt) - s
-            stop, path = NEVER, 0.0
-            if direction != 0:
-                stop, path, _ = next_stop(
-                    hold_steps, direction * v, direction * a, -direction * slope, h
-                )
-            if stop < h and s + stop > s:
-                x, v, s = x + direction * path, 0.0, s + stop
-                t_out[count], x_turning[count] = n * dt + s, x
-                count += 1
-            else:
-                n, s = n + 1, 0.0
-                x, v = x_out[n], v_out[n]
-        if n > last or (n == last and s >= end):
-            i, n = i + 1, -1
-    return (i, n, s, x, v), count
 
 
 EXTREME_TOLERANCE = 1e-14
