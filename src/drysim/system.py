@@ -129,7 +129,7 @@ Result = TypeVar("Result")
 QUEUED_PER_THREAD = 2
 """Submitted items per thread: one in progress and one queued, so that no thread runs idle."""
 
-SHUTDOWN_TIMEOUT = 1.0
+SHUTDOWN_TIMEOUT = 0.25
 """Longest wait for running items after the results are no longer needed [s]."""
 
 

@@ -176,11 +176,8 @@ def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> li
     """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
     if n <= MAX_CACHED:
         return [do(job) for job in jobs]
-    from concurrent.futures import ThreadPoolExecutor
-
     # More than four threads do not help: memory bandwidth is the limit.
-    with ThreadPoolExecutor(min(system.processor_count(), 4)) as pool:
-        return list(pool.map(do, jobs))
+    return list(system.map_in_order(do, jobs, min(system.processor_count(), 4)))
 
 
 def periodic_signals(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
