@@ -69,7 +69,7 @@ class InterruptibleGroup(TyperGroup):
         except KeyboardInterrupt:
             from drysim.console import terminal
 
-            terminal.print_stderr("interrupted; no file is left half-written")
+            terminal.print_stderr(process.INTERRUPT_MESSAGE)
             raise
 
 
@@ -213,6 +213,7 @@ def report_unexpected(fault: Exception) -> int:
     After an interrupt it is not reported: an interrupted import may fail with any exception.
     """
     if INTERRUPT_REQUESTED.is_set():
+        print(process.INTERRUPT_MESSAGE, file=sys.stderr)
         return EXIT_INTERRUPTED
     if isinstance(fault, OSError) and fault.errno == errno.ENOMEM:
         return report_out_of_memory()

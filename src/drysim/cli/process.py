@@ -8,7 +8,6 @@ The output of a command is text, one JSON object (`--json`), or nothing (`--quie
 from __future__ import annotations
 
 import errno
-import math
 import os
 import shlex
 import signal
@@ -18,12 +17,13 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from threading import Event, Thread
-from time import monotonic, sleep
+from time import sleep
 from types import FrameType, ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from drysim import forced_exit
 from drysim.errors import (
     EXIT_CHECK_FAILED,
     EXIT_INTERRUPTED,
@@ -47,22 +47,20 @@ DEFAULT_HANDLERS = (signal.SIG_DFL, signal.default_int_handler)
 INTERRUPT_REQUESTED = Event()
 """Set on the first signal. An import that is cut short may then fail with any exception."""
 
-SIGNAL_TIMEOUT = 1.0
-"""Time after a signal until the process ends even while a kernel is running [s]."""
+SIGNAL_TIMEOUT, CLEAN_UP_TIMEOUT = 1.25, 0.5
+"""Time that the work has to end after a signal, and the clean-up of a forced exit after that
+[s]."""
 
-INTERRUPT_MESSAGE = b"interrupted in a long computation; no file is left half-written\n"
-
-_last_handled = [-math.inf]
-"""When Python last called the signal handler, in a list so that the handler can set it [s]."""
+INTERRUPT_MESSAGE = "interrupted; no file is left half-written"
 
 
 def install_signal_handlers() -> None:
     """Turn the signals into KeyboardInterrupt, so that the work leaves its files in order.
 
-    Python calls a handler only between two of its own instructions, and a compiled kernel may
-    run for hours. A thread therefore reads the signals from the wake-up pipe and ends the
-    process if no handler has run within `SIGNAL_TIMEOUT`. That is as safe as a kill at any
-    other time.
+    Python calls a handler only between two of its own instructions. A compiled kernel may run
+    for hours, and so may the clean-up that waits for one in another thread. A thread therefore
+    reads the signals from the wake-up pipe, and ends the process if the work has not ended
+    within `SIGNAL_TIMEOUT`.
     """
     numbers = set(filter(None, (getattr(signal, name, None) for name in SIGNAL_NAMES)))
     handled = {number for number in numbers if signal.getsignal(number) in DEFAULT_HANDLERS}
@@ -87,21 +85,28 @@ def raise_if_interrupted() -> None:
 
 
 def _watch_signals(read: int, handled: set[int]) -> None:
-    """End the process when a signal is not handled in time."""
-    while True:
-        received = handled.intersection(os.read(read, 64))
-        received_at = monotonic()
-        if received:
-            sleep(SIGNAL_TIMEOUT)
-            if _last_handled[0] < received_at - SIGNAL_TIMEOUT:
-                os.write(2, INTERRUPT_MESSAGE)
-                os._exit(EXIT_INTERRUPTED)
+    """End the process after the first signal, whatever the other threads do."""
+    while not handled.intersection(os.read(read, 64)):
+        pass
+    sleep(SIGNAL_TIMEOUT)
+    leaving = Thread(target=_force_exit, daemon=True)  # a disk or a terminal may not respond
+    leaving.start()
+    leaving.join(CLEAN_UP_TIMEOUT)
+    os._exit(EXIT_INTERRUPTED)
+
+
+def _force_exit() -> None:
+    """Leave files and terminal in order while the work is still running; say what is kept."""
+    message = forced_exit.clean_up() or INTERRUPT_MESSAGE
+    os.write(2, f"{message}\n".encode(errors="replace"))  # the work may hold sys.stderr
 
 
 def _handle_signal(number: int, frame: FrameType | None) -> None:
-    INTERRUPT_REQUESTED.set()
-    _last_handled[0] = monotonic()
-    raise KeyboardInterrupt
+    """Interrupt the work on the first signal; a further one would interrupt its clean-up."""
+    if not INTERRUPT_REQUESTED.is_set():
+        INTERRUPT_REQUESTED.set()
+        sys.unraisablehook = lambda _: None  # destructors of what was cut short may fail
+        raise KeyboardInterrupt
 
 
 # Streams.

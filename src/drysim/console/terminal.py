@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Literal, TextIO, TypeAlias
 
+from drysim.forced_exit import at_forced_exit
 from drysim.wording import sanitise
 
 if TYPE_CHECKING:
@@ -268,7 +269,8 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
         return
     bar = _ProgressBar(total, label, blocks)
     try:
-        yield bar.advance
+        with at_forced_exit(bar.stop):
+            yield bar.advance
     finally:
         bar.stop()
 
@@ -329,7 +331,7 @@ class _ProgressBar:
         self._shown.start()
 
     def stop(self) -> None:
-        """Remove the bar."""
+        """Remove the bar and show the cursor."""
         with self._lock:
             if self._shown is not None:
                 self._shown.stop()

@@ -34,8 +34,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
+from drysim.forced_exit import at_forced_exit, no_forced_exit
 from drysim.output.sidecar import Provenance, json_text
 from drysim.system import removed_error
+from drysim.wording import sanitise
 
 MARKER = "drysim.json"
 """The file that identifies a folder of drysim: first written, last removed."""
@@ -104,7 +106,8 @@ def write_folder(
         if exit_code == EXIT_INTERRUPTED:
             release_partial(locked.partial)
         else:
-            install_partial(locked)
+            with no_forced_exit():
+                install_partial(locked)
     return fields
 
 
@@ -198,7 +201,7 @@ def _mark_partial(
     Reserved file descriptors are released after a failure: removing a folder opens it, and the
     failure may have been that no more files could be opened.
     """
-    with ExitStack() as reserve:
+    with at_forced_exit(lambda: abandon_partial(folder, partial)), ExitStack() as reserve:
         try:
             for end in (*os.pipe(), *os.pipe()):  # four descriptors
                 reserve.callback(os.close, end)
@@ -264,6 +267,25 @@ def release_partial(partial: Path) -> None:
         if not _has_finished_work(partial) and not foreign_files(partial):
             remove_contents(partial)
             partial.rmdir()
+
+
+def abandon_partial(folder: Path, partial: Path) -> str:
+    """Leave `<name>.partial` in order before a forced exit; return what is kept, if anything.
+
+    Files of a result that is not complete are removed. The work is still running, but creates
+    no further files, as it has been interrupted, too.
+    """
+    listed = _listed_files(_read_marker(partial))
+    for file in result_files(partial):
+        if file.relative_to(partial).as_posix() not in listed:
+            file.unlink(missing_ok=True)
+    release_partial(partial)
+    if not _has_finished_work(partial):
+        return ""
+    return (
+        f"interrupted: what is finished is kept in {sanitise(str(folder))}.partial; the same "
+        "command with --resume computes only the rest"
+    )
 
 
 def holds_sweep(folder: Path) -> bool:

@@ -25,7 +25,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import islice
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -38,6 +38,7 @@ from weakref import finalize
 from drysim import system
 from drysim.core import compile
 from drysim.errors import ClusterError, DrysimError, UsageError
+from drysim.forced_exit import at_forced_exit
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import named_files, prepare
@@ -227,6 +228,7 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
 
     with (
         TemporaryDirectory(prefix="drysim-", ignore_cleanup_errors=True) as folder,
+        at_forced_exit(partial(rmtree, folder, ignore_errors=True)),
         dask.config.set({"logging": QUIET_LOGGING} | LOCAL_CLUSTER_CONFIG),
         distributed.LocalCluster(
             n_workers=workers or system.processor_count(),
