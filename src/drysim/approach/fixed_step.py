@@ -175,7 +175,7 @@ class Smooth(FixedStepApproach):
         import numpy as np
         from scipy.integrate import solve_ivp
 
-        from drysim.core.fixed_step import regularised_sign, write_point
+        from drysim.core.fixed_step import regularised_sign
         from drysim.core.model import base_acceleration
         from drysim.errors import SolverError
 
@@ -207,7 +207,8 @@ class Smooth(FixedStepApproach):
                 f"smooth, adaptive: {solution.message}", "use a smaller sharpness"
             )
         for n, (x_r, v_r) in enumerate(solution.y.T.tolist()):
-            write_point(out, n, x_r, v_r, friction(v_r), -1 if v_r < 0.0 else 1)
+            out.x_r[n], out.v_r[n], out.F_f[n] = x_r, v_r, friction(v_r)
+            out.d[n] = -1 if v_r < 0.0 else 1
 
 
 class Switch(FixedStepApproach):

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import compiled
 from drysim.core.events import sign
 
 SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
@@ -62,25 +62,6 @@ class MotionOnGrid(NamedTuple):
     d: Any
 
 
-@inlined
-def write_point(out, n, x_r, v_r, F_f, d):
-    """Write one point of a `MotionOnGrid`."""
-    out.x_r[n] = x_r
-    out.v_r[n] = v_r
-    out.F_f[n] = F_f
-    out.d[n] = d
-
-
-class Rates(NamedTuple):
-    """Coefficients of Eq. (7) per mass, and the form and sharpness of its sign."""
-
-    c: float
-    w: float
-    f: float
-    form: int
-    sharpness: float
-
-
 @compiled
 def regularised_sign(form, sharpness, v_r):
     """Return the friction force relative to F_fk [-].
@@ -106,10 +87,9 @@ def regularised_sign(form, sharpness, v_r):
 
 
 @compiled
-def acceleration(rates, u_dd, x_r, v_r):
-    """Return the relative acceleration [m/s²] of Eq. (7) with a regularised sign."""
-    c, w, f, form, sharpness = rates
-    return -(u_dd + c * v_r + w * x_r + f * regularised_sign(form, sharpness, v_r))
+def acceleration(c, w, f, share, u_dd, x_r, v_r):
+    """Return the relative acceleration [m/s²] of Eq. (7) with a regularised sign, `share`."""
+    return -(u_dd + c * v_r + w * x_r + f * share)
 
 
 @compiled
@@ -130,30 +110,39 @@ def march_fixed_step(plant, F_fk, form, sharpness, method, base, out):
     base, out : BaseOnGrid, MotionOnGrid
     """
     u_dd, u_mid, dt = base
-    rates = Rates(plant.b / plant.m, plant.k_x / plant.m, F_fk / plant.m, form, sharpness)
-    x, v = out.x_r[0], out.v_r[0]
+    x_out, v_out, F_out, d_out = out
+    c, w, f = plant.b / plant.m, plant.k_x / plant.m, F_fk / plant.m
+    x, v = x_out[0], v_out[0]
     for n in range(len(u_dd)):
         share = regularised_sign(form, sharpness, v)
-        write_point(out, n, x, v, F_fk * share, -1 if v < 0.0 else 1)
+        x_out[n] = x
+        v_out[n] = v
+        F_out[n] = F_fk * share
+        d_out[n] = -1 if v < 0.0 else 1
         if n == len(u_dd) - 1:
             return
-        a = acceleration(rates, u_dd[n], x, v)
+        a = acceleration(c, w, f, share, u_dd[n], x, v)
         if method == EULER:
             x, v = x + dt * v, v + dt * a
         elif method == SEMI_IMPLICIT:
             v += dt * a
             x += dt * v
         elif method == HEUN:
-            a_end = acceleration(rates, u_dd[n + 1], x + dt * v, v + dt * a)
+            v_end = v + dt * a
+            share = regularised_sign(form, sharpness, v_end)
+            a_end = acceleration(c, w, f, share, u_dd[n + 1], x + dt * v, v_end)
             x, v = x + dt * (v + 0.5 * dt * a), v + 0.5 * dt * (a + a_end)
         else:
             h = 0.5 * dt
             v_2 = v + h * a
-            a_2 = acceleration(rates, u_mid[n], x + h * v, v_2)
+            share = regularised_sign(form, sharpness, v_2)
+            a_2 = acceleration(c, w, f, share, u_mid[n], x + h * v, v_2)
             v_3 = v + h * a_2
-            a_3 = acceleration(rates, u_mid[n], x + h * v_2, v_3)
+            share = regularised_sign(form, sharpness, v_3)
+            a_3 = acceleration(c, w, f, share, u_mid[n], x + h * v_2, v_3)
             v_4 = v + dt * a_3
-            a_4 = acceleration(rates, u_dd[n + 1], x + dt * v_3, v_4)
+            share = regularised_sign(form, sharpness, v_4)
+            a_4 = acceleration(c, w, f, share, u_dd[n + 1], x + dt * v_3, v_4)
             x += dt / 6.0 * (v + 2.0 * v_2 + 2.0 * v_3 + v_4)
             v += dt / 6.0 * (a + 2.0 * a_2 + 2.0 * a_3 + a_4)
 
@@ -173,7 +162,8 @@ def march_switch(plant, F_fk, F_fs, eps, base, out):
     """
     m, k_x, b = plant
     u_dd, _, dt = base
-    x, v = out.x_r[0], out.v_r[0]
+    x_out, v_out, F_out, d_out = out
+    x, v = x_out[0], v_out[0]
     for n in range(len(u_dd)):
         F_L = m * u_dd[n] + k_x * x
         if abs(v) >= eps:
@@ -184,7 +174,10 @@ def march_switch(plant, F_fk, F_fs, eps, base, out):
             d = 0
             v = 0.0
         F = d * F_fk if d != 0 else -F_L
-        write_point(out, n, x, v, F, d)
+        x_out[n] = x
+        v_out[n] = v
+        F_out[n] = F
+        d_out[n] = d
         if d != 0:  # semi-implicit Euler
             v -= dt * (u_dd[n] + (b * v + k_x * x + F) / m)
             x += dt * v
@@ -208,8 +201,10 @@ def march_moreau(plant, F_fk, base, out):
     # from clipping.
     inertia = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
     impulse_limit = dt * F_fk / (m * inertia)
-    x, v = out.x_r[0], out.v_r[0]
-    write_point(out, 0, x, v, sign(v) * F_fk, sign(v))
+    x_out, v_out, F_out, d_out = out
+    x, v = x_out[0], v_out[0]
+    F_out[0] = sign(v) * F_fk
+    d_out[0] = sign(v)
     for n in range(len(u_dd) - 1):
         mean_u_dd = 0.5 * (u_dd[n] + u_dd[n + 1])
         v_free = ((2.0 - inertia) * v - dt * (w * x + mean_u_dd)) / inertia
@@ -221,4 +216,7 @@ def march_moreau(plant, F_fk, base, out):
             v_next = 0.0
         x += 0.5 * dt * (v + v_next)
         v = v_next
-        write_point(out, n + 1, x, v, (v_free - v_next) * m * inertia / dt, sign(v))
+        x_out[n + 1] = x
+        v_out[n + 1] = v
+        F_out[n + 1] = (v_free - v_next) * m * inertia / dt
+        d_out[n + 1] = sign(v)
