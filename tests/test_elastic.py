@@ -125,9 +125,9 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     segments, log = empty_columns(Segments, 1000), empty_log(1000)
     plant = Plant(1.0, 40.0, 0.0)
     law = to_kernel(plant, elastic_law(1.0, 1e3))
-    scene = Scene(plant, law, waves, np.zeros(2), 2 * begin, 0, 2 * begin)
+    scene = Scene(plant, law, waves, np.zeros(2), 2 * begin)
     state = MarchState(0, begin, 100.0, 0.0, 100.0, mode_of(HOLD, UNKNOWN, APART, 0), 0, 0)
-    assert march(scene, state, segments, log, 1000).events == -1
+    assert march(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
 
 
 def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():

@@ -90,10 +90,11 @@ def march_sines(
     )
     log = log_of(kernel)
     waves = waves_of(kernel, sines, core_law)
+    interval = kernel.march.Interval(0, 0.0, duration, 0.0, 0.0)
+    state = kernel.march.SlipState(0.0, *start, mode, 0, math.inf)
     t, x_r, v_r, d_end, count, closest = kernel.march.march_sines(
-        core_plant, core_law, waves, 0.0, 0.0, 0, 0.0, duration, 0.0, *start, mode,
-        log, 0, len(log.n),
-    )  # fmt: skip
+        core_plant, core_law, waves, interval, state, log
+    )
     return SimpleNamespace(
         t=log.s[:count].copy(), kind=log.kind[:count].copy(), x=log.x_r[:count].copy(),
         end=(t, x_r, v_r, d_end), closest=closest, mode=mode,

@@ -139,18 +139,17 @@ def test_events_follow_each_other_by_the_rules(
 def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespace) -> None:
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 36.0)
     whole = march_sines(kernel, PAIR, (30.0, 36.0), 10.0)
-    state, begin, events = (0.0, 0.0, whole.mode), 0.0, []
+    core, events = kernel.march, []
+    state = core.SlipState(0.0, 0.0, 0.0, whole.mode, 0, math.inf)
     for end in (0.3, 3.1, 3.1000001, 10.0):
         log = log_of(kernel)
-        out = kernel.march.march_sines(
-            plant, law, waves_of(kernel, PAIR, law), 0.0, 0.0, 0, 0.0, end, begin, *state,
-            log, 0, len(log.n),
-        )  # fmt: skip
-        begin, state = out[0], out[1:4]
-        events += log.s[: out[4]].tolist()
+        interval, waves = core.Interval(0, 0.0, end, 0.0, 0.0), waves_of(kernel, PAIR, law)
+        state = core.march_sines(plant, law, waves, interval, state, log)
+        events += log.s[: state.events].tolist()
+        state = state._replace(events=0)
     assert len(events) == len(whole.t)
     assert np.abs(np.array(events) - whole.t).max() < 1e-11
-    assert state[0] == pytest.approx(whole.end[1], abs=1e-13)
+    assert state.x_r == pytest.approx(whole.end[1], abs=1e-13)
 
 
 def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNamespace) -> None:
@@ -160,14 +159,14 @@ def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNames
     n = 401
     columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
     log = log_of(kernel)
-    out = kernel.march.march_varying_limits(
-        plant, law, waves_of(kernel, [], law), 0, np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
-        *columns, log, 0, len(log.n),
-    )  # fmt: skip
-    t = log.n[: out[4]] * 5e-3 + log.s[: out[4]]
+    core, waves = kernel.march, waves_of(kernel, [], law)
+    scene = core.Scene(plant, law, waves, np.zeros(n), 5e-3)
+    state = core.SlipState(0.0, 0.05, 0.2, 1, 0, math.inf)
+    _, state = core.march_varying_limits(scene, 0, 0, n - 1, state, tuple(columns), log)
+    t = log.n[: state.events] * 5e-3 + log.s[: state.events]
     assert len(t) == len(whole.t)
     assert np.abs(t - whole.t).max() < 1e-12
-    assert out[1] == pytest.approx(whole.end[1], abs=1e-14)
+    assert state.x_r == pytest.approx(whole.end[1], abs=1e-14)
 
 
 def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
@@ -176,11 +175,11 @@ def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
     # Nothing bounds the third rate of its motion: it is zero.
     plant, law = kernel.model.Plant(2.0, 0.0, 0.0), kernel.model.CoulombLaw(1.0, 1.0)
     log = log_of(kernel)
-    out = kernel.march.march_sines(
-        plant, law, waves_of(kernel, [], law), 0.0, 1.0, 0, 0.0, 2.0, 0.0, 0.0, 0.0, 0,
-        log, 0, len(log.n),
-    )  # fmt: skip
-    assert out[4] == 1
+    core, waves = kernel.march, waves_of(kernel, [], law)
+    interval = core.Interval(0, 0.0, 2.0, 0.0, 1.0)
+    state = core.SlipState(0.0, 0.0, 0.0, 0, 0, math.inf)
+    out = core.march_sines(plant, law, waves, interval, state, log)
+    assert out.events == 1
     assert log.s[0] == pytest.approx(0.5, rel=1e-14)
     assert out[1] == pytest.approx(-(1.5**3) / 6, rel=1e-13)
 
@@ -298,9 +297,9 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
     xi, x_0, mode = kernel.modes.initial_piecewise_mode(
         plant, law, waves, u_dd[0], slope, *start, start[0]
     )
-    scene = core.Scene(plant, law, waves, u_dd, DT, len(u_dd) - 2, DT)
+    scene = core.Scene(plant, law, waves, u_dd, DT)
     state = core.MarchState(0, 0.0, xi, start[1], x_0, mode, 0, 0)
-    state = core.march(scene, state, segments, log, room)
+    state = core.march(scene, len(u_dd) - 2, DT, state, segments, log, room)
     at, count = state.used, state.events
     written = [column[:at] for column in segments] + [column[:count] for column in log]
     return at, count, written
@@ -376,10 +375,11 @@ def contact_march(kernel, u_dd, k_t, calls=1):
     xi, x_0, mode = kernel.modes.initial_piecewise_mode(
         plant, law, waves, u_dd[0], 0.0, 0.0, 0.0, 0.0
     )
-    scene = core.Scene(plant, law, waves, u_dd, DT, len(u_dd) - 2, DT)
+    scene = core.Scene(plant, law, waves, u_dd, DT)
     state = core.MarchState(0, 0.0, xi, 0.0, x_0, mode, 0, 0)
     for call in range(1, calls + 1):
-        state = core.march(scene, state, segments, log, size * call // calls)
+        full = size * call // calls
+        state = core.march(scene, len(u_dd) - 2, DT, state, segments, log, full)
     assert state.n == len(u_dd) - 1
     return [column[: state.used] for column in segments], log.kind[: state.events]
 

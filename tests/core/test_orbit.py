@@ -102,10 +102,10 @@ def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) 
         phase = math.acos(math.pi * phi / 2)
         log = log_of(kernel)
         waves = waves_of(kernel, [(1.0, 1 / (2 * math.pi), phase)], law)
-        found = kernel.march.march_sines(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, 20.0, 0.0, 0.0, 0.0, -1, log, 0, len(log.n)
-        )
-        assert (0 in log.kind[: found[4]].tolist()) == stops
+        interval = kernel.march.Interval(0, 0.0, 20.0, 0.0, 0.0)
+        state = kernel.march.SlipState(0.0, 0.0, 0.0, -1, 0, math.inf)
+        found = kernel.march.march_sines(plant, law, waves, interval, state, log)
+        assert (0 in log.kind[: found.events].tolist()) == stops
 
 
 def test_light_damping_is_settled_by_newton_not_by_patience(kernel: SimpleNamespace) -> None:

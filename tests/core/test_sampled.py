@@ -244,13 +244,14 @@ def leap(
     mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0] = start
     log = log_of(kernel)
-    out = kernel.march.march_varying_limits(
-        core_plant, law, waves_of(kernel, [], law), 0, u_dd, dt, 0, len(u_dd) - 1, *start, mode,
-        x_r, v_r, d, log, 0, len(log.n),
-    )  # fmt: skip
-    events = [column[: out[4]].copy() for column in log]
+    scene = kernel.march.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt)
+    state = kernel.march.SlipState(0.0, *start, mode, 0, math.inf)
+    _, end = kernel.march.march_varying_limits(
+        scene, 0, 0, len(u_dd) - 1, state, (x_r, v_r, d), log
+    )
+    events = [column[: end.events].copy() for column in log]
     return SimpleNamespace(
-        x_r=x_r, v_r=v_r, kinds=events[2], t=events[0] * dt + events[1], closest=out[5]
+        x_r=x_r, v_r=v_r, kinds=events[2], t=events[0] * dt + events[1], closest=end.closest
     )
 
 

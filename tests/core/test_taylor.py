@@ -56,9 +56,9 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
     d = kernel.taylor.motion_direction_at(plant, law, series, 0.0, 0.0, 0.0)
     if kind == kernel.model.LEUVEN:
         kernel.dynamic_friction.update_branch(law, series, d or 1, 0.0, 0.0)
-    log, scene = log_of(kernel), kernel.march.Scene(plant, law, waves, u_dd, dt, end, dt)
+    log, scene = log_of(kernel), kernel.march.Scene(plant, law, waves, u_dd, dt)
     start = kernel.taylor.SeriesState(0, 0.0, 0.0, 0.0, 0.0, d, 0, 0)
-    state = kernel.taylor.march_taylor(scene, start, series, segments, log, len(log.n))
+    state = kernel.taylor.march_taylor(scene, (end, dt), start, series, segments, log)
     return SimpleNamespace(
         state=tuple(state),
         segments=[column[: state.used] for column in segments[:7]],

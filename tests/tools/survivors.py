@@ -103,9 +103,6 @@ EXPLAINED = {
         "if far_from_zero(course, most_twist(clearance, segment.w, now, bound), bound, "
         "until + begin):",
     ): SLOWER,
-    ("trajectory.py", "length = min(panel_length(active[0], active[-1], waves, s), hi - s)"): (
-        "the last of two is the second"
-    ),
     (
         "taylor.py",
         "return n + -1, h",

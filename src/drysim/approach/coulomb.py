@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +42,7 @@ from drysim.approach.scene import (
     check_progress,
     count_grid_points,
     describe_numerics,
+    divide_steps,
     empty_log,
     enlarge_column,
     enlarge_columns,
@@ -67,9 +68,16 @@ from drysim.approach.solution import (
 )
 from drysim.core import orbit
 from drysim.core.compile import as_engine_array
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, direction_after
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, direction_after
 from drysim.core.forcing import SCENE_COLUMNS, V_R, WAVE_COLUMNS, Waves
-from drysim.core.march import march_sines, march_sines_from_start, march_varying_limits
+from drysim.core.march import (
+    Interval,
+    Scene,
+    SlipState,
+    march_sines,
+    march_sines_from_start,
+    march_varying_limits,
+)
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -84,10 +92,15 @@ from drysim.core.model import (
 )
 from drysim.core.sampled import march
 from drysim.core.trajectory import (
-    integrate_coulomb_events,
-    integrate_coulomb_steps,
+    STEPS_PER_CHUNK,
+    EventSolution,
+    Solution,
+    integrate_coulomb_segments,
+    integrate_events,
+    motion_in_segment,
+    resume_slip_or_stick,
     sample_coulomb_grid,
-    segment_state,
+    state_at,
     step_quadratic_forms,
     step_variables,
     table_size,
@@ -181,9 +194,8 @@ def sine_trajectory(
         as_engine_array(np.empty((4, INITIAL_EVENT_CAPACITY))),
         as_engine_array(np.empty(INITIAL_EVENT_CAPACITY, np.int8)),
     )
-    begin, x_r, v_r, d, count, closest_decision = march_sines_from_start(
-        scene, duration, log, kind
-    )
+    state = march_sines_from_start(scene, duration, log, kind)
+    begin, x_r, v_r, _, count, closest_decision = state
     check_progress(count, begin, (x_r, v_r))
     natural = math.sqrt(plant.k_x / plant.m) / math.tau
     periods = duration * (max(motion.f, default=0.0) + law.omega / math.tau + natural)
@@ -194,12 +206,11 @@ def sine_trajectory(
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),
             enlarge_column(kind, size),
         )
-        begin, x_r, v_r, d, count, tight = march_sines(
-            plant, law, make_waves(motion, law), 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
-            EventLog(log[0], log[1], kind, log[2], log[3]), count, size,
-        )  # fmt: skip
+        interval, waves = Interval(0, 0.0, duration, 0.0, 0.0), make_waves(motion, law)
+        columns = EventLog(log[0], log[1], kind, log[2], log[3])
+        state = march_sines(plant, law, waves, interval, state, columns)
+        begin, x_r, v_r, _, count, closest_decision = state
         check_progress(count, begin, (x_r, v_r))
-        closest_decision = min(closest_decision, tight)
     # Rows by index: unpacking the array row by row takes as long as some tens of events.
     log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
     turning_points = Events(log[1, :count], kind, log[2, :count], log[3, :count])
@@ -230,31 +241,21 @@ class SineTrajectory(EventDriven):
 
     def state(self, t: float) -> State:
         """Return the state at time t [s]."""
-        i = int(np.searchsorted(self.turning_points.t, t, side="right")) - 1
-        t_i, x_r = float(self.turning_points.t[i]), float(self.turning_points.x_r[i])
-        v_r = self.scene[V_R] if i == 0 else 0.0
-        d = direction_after(int(self.turning_points.kind[i]))
-        found = segment_state(
-            self.plant, self.law, self.waves, 0.0, 0.0, t_i, x_r, v_r, d, t - t_i
-        )
-        return State(*found)
+        return State(*state_at(self.solution, t))
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
-        turning_points, waves = self.turning_points, self.waves
-        x2, v2, x_dd2, power, sliding_distance, stuck = integrate_coulomb_events(
-            self.plant,
-            self.law,
-            waves,
-            as_engine_array(turning_points.t),
-            as_engine_array(turning_points.kind),
-            as_engine_array(turning_points.x_r),
-            self.scene[V_R],
-            begin,
-            end,
-        )
-        squares = base_square_integrals(self.motion, waves, begin, end)
+        sums = integrate_events(self.solution, begin, end)
+        x2, v2, x_dd2, power, sliding_distance, stuck, *_ = sums
+        squares = base_square_integrals(self.motion, self.waves, begin, end)
         return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+
+    @cached_property
+    def solution(self) -> EventSolution:
+        """The solution as kernels take it."""
+        events, v_r = self.turning_points, float(self.scene[V_R])
+        t, kind, x_r = map(as_engine_array, (events.t, events.kind, events.x_r))
+        return EventSolution(self.plant, self.law, self.waves, t, kind, x_r, v_r)
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,25 +264,12 @@ class CoulombSineGrid(SineGrid):
 
     def part(self, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1."""
-        trajectory, turning_points, n = (
-            self.trajectory,
-            self.trajectory.turning_points,
-            last - first,
-        )
-        out, d = as_engine_array(np.empty((2, n))), as_engine_array(np.empty(n, np.int8))
-        sample_coulomb_grid(
-            trajectory.scene,
-            as_engine_array(turning_points.t),
-            as_engine_array(turning_points.kind),
-            as_engine_array(turning_points.x_r),
-            first,
-            self.dt,
-            as_engine_array(np.empty(table_size(trajectory.size))),
-            out,
-            d,
-        )
-        x_r, v_r = np.asarray(out)
-        return Points(x_r, v_r, np.asarray(d, dtype=np.int8))
+        trajectory, n = self.trajectory, last - first
+        x_r, v_r = as_engine_array(np.empty((2, n)))
+        d = as_engine_array(np.empty(n, np.int8))
+        table = as_engine_array(np.empty(table_size(trajectory.size)))
+        sample_coulomb_grid(trajectory.solution, first, self.dt, table, (x_r, v_r), d)
+        return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
 
 
 # Periodic orbits under sines.
@@ -346,10 +334,6 @@ def period_buffers() -> tuple[Any, Any]:
 SAMPLES_PER_EVENT = 16
 """Samples per initial row of the event log; rows that are not written take no memory."""
 
-STEPS_PER_CHUNK = 6_000
-"""Steps integrated at a time: OpenBLAS starts threads for products of matrices from 7,282 steps
-on, which takes longer than the products themselves."""
-
 Checkpoint = tuple[float, float, int, float]
 """x_r [m], v_r [m/s], direction and relative acceleration [m/s²] at the first sample of a
 block. The acceleration decides where v_r is close to rounding; NaN where x_r and v_r
@@ -401,21 +385,17 @@ class SampledTrajectory(MarchedTrajectory):
         start, x_r, v_r, d = 0.0, float(block.x_r[at]), float(block.v_r[at]), int(block.d[at])
         if n * dt >= t:
             return State(x_r, v_r)
-        i = int(np.searchsorted(self.turning_points.t, t, side="right")) - 1
-        if self.turning_points.t[i] > n * dt:
-            start, x_r, v_r = (
-                float(self.turning_points.t[i]) - n * dt,
-                float(self.turning_points.x_r[i]),
-                0.0,
-            )
-            d = direction_after(int(self.turning_points.kind[i]))
+        events = self.turning_points
+        i = int(np.searchsorted(events.t, t, side="right")) - 1
+        if events.t[i] > n * dt:
+            start, x_r, v_r = float(events.t[i]) - n * dt, float(events.x_r[i]), 0.0
+            d = direction_after(int(events.kind[i]))
         slope = (float(block.u_dd[at + 1]) - float(block.u_dd[at])) / dt
-        u_0 = float(block.u_dd[at]) + slope * start
-        found = segment_state(
-            self.plant, self.law, self.march.waves, u_0, slope, n * dt + start, x_r, v_r, d,
-            t - n * dt - start,
-        )  # fmt: skip
-        return State(*found)
+        base, waves = (float(block.u_dd[at]) + slope * start, slope), self.march.waves
+        part = resume_slip_or_stick(
+            self.plant, self.law, waves, n * dt + start, d, (x_r, v_r), base
+        )
+        return State(*motion_in_segment(waves, part, t - n * dt - start))
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
@@ -438,31 +418,13 @@ class SampledTrajectory(MarchedTrajectory):
         divided at their events and integrated one by one.
         """
         dt, plant = self.march.motion.dt, self.plant
-        log = EventLog(*(column[1:] for column in block.log))
         whole = np.full(hi - lo, not self.law.variation)
-        numbers = log.n[(log.n >= lo) & (log.n < hi)]
-        whole[numbers - lo] = False
+        numbers = block.log.n[1:]
+        whole[numbers[(numbers >= lo) & (numbers < hi)] - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
         # Steps with events, varying limits or an end of the window are integrated one by one.
-        odd = np.flatnonzero(~whole) + lo
-        sums = np.array(
-            integrate_coulomb_steps(
-                plant,
-                self.law,
-                self.march.waves,
-                as_engine_array(block.u_dd),
-                dt,
-                block.first,
-                as_engine_array(odd),
-                as_engine_array(block.x_r),
-                as_engine_array(block.v_r),
-                as_engine_array(block.d),
-                EventLog(*map(as_engine_array, log)),
-                begin,
-                end,
-            )
-        )
+        sums = self._divided_steps(block, np.flatnonzero(~whole) + lo, begin, end)
         squares, distance = step_quadratic_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
         products, slid, stuck = np.zeros((6, 6)), np.zeros(6), np.zeros(3)
         for at in range(lo, hi, STEPS_PER_CHUNK):
@@ -475,6 +437,23 @@ class SampledTrajectory(MarchedTrajectory):
         sums[4] += distance @ slid
         sums[[0, 2, 5]] += dt * stuck
         return sums
+
+    def _divided_steps(self, block: SampleBlock, n: Any, begin: float, end: float) -> Floats:
+        """Integrate steps, divided at their events, within a window [s]."""
+        log = EventLog(*(column[1:][np.isin(block.log.n[1:], n)] for column in block.log))
+        zeros, still, d = np.zeros(len(n)), np.zeros(len(log.n)), np.sign(log.kind)
+        segments = divide_steps(
+            Segments(n, zeros, block.x_r[n], block.v_r[n], zeros, block.d[n]),
+            Segments(log.n, log.s, log.x_r, still, still, d),
+        )
+        # Time counts from the first sample of the block.
+        dt, law = self.march.motion.dt, self.law
+        t = block.first * dt
+        phase = law.phase + math.tau * (law.omega * t / math.tau % 1.0)
+        waves = make_waves(self.march.motion, law._replace(phase=phase))
+        base = as_engine_array(block.u_dd)
+        solution = Solution(Scene(self.plant, law, waves, base, dt), segments)
+        return np.array(integrate_coulomb_segments(solution, begin - t, end - t)[:6])
 
     def _eventless_steps(
         self, block: SampleBlock, steps: slice, whole: NDArray[np.bool_]
@@ -636,10 +615,10 @@ class BlockMarch:
             out = x_r, v_r, d, log, count, capacity
             rest: tuple[Any, ...]
             if law.variation:
-                rest = n, until, *state[:3], *out
-                n, *end, count, tight = march_varying_limits(
-                    plant, law, self.waves, first, kernel_input, dt, *rest
-                )
+                scene = Scene(plant, law, self.waves, kernel_input, dt)
+                here = SlipState(0.0, *state[:3], count, math.inf)
+                n, here = march_varying_limits(scene, first, n, until, here, out[:3], log)
+                _, *end, count, tight = here
                 state = (*end, math.nan)
             else:
                 rest = n, until, *state, *out

@@ -27,6 +27,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.approach.scene import (
     SineGrid,
@@ -78,22 +79,27 @@ from drysim.core.model import (
     Totals,
 )
 from drysim.core.modes import (
+    APART,
     ARRIVAL,
+    AT_REST,
     FREE,
+    HOLD,
     KernelLaw,
+    Mode,
     Side,
+    decode_mode,
     initial_piecewise_mode,
 )
 from drysim.core.trajectory import (
-    FORM_COLUMNS,
     Columns,
     Solution,
+    WholeSteps,
     evaluate_segments,
     integrate_segments,
+    integrate_whole_steps,
     peak_bumper_force,
     sample_elastic_grid,
     table_size,
-    whole_step_forms,
     write_turning_points,
 )
 from drysim.errors import UsageError
@@ -160,7 +166,7 @@ def compute_trajectory(
     load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
     waves, base = make_waves(motion, load), as_engine_array(u_dd)
     kernel_law = to_kernel(plant, law)
-    scene = Scene(plant, kernel_law, waves, base, dt, last, length)
+    scene = Scene(plant, kernel_law, waves, base, dt)
     u_0, slope = float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt
     x_r, v_r = start[:2]
     x_0 = float(start[2]) if len(start) > 2 else x_r
@@ -177,7 +183,7 @@ def compute_trajectory(
         full = most + min(max(most, least), STEPS_PER_CALL)
         if len(segments.n) < full:
             segments, log = enlarge_columns(segments, 2 * full), enlarge_columns(log, 2 * full)
-        state = march(scene, state, segments, log, full)
+        state = march(scene, last, length, state, segments, log, full)
         t = state.n * dt + state.s
         check_progress(state.events, t, (state.xi, state.v_r))
         check_event_count(state.events, last, t)
@@ -219,8 +225,10 @@ class PiecewiseTrajectory(EventDriven):
         if not self.may_turn_within:
             return Path(self._starts, self.at(self._starts).x_r)
         whole = requested_segments(self._starts, window)
-        scene = (self.solution, self._lengths)
-        return collect_path(write_turning_points, scene, whole, limits, (0, 0.0, 0.0, 0.0, 0.0))
+        path = collect_path(
+            write_turning_points, (self.solution,), whole, limits, (0, 0.0, 0.0, 0.0, 0.0)
+        )
+        return path.until(self.end)
 
     def at(self, t: Floats) -> Columns:
         """Return the motion at ascending times [s]."""
@@ -252,15 +260,17 @@ class PiecewiseTrajectory(EventDriven):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
-        sums = integrate_segments(self.solution, self._forms, self._lengths, begin, end)
-        stop_work = sums.stop_work
+        whole, sums = self._integrate_whole_steps(begin, end)
+        others = Segments(*(as_engine_array(column[~whole]) for column in self.segments))
+        divided = self.solution._replace(segments=others)
+        sums += integrate_segments(divided, begin, end)
+        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work = sums.tolist()
         stops = self.law.stops
         if stops is not None and stops.rigid:
             t, v_r = self.hits()
             struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.waves, begin, end)
-        x2, v2, x_dd2, power, distance, stuck, _, damper_work = sums
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
         totals = totals._replace(stop_work=stop_work)
         if law.compression is not None:
@@ -293,26 +303,56 @@ class PiecewiseTrajectory(EventDriven):
         base, dt = self.base
         segments = Segments(*map(as_engine_array, self.segments))
         law = to_kernel(self.plant, self.law)
-        return Solution(self.plant, law, self.waves, as_engine_array(base), dt, segments)
+        return Solution(Scene(self.plant, law, self.waves, as_engine_array(base), dt), segments)
 
     @cached_property
     def _starts(self) -> Floats:
         """Times at which the segments begin [s], computed as in the kernels."""
         return np.asarray(self.segments.n * self.base[1] + self.segments.s)
 
-    @cached_property
-    def _forms(self) -> Any:
-        """Forms that integrate whole steps over samples, as an array of the engine."""
-        if isinstance(self.motion, Sines):
-            return as_engine_array(np.zeros((4, FORM_COLUMNS)))
-        return as_engine_array(whole_step_forms(self.plant, self.solution.law, self.base[1]))
+    def _integrate_whole_steps(
+        self, begin: float, end: float
+    ) -> tuple[NDArray[np.bool_], Floats]:
+        """Integrate segments in motion that are whole steps within a window [s].
 
-    @cached_property
-    def _lengths(self) -> Any:
-        """Lengths of the segments [s] as an array of the engine."""
-        n, s = self.segments.n, self.segments.s
-        between = np.diff(n) * self.base[1] + np.diff(s)
-        return as_engine_array(np.append(between, self.end - self._starts[-1]))
+        Their integrals are quadratic forms of the states at their ends. There are none under
+        sines, in contact with a stop, and under a normal force that varies.
+
+        Returns
+        -------
+        whole : ndarray, shape (segments,)
+            Marks these segments.
+        sums : ndarray, shape (8,)
+            Their `SegmentSums`.
+        """
+        n, s, xi, v_r, x_0, codes = self.segments
+        sums = np.zeros(8)
+        if isinstance(self.motion, Sines) or self.law.varies:
+            return np.zeros(len(n), dtype=bool), sums
+        (u_dd, dt), law, t = self.base, self.solution.scene.law, self._starts
+        present = np.unique(codes)
+        table = np.zeros((len(Mode._fields), present.max() + 2), dtype=np.int64)
+        for code in present.tolist():
+            table[:, code] = decode_mode(code)
+        contact, direction, stop, origin, _, _ = table[:, codes]
+        whole = (codes != ARRIVAL) & (direction != AT_REST) & (stop == APART)
+        whole &= (s == 0.0) & np.append(n[1:] != n[:-1], True)
+        whole &= (begin <= t) & (end - t >= dt)
+        x_r = xi + np.array([0.0, law.up.limit, -law.down.limit])[origin]
+        reference = max(law.up.F_fk, law.down.F_fk)
+        share = contact.astype(float)
+        if reference > 0.0:
+            share *= np.where(contact > 0, law.up.F_fk, law.down.F_fk) / reference
+            share += np.where(contact == HOLD, law.k_t / reference * (x_r - x_0), 0.0)
+        steps = WholeSteps(x_r, v_r, share, u_dd[n], u_dd[n + 1])
+        for stiffness, kind in ((0.0, contact != HOLD), (law.k_t, contact == HOLD)):
+            for b, side in ((law.up.b, direction > 0), (law.down.b, direction < 0)):
+                chosen = WholeSteps(*(column[whole & kind & side] for column in steps))
+                plant = Plant(self.plant.m, self.plant.k_x, b)
+                found = integrate_whole_steps(plant, stiffness, dt, chosen, reference)
+                sums[:5] += found
+                sums[7] += b * found[1]
+        return whole, sums
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +362,7 @@ class ElasticSineGrid(SineGrid):
     def part(self, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1."""
         solution, out = self.trajectory.solution, empty_motion(last - first)
-        tables = as_engine_array(np.empty((2, table_size(solution.waves.size))))
+        tables = as_engine_array(np.empty((2, table_size(solution.scene.waves.size))))
         sample_elastic_grid(solution, first, self.dt, tables, out)
         x_r, v_r, _, F_f, _, d = map(np.asarray, out)
         return Points(x_r, v_r, d.astype(np.int8), F_f)
@@ -399,7 +439,7 @@ def collect_path(
     parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
     while at[0] < step_segments:
         t, x_r = as_engine_array(np.empty((2, PATH_BUFFER + step_segments)))
-        at, count = kernel(*scene, kernel_input, limits or NO_LIMITS, at, t, x_r)
+        at, count = kernel(*scene, kernel_input, limits or NO_LIMITS, at, (t, x_r))
         parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
     columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
     return Path(*columns)

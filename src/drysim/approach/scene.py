@@ -16,7 +16,12 @@ import numpy as np
 
 from drysim.approach.solution import Events, Floats, Numerics, Points, StoredGrid
 from drysim.core.compile import as_engine_array, engine
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, initial_mode
+from drysim.core.events import (
+    MAX_EVENTS_PER_STEP,
+    EventLog,
+    Segments,
+    initial_mode,
+)
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
     LEUVEN,
@@ -245,6 +250,13 @@ def empty_log(size: int) -> EventLog:
     )
     s, x_r, F_L = as_engine_array(np.empty((3, size)))
     return EventLog(n, s, kind, x_r, F_L)
+
+
+def divide_steps(steps: Segments, changes: Segments) -> Segments:
+    """Return whole steps, divided at changes within them, as kernels take them."""
+    both = [np.concatenate(columns) for columns in zip(steps, changes, strict=True)]
+    order = np.lexsort((both[1], both[0]))
+    return Segments(*(as_engine_array(column[order]) for column in both))
 
 
 def write_first_row(columns: Any, values: Iterable[Any]) -> None:

@@ -239,6 +239,11 @@ class Path(NamedTuple):
     t: Floats
     x_r: Floats
 
+    def until(self, t: float) -> Path:
+        """Return the points up to and including time t [s]."""
+        count = int(np.searchsorted(self.t, t, side="right"))
+        return Path(self.t[:count], self.x_r[:count])
+
 
 class Impacts(NamedTuple):
     """Contacts with an end stop; arrays of shape (n,).

@@ -145,9 +145,9 @@ def compute_trajectory(
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     base = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)
-    scene = Scene(plant, law, make_waves(motion), as_engine_array(base), dt, last, length)
+    scene = Scene(plant, law, make_waves(motion), as_engine_array(base), dt)
     checkpoint = initial_checkpoint(scene, start, speed_floor(plant, motion, start))
-    march = TaylorMarch(plant, law, motion, scene, [checkpoint])
+    march = TaylorMarch(plant, law, motion, scene, (last, length), [checkpoint])
     events = march.follow()
     # Bristles never stick: a mass at rest takes the direction in which it moves first.
     waits = checkpoint.state.d == 0 and not law.can_stick
@@ -251,6 +251,8 @@ class TaylorMarch:
         The scene.
     scene : Scene
         The scene as kernels take it, with the first two values of ü without the waves.
+    until : tuple of (int, float)
+        Last interval, and time within it at which the motion ends [s].
     checkpoints : list of Checkpoint
         Beginning of each block, and the end of the last.
     block_starts : list of float
@@ -267,6 +269,7 @@ class TaylorMarch:
     law: DynamicLaw
     motion: Sines | Samples
     scene: Scene
+    until: tuple[int, float]
     checkpoints: list[Checkpoint]
     block_starts: list[float] = field(default_factory=lambda: [0.0])
     scales: list[tuple[float, ...]] = field(default_factory=list)
@@ -276,9 +279,9 @@ class TaylorMarch:
     def follow(self) -> Events:
         """March to the end of the motion; return the events after the start."""
         logs: list[EventLog] = []
-        while self.checkpoints[-1].state.n <= self.scene.end:
+        while self.checkpoints[-1].state.n <= self.until[0]:
             number = len(logs)
-            checkpoint, block, log = self.march_block(number, self.scene)
+            checkpoint, block, log = self.march_block(number, self.until)
             self.cache_block(number, block)
             self.checkpoints.append(checkpoint)
             self.block_starts.append(self.scene.dt * checkpoint.state.n + checkpoint.state.s)
@@ -289,30 +292,32 @@ class TaylorMarch:
         return events_from_log(every, len(every.n), self.scene.dt)
 
     def march_block(
-        self, number: int, scene: Scene
+        self, number: int, until: tuple[int, float]
     ) -> tuple[Checkpoint, TaylorBlock, EventLog]:
         """March through a block; return the checkpoint at its end, its steps and its events.
 
-        `scene` states the last interval, and the time [s] within it to which to march.
+        `until` is the last interval, and the time [s] within it to which to march.
         """
         checkpoint = self.checkpoints[number]
         size = BLOCK_STEPS if number else FIRST_BLOCK_STEPS
-        first, dt = checkpoint.state.n, scene.dt
+        first, scene, dt, (end, h) = checkpoint.state.n, self.scene, self.scene.dt, until
         if isinstance(self.motion, Samples):
-            u_dd = self.motion.u_dd[first : min(first + size, scene.end) + 2]
-            scene = scene._replace(u_dd=as_engine_array(u_dd), end=scene.end - first)
+            u_dd = self.motion.u_dd[first : min(first + size, end) + 2]
+            scene, end = scene._replace(u_dd=as_engine_array(u_dd)), end - first
         series = workspace(self.law, checkpoint.scale)
         series.reversals[: len(checkpoint.reversals)] = checkpoint.reversals
         series.branch[:] = checkpoint.branch
         segments, log = empty_columns(SeriesSegments, size), empty_log(size)
-        state = march_taylor(scene, checkpoint.state._replace(n=0), series, segments, log, size)
+        state = march_taylor(
+            scene, (end, h), checkpoint.state._replace(n=0), series, segments, log
+        )
         used, count = state.used, state.events
         state = state._replace(n=first + state.n, used=0, events=0)
         check_progress(count, state.n * dt + state.s, (state.x_r, state.v_r))
         log = EventLog(*(np.asarray(column[:count]) for column in log))
         segments = SeriesSegments(*(column[:used] for column in segments))
         begins = np.asarray(segments.n) * dt + np.asarray(segments.s)
-        solution = Solution(self.plant, self.law, scene.waves, scene.u_dd, dt, segments)
+        solution = Solution(scene, segments)
         return (
             make_checkpoint(state, series),
             TaylorBlock(first * dt, solution, begins),
@@ -328,11 +333,11 @@ class TaylorMarch:
             return self.checkpoints[-1].reversals
         if t not in self.hysteresis_cache:
             dt, number = self.scene.dt, self.block_index(t)
-            n, checkpoint = min(int(t / dt), self.scene.end), self.checkpoints[number]
+            n, checkpoint = min(int(t / dt), self.until[0]), self.checkpoints[number]
             if t > self.block_starts[number]:
                 within = t - n * dt
                 end, h = (n, within) if within > 0.0 else (n - 1, dt)
-                checkpoint, *_ = self.march_block(number, self.scene._replace(end=end, h=h))
+                checkpoint, *_ = self.march_block(number, (end, h))
             self.hysteresis_cache[t] = checkpoint.reversals
         return self.hysteresis_cache[t]
 
@@ -349,7 +354,7 @@ class TaylorMarch:
     def block(self, number: int) -> TaylorBlock:
         """Return a block; it is marched again if it is not in memory."""
         if number not in self.cached:
-            self.cache_block(number, self.march_block(number, self.scene)[1])
+            self.cache_block(number, self.march_block(number, self.until)[1])
         return self.cached[number]
 
     def read(self, number: int, t: Floats) -> Columns:
@@ -395,7 +400,7 @@ def make_checkpoint(state: SeriesState, series: TaylorSeries) -> Checkpoint:
 
 def initial_checkpoint(scene: Scene, start: AnyState, speed: float) -> Checkpoint:
     """Return the checkpoint at t = 0; `speed` is one [m/s] typical of the motion."""
-    plant, law, waves, u_dd, dt, _, _ = scene
+    plant, law, waves, u_dd, dt = scene
     x_r, v_r = start[:2]
     z = start[2] if len(start) > 2 else 0.0
     series = workspace(law, speed)

@@ -117,13 +117,72 @@ MAX_STALLED_EVENTS = 100
 """Events in a row without progress in time after which double precision is exhausted."""
 
 
+class Scene(NamedTuple):
+    """What a march needs to know and does not change.
+
+    Attributes
+    ----------
+    plant, law : Plant, KernelLaw or CoulombLaw
+    waves : Waves
+    u_dd, dt : array of float, float
+        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
+    """
+
+    plant: Any
+    law: Any
+    waves: Any
+    u_dd: Any
+    dt: float
+
+
 # Coulomb friction under waves: slip, stop, stick, break away.
 
 
+class Interval(NamedTuple):
+    """Interval in which ü besides the waves is linear.
+
+    Attributes
+    ----------
+    n : int
+        Its index, for the log.
+    t, h : float
+        Start and length [s].
+    u_0, slope : float
+        ü besides the waves at the start [m/s²], and its rate [m/s³].
+    """
+
+    n: int
+    t: float
+    h: float
+    u_0: float
+    slope: float
+
+
+class SlipState(NamedTuple):
+    """State of a march with Coulomb friction.
+
+    Attributes
+    ----------
+    s : float
+        Time since the start of the interval [s].
+    x_r, v_r, d
+        State there [m, m/s] and direction of sliding, 0 when stuck.
+    events : int
+        Number of events in the log; -1 if events recur without progress in time.
+    closest : float
+        Smallest margin of a stop decision [-]; infinite before the first.
+    """
+
+    s: float
+    x_r: float
+    v_r: float
+    d: int
+    events: int
+    closest: float
+
+
 @compiled
-def march_sines(
-    plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count, capacity
-):
+def march_sines(plant, law, waves, interval, state, log):
     """Solve one interval with Coulomb friction from event to event.
 
     The march stops early when the log is nearly full.
@@ -132,26 +191,16 @@ def march_sines(
     ----------
     plant, law : Plant, CoulombLaw
     waves : Waves
-    u_0, slope : float
-        Part of ü besides the waves at the start of the interval [m/s²], and its rate [m/s³].
-    n : int
-        Index of the interval, for the log.
-    t, h : float
-        Start and length of the interval [s].
-    begin : float
-        Start of the solution within the interval [s].
-    x_r, v_r, d
-        State there [m, m/s] and direction of sliding, 0 when stuck.
+    interval : Interval
+    state : SlipState
+        Where to begin.
     log : EventLog
-    count, capacity : int
-        Number of events in the log, and its length.
+        Written: the events.
 
     Returns
     -------
-    begin, x_r, v_r, d, count, closest
-        Time reached within the interval and state there, number of events in the log (-1 if
-        events recur without progress in time), smallest margin of a stop decision [-]. A call
-        that starts from the returned state continues as if uninterrupted.
+    SlipState
+        State reached. A call that starts there continues as if uninterrupted.
 
     Notes
     -----
@@ -162,7 +211,9 @@ def march_sines(
     m, k_x, b = plant
     c = b / m
     w = k_x / m
-    closest = NEVER
+    n, t, h, u_0, slope = interval
+    begin, x_r, v_r, d, count, closest = state
+    capacity = len(log.n)
     just_broke_away = False
     stalled = 0
     while begin < h and (just_broke_away or count + 2 <= capacity):
@@ -173,7 +224,7 @@ def march_sines(
         if d == 0:
             stay, d = break_away_time(plant, law, law, waves, x_r, u_begin, slope, slope, left)
             if stay == NEVER:
-                return h, x_r, 0.0, 0, count, closest
+                return SlipState(h, x_r, 0.0, 0, count, closest)
             begin = min(begin + stay, h)
             load = relative_normal_force(law, waves, stay)[0]
             count = record_event(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)
@@ -191,11 +242,11 @@ def march_sines(
         stop, x_stop = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
         if stop == NEVER:
             x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, -slope, left)
-            return h, x_r, v_r, d, count, closest
+            return SlipState(h, x_r, v_r, d, count, closest)
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
         if stalled > MAX_STALLED_EVENTS:
-            return begin, x_r, v_r, d, -1, closest
+            return SlipState(begin, x_r, v_r, d, -1, closest)
         # v_r is set to zero exactly: the stop is an event, not a small velocity.
         x_r, v_r = x_stop, 0.0
         u_dd = base_motion(waves, u_begin, slope, stop)[0]
@@ -209,7 +260,7 @@ def march_sines(
         else:
             d = -sign(F_L)
             count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
-    return begin, x_r, v_r, d, count, closest
+    return SlipState(begin, x_r, v_r, d, count, closest)
 
 
 @compiled
@@ -222,70 +273,61 @@ def march_sines_from_start(scene, end, log, kind):
     """
     plant, law, waves = unpack_scene(scene)
     x_r, v_r = scene[X_R], scene[V_R]
-    capacity = len(kind)
     log = EventLog(log[0], log[1], kind, log[2], log[3])
     set_phases(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
     d, F_L, margin = initial_mode(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
-    begin, x_r, v_r, d, count, closest = march_sines(
-        plant, law, waves, 0.0, 0.0, 0, 0.0, end, 0.0, x_r, v_r, d, log, count, capacity
-    )
-    return begin, x_r, v_r, d, count, min(closest, margin)
+    interval = Interval(0, 0.0, end, 0.0, 0.0)
+    state = SlipState(0.0, x_r, v_r, d, count, margin)
+    return march_sines(plant, law, waves, interval, state, log)
 
 
 @compiled
-def march_varying_limits(
-    plant, law, waves, past, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, cap
-):
+def march_varying_limits(scene, past, n, end, state, out, log):
     """March over samples with varying friction limits, one call of `march_sines` per step.
 
-    Parameters as in `sampled.march`. `past` is the number of samples of the motion before the
-    given ones and `cap` the capacity of the log.
+    Parameters
+    ----------
+    scene : Scene
+    past : int
+        Number of samples of the motion before those of the scene.
+    n, end : int
+        First sample, and the last one to march to.
+    state : SlipState
+        State at sample n.
+    out : tuple of array
+        Written: x_r [m], v_r [m/s] and direction of sliding at the samples.
+    log : EventLog
+        Written: the events.
+
+    Returns
+    -------
+    n, state
+        Sample reached, before `end` if the log is nearly full, and the state there.
     """
-    closest = NEVER
-    while n < end and count + MAX_EVENTS_PER_STEP <= cap:
+    plant, law, waves, u_dd, dt = scene
+    x_out, v_out, d_out = out
+    while n < end and state.events + MAX_EVENTS_PER_STEP <= len(log.n):
         slope = (u_dd[n + 1] - u_dd[n]) / dt
-        reached, x_r, v_r, d, count, margin = march_sines(
-            plant, law, waves, u_dd[n], slope, n, (past + n) * dt, dt, 0.0, x_r, v_r, d, log,
-            count, cap
-        )  # fmt: skip
-        closest = min(closest, margin)
-        if reached < dt or count < 0:
-            return n, x_r, v_r, d, -1, closest
+        interval = Interval(n, (past + n) * dt, dt, u_dd[n], slope)
+        _, x_r, v_r, d, count, closest = state
+        start = SlipState(0.0, x_r, v_r, d, count, closest)
+        state = march_sines(plant, law, waves, interval, start, log)
+        if state.s < dt or state.events < 0:
+            _, x_r, v_r, d, _, closest = state
+            return n, SlipState(0.0, x_r, v_r, d, -1, closest)
         n += 1
-        x_out[n] = x_r
-        v_out[n] = v_r
-        d_out[n] = d
-    return n, x_r, v_r, d, count, closest
+        x_out[n] = state.x_r
+        v_out[n] = state.v_r
+        d_out[n] = state.d
+    return n, state
 
 
 # Any piecewise-linear law: from mode to mode.
 
 LOG_RESERVE = 4
 """Segments and events that one step may add to their logs, and one final entry."""
-
-
-class Scene(NamedTuple):
-    """What a march needs to know and does not change.
-
-    Attributes
-    ----------
-    plant, law : Plant, KernelLaw
-    waves : Waves
-    u_dd, dt : array of float, float
-        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
-    end, h : int, float
-        Last interval, and its length [s].
-    """
-
-    plant: Any
-    law: Any
-    waves: Any
-    u_dd: Any
-    dt: float
-    end: int
-    h: float
 
 
 class MarchState(NamedTuple):
@@ -315,12 +357,14 @@ class MarchState(NamedTuple):
 
 
 @compiled
-def march(scene, state, segments, log, capacity):
+def march(scene, end, last_length, state, segments, log, capacity):
     """Solve a motion from mode to mode, until a log is nearly full.
 
     Parameters
     ----------
     scene : Scene
+    end, last_length : int, float
+        Last interval, and its length [s].
     state : MarchState
         Where to begin.
     segments, log : Segments, EventLog
@@ -331,10 +375,10 @@ def march(scene, state, segments, log, capacity):
     Returns
     -------
     MarchState
-        State reached; n is above `scene.end` at the end of the motion. A call that starts there
+        State reached; n is above `end` at the end of the motion. A call that starts there
         continues as if uninterrupted.
     """
-    plant, law, waves, u_dd, dt, end, last_length = scene
+    plant, law, waves, u_dd, dt = scene
     n, s, xi, v_r, x_0, mode, at, count = state
     full = capacity - LOG_RESERVE
     turns_end, no_waves = ends_at_turns(law), waves.size == 0
@@ -345,8 +389,8 @@ def march(scene, state, segments, log, capacity):
     a_carried = math.nan
     while n <= end and at < full and count < full:
         if affine and s == 0.0 and mode.stop == APART and moves_freely(law, mode, v_r):
-            state = MarchState(n, s, xi, v_r, x_0, mode, at, count)
-            n, xi, v_r, at = advance_samples(scene, state, segments, full)
+            here = MarchState(n, s, xi, v_r, x_0, mode, at, count)
+            n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
             if at >= full:
                 break
         length = last_length if n == end else dt
@@ -419,7 +463,8 @@ def march(scene, state, segments, log, capacity):
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
             d = mode.direction if mode.bumper == LEAVING else d
             if law.k_t == 0.0 or (turns_end and d != 0):
-                stop = slip_end_time(c, w, waves, xi, v_r, a, j, g, r, d, until)
+                segment = Segment(c, w, xi, v_r, a, j, segment.k, g, r)
+                stop = slip_end_time(segment, waves, d, until)
             if law.k_t > 0.0 and mode.contact == HOLD:
                 hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
                 change, side, x, v = end_of_hold(hold, min(stop, until))
@@ -550,8 +595,9 @@ def interval_time(n, s, length, end):
 
 
 @compiled
-def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
+def slip_end_time(segment, waves, direction, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity."""
+    c, w, x_r, v_r, a, j, _, g, r = segment
     if direction == 0:
         return NEVER
     if waves.size == 0:
@@ -569,13 +615,15 @@ def moves_freely(law, mode, v_r):
 
 
 @compiled
-def advance_samples(scene, state, segments, full):
+def advance_samples(scene, end, state, segments, full):
     """Advance by whole samples while v_r keeps its sign and the contact its mode.
 
     Parameters
     ----------
     scene, segments
         As in `march`; no waves, and a constant normal force.
+    end : int
+        Number of the last step.
     state : MarchState
         At a sample, apart from the stops.
     full : int
@@ -591,7 +639,7 @@ def advance_samples(scene, state, segments, full):
     Each step is one affine map. A fine step holds at most one extremum of v_r, so the
     acceleration at both ends shows any dip of v_r, and xi is monotone in a step without one.
     """
-    plant, law, _, u_dd, dt, end, _ = scene
+    plant, law, _, u_dd, dt = scene
     n, _, xi, v_r, x_0, mode, at, _ = state
     direction = sign(v_r)
     side, z, code = side_of(law, direction), origin_of(law, mode.origin), encode_mode(mode)

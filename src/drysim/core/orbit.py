@@ -50,13 +50,14 @@ from drysim.core.forcing import (
     set_phases,
     set_wave,
 )
-from drysim.core.march import march_sines
+from drysim.core.march import Interval, SlipState, march_sines
 from drysim.core.model import CoulombLaw, StrokeLimits
 from drysim.core.oscillator import flow
 from drysim.core.trajectory import (
+    EventSolution,
     excursions,
     extremes_and_crossings,
-    integrate_coulomb_events,
+    integrate_events,
     state_at,
 )
 
@@ -147,10 +148,9 @@ def measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, an
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
     log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
-    reached, x, v, _, count, _ = march_sines(
-        plant, law, waves, 0.0, 0.0, int(INTERVAL), 0.0, length, 0.0, x_r, v_r, d, log,
-        int(ONE_EVENT), capacity,
-    )  # fmt: skip
+    interval = Interval(int(INTERVAL), 0.0, length, 0.0, 0.0)
+    state = SlipState(0.0, x_r, v_r, d, int(ONE_EVENT), math.inf)
+    reached, x, v, _, count, _ = march_sines(plant, law, waves, interval, state, log)
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
         answer[STATUS] = (
@@ -158,17 +158,13 @@ def measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, an
         )
         return
     t, kind, x_events = log.s[:count], log.kind[:count], log.x_r[:count]
-    scene = (plant, law, waves, t, kind, x_events, v_r)
-    answer[X_BEGIN], answer[V_BEGIN] = state_at(*scene, 0.0)
-    answer[X_END], answer[V_END] = state_at(*scene, length)
-    (
-        answer[X2],
-        answer[V2],
-        answer[X_DD2],
-        answer[POWER],
-        answer[SLIDING_DISTANCE],
-        answer[STUCK],
-    ) = integrate_coulomb_events(*scene, 0.0, length)
+    solution = EventSolution(plant, law, waves, t, kind, x_events, v_r)
+    answer[X_BEGIN], answer[V_BEGIN] = state_at(solution, 0.0)
+    answer[X_END], answer[V_END] = state_at(solution, length)
+    sums = integrate_events(solution, 0.0, length)
+    answer[X2], answer[V2], answer[X_DD2] = sums.x2, sums.v2, sums.x_dd2
+    answer[POWER], answer[SLIDING_DISTANCE] = sums.power, sums.sliding_distance
+    answer[STUCK] = sums.stuck
     u_dd2, u2 = mean_squares(waves, 0.0, length)
     answer[U_DD2], answer[U2] = u_dd2 * length, u2 * length
     (
@@ -185,7 +181,7 @@ def measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, an
             answer[EXCURSIONS_DOWN],
             answer[T_FIRST],
             answer[TIME_BEYOND],
-        ) = excursions(*scene, answer[X_END], length, limits, True)
+        ) = excursions(solution, answer[X_END], length, limits, True)
 
 
 # Fixed points of the period map and of its powers.
@@ -539,10 +535,9 @@ def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
     events = 0
     peak = abs(x_r)
     while begin < period:
-        begin, x_r, v_r, d, count, _ = march_sines(
-            plant, law, waves, 0.0, 0.0, int(INTERVAL), 0.0, period, begin, x_r, v_r, d,
-            log, int(NO_EVENTS), capacity,
-        )  # fmt: skip
+        interval = Interval(int(INTERVAL), 0.0, period, 0.0, 0.0)
+        state = SlipState(begin, x_r, v_r, d, int(NO_EVENTS), math.inf)
+        begin, x_r, v_r, d, count, _ = march_sines(plant, law, waves, interval, state, log)
         if count < 0:
             return x_r, v_r, d, -1, peak
         for i in range(count):

@@ -215,26 +215,26 @@ MAX_STALLED_STEPS = 100
 
 
 @compiled
-def march_taylor(scene, state, series, segments, log, full):
+def march_taylor(scene, until, state, series, segments, log):
     """Solve the motion from interval to interval of ü, until one of the logs is nearly full.
 
     Parameters
     ----------
     scene : Scene
         With a `DynamicLaw`.
+    until : tuple
+        Number of the last interval, and time [s] within it to which to march.
     state : SeriesState
     series : TaylorSeries
         Work space, with the remembered reversals.
     segments, log : SeriesSegments, EventLog
-        Written: the start of each series, and the events.
-    full : int
-        Length of both logs.
+        Written: the start of each series, and the events; of one length.
 
     Returns
     -------
     SeriesState
     """
-    plant, law, waves, u_dd, dt, end, h = scene
+    (plant, law, waves, u_dd, dt), (end, h), full = scene, until, len(log.n)
     n, s, x_r, v_r, z, d, used, events = state
     bristles = law.kind != STRIBECK
     z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if bristles else 0.0
@@ -469,7 +469,7 @@ def evaluate_series(solution, series, t, out):
 
     A mass on bristles is never stuck: at rest its direction is 1.
     """
-    plant, law, _, _, dt, segments = solution
+    (plant, law, _, _, dt), segments = solution
     i, known, last = 0, -1, 0
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
@@ -500,7 +500,7 @@ def integrate_series(solution, series, begin, end):
     Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
     is the energy lost in the contact divided by F_fk.
     """
-    plant, law, _, _, dt, segments = solution
+    (plant, law, _, _, dt), segments = solution
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(segments.n)):
@@ -544,7 +544,7 @@ def rebuild_series(solution, series, i):
         Work space.
     i : int
     """
-    plant, law, waves, u_dd, dt, segments = solution
+    (plant, law, waves, u_dd, dt), segments = solution
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     code = segments.d[i]
     set_forcing(series, waves, u_0, slope, t)

@@ -18,9 +18,11 @@ Method
       peaks, zero crossings and crossings of the stroke limit follow from them and none is
       missed.
 
-A solution with Coulomb friction is stored as its events: v_r is 0 after each event except the
-first. Every other solution is stored as `Segments`; segment i starts at the time segments.s[i]
-within step segments.n[i]. Kernels that evaluate segments expect ascending times.
+A solution is stored as `Segments`: segment i starts at the time segments.s[i] within step
+segments.n[i]. Under waves, Coulomb friction needs only its events, because v_r is 0 after each
+but the first (`EventSolution`). Both are evaluated by way of a `ResumedSegment`: the equation
+of motion, the forces and the start of one segment. Kernels that evaluate segments expect
+ascending times.
 """
 
 from __future__ import annotations
@@ -46,23 +48,25 @@ from drysim.core.forcing import (
     STEADY_V,
     STEADY_X,
     THETA,
-    V_R,
     WAVE_COLUMNS,
     A,
     base_motion,
+    motion_and_snap_at,
     motion_at,
     relative_normal_force,
     response_from_rest,
     set_phases,
     start_segment,
-    unpack_scene,
 )
+from drysim.core.model import Plant
 from drysim.core.modes import (
     APART,
     ARRIVAL,
     AT_REST,
     CHATTERING,
     HOLD,
+    Equation,
+    LoadRamp,
     bumper_force,
     bumper_line,
     chatter_mean_square,
@@ -74,6 +78,7 @@ from drysim.core.modes import (
     is_rigid_slip,
     load_at,
     mode_equation,
+    mode_of,
     origin_of,
     return_accelerations,
     safe_until,
@@ -86,75 +91,116 @@ from drysim.core.oscillator import (
     UNDERDAMPED_SHARE,
     flow,
     free_response,
-    higher_series_factors,
-    long_velocity_series,
-    series_acceleration,
-    series_distance,
-    series_factors,
-    series_velocity,
     sine_response,
 )
 from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, slip_exit_time
 
-# Gauss-Legendre nodes and weights on [0, 1], as literals: importing them from numpy is slow.
+# A solution, and a segment of it.
 
 
-SIX_NODES = (
-    0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
-    0.8306046932331322, 0.966234757101576,
-)  # fmt: skip
-SIX_WEIGHTS = (
-    0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
-    0.1803807865240693, 0.08566224618958518,
-)  # fmt: skip
+class Solution(NamedTuple):
+    """Solution stored as segments.
 
-TWELVE_NODES = (
-    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
-    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
-    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
-)  # fmt: skip
-TWELVE_WEIGHTS = (
-    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
-    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
-    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
-)  # fmt: skip
-
-
-# State at any time between events.
-
-
-@compiled
-def segment_state(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
-    """Return x_r and v_r at time s [s] of a segment that starts at time t in state x_r, v_r, d.
-
-    `u_0` and `slope` are the part of ü besides the waves at its start [m/s²] and its rate
-    [m/s³].
-    """
-    if d == 0:
-        return x_r, 0.0
-    set_phases(waves, plant, law, t, d)
-    c = plant.b / plant.m
-    w = plant.k_x / plant.m
-    return motion_at(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
-
-
-@compiled
-def state_at(plant, law, waves, t, kind, x_r, v_first, at):
-    """Return x_r [m] and v_r [m/s] at the time `at` [s] of a solution stored as events.
-
-    Parameters
+    Attributes
     ----------
+    scene : Scene
+        As of `core.march`.
+    segments : Segments
+        With encoded modes; z is the x_r at which an elastic contact carries no force [m]. With
+        Coulomb friction d is the direction of sliding.
+    """
+
+    scene: Any
+    segments: Any
+
+
+class EventSolution(NamedTuple):
+    """Solution with Coulomb friction under waves, stored as its events.
+
+    Attributes
+    ----------
+    plant, law, waves : Plant, CoulombLaw, Waves
     t, kind, x_r : array, shape (events,)
         Time [s], kind and displacement [m] of the events; the first event is the start.
     v_first : float
         Velocity at the start [m/s]; it is 0 at every later event.
-    at : float
-        Time, not before the first event [s].
     """
-    i = last_event_index(t, at)
-    v_r = v_first if i == 0 else 0.0
-    d = direction_after(kind[i])
-    return segment_state(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
+
+    plant: Any
+    law: Any
+    waves: Any
+    t: Any
+    kind: Any
+    x_r: Any
+    v_first: float
+
+
+class ResumedSegment(NamedTuple):
+    """A segment with the phases of the waves set at its start.
+
+    Attributes
+    ----------
+    mode, equation, forces
+        Its mode and equation of motion, and the forces in this mode.
+    z, xi, v_r : float
+        Origin of xi [m], and state at the start.
+    u_0, slope : float
+        ü besides the waves at the start [m/s²], and its rate [m/s³].
+    """
+
+    mode: Any
+    equation: Any
+    forces: Any
+    z: float
+    xi: float
+    v_r: float
+    u_0: float
+    slope: float
+
+
+class Forces(NamedTuple):
+    """Forces on the mass in a mode, linear in its motion.
+
+    The friction force is k_t (x_r - x_0) + F N, with N the relative normal force, and the force
+    of a stop k_s xi - offset + b_s v_r.
+
+    Attributes
+    ----------
+    plant : Plant
+        Oscillator, with the damper of this direction of motion.
+    k_t, x_0, F : float
+        Stiffness of a contact that holds [N/m], displacement at which it carries no force [m],
+        and friction force of a contact that slides [N].
+    k_s, offset, b_s : float
+        Stiffness [N/m], offset [N] and damping [N·s/m] of a bumper in contact.
+    reference : float
+        Friction force by which the work done on the contact is divided [N].
+    """
+
+    plant: Any
+    k_t: float
+    x_0: float
+    F: float
+    k_s: float
+    offset: float
+    b_s: float
+    reference: float
+
+
+@inlined
+def segment_base(u_dd, dt, segments, i):
+    """Return the start time of segment i [s], and ü besides the waves there with its rate."""
+    n, s = segments.n[i], segments.s[i]
+    slope = (u_dd[n + 1] - u_dd[n]) / dt
+    return n * dt + s, u_dd[n] + slope * s, slope
+
+
+@inlined
+def segment_index(segments, dt, i, t):
+    """Return the index of the segment that contains time t [s], searching upwards from i."""
+    while i + 1 < len(segments.n) and segments.n[i + 1] * dt + segments.s[i + 1] <= t:
+        i += 1
+    return i
 
 
 @inlined
@@ -170,8 +216,155 @@ def last_event_index(t, at):
     return low
 
 
-# States on a grid under sines: linear combinations of table columns.
+@inlined
+def segment_length(segments, dt, i):
+    """Return the time from the start of segment i to that of the next, or to the step's end."""
+    followed = i + 1 < len(segments.n) and segments.n[i + 1] == segments.n[i]
+    return (segments.s[i + 1] if followed else dt) - segments.s[i]
 
+
+@compiled
+def segment_window(segments, dt, i, begin, end):
+    """Return the part of segment i within a window, as times since its start [s]."""
+    t = segments.n[i] * dt + segments.s[i]
+    return max(begin - t, 0.0), min(end - t, segment_length(segments, dt, i))
+
+
+@compiled
+def resume_segment(solution, i):
+    """Return segment i of a solution, ready for evaluation."""
+    (plant, law, waves, u_dd, dt), segments = solution
+    mode, x_0 = decode_mode(segments.d[i]), segments.z[i]
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
+    forces, z = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
+    xi, v_r = segments.x_r[i], segments.v_r[i]
+    return ResumedSegment(mode, equation, forces, z, xi, v_r, u_0, slope)
+
+
+@compiled
+def mode_forces(plant, law, mode, x_0):
+    """Return the `Forces` of a mode; `x_0` is x_r where a contact carries no force [m]."""
+    damped = Plant(plant.m, plant.k_x, side_of(law, mode.direction).b)
+    k_t = law.k_t if mode.contact == HOLD else 0.0
+    F = mode.contact * side_of(law, mode.contact).F_fk if abs(mode.contact) == 1 else 0.0
+    k_s, offset, b_s = 0.0, 0.0, 0.0
+    if touches_bumper(law, mode):
+        k_s, offset = bumper_line(law, abs(mode.stop))
+        offset, b_s = sign(mode.stop) * offset, law.b_s
+    reference = max(law.up.F_fk, law.down.F_fk)
+    return Forces(damped, k_t, x_0, F, k_s, offset, b_s, reference)
+
+
+@compiled
+def resume_event(solution, i):
+    """Return the segment after event i of an `EventSolution`, ready for evaluation."""
+    plant, law, waves, t, kind, x_r, v_first = solution
+    state = x_r[i], v_first if i == 0 else 0.0
+    return resume_slip_or_stick(
+        plant, law, waves, t[i], direction_after(kind[i]), state, (0.0, 0.0)
+    )
+
+
+@compiled
+def resume_slip_or_stick(plant, law, waves, t, d, state, base):
+    """Return a segment of Coulomb friction, ready for evaluation.
+
+    Parameters
+    ----------
+    t, d : float, int
+        Its start [s], and direction of sliding, 0 when stuck.
+    state, base : tuple of float
+        x_r [m] and v_r [m/s] at the start; and ü besides the waves there [m/s²] with its rate
+        [m/s³].
+    """
+    F, (u_0, slope) = d * law.F_fk, base
+    set_phases(waves, plant, law, t, d)
+    ramp = LoadRamp(1.0, 0.0, NEVER)
+    equation = Equation(
+        plant.b / plant.m, plant.k_x / plant.m, -u_0 - F / plant.m, -slope, ramp
+    )
+    forces = Forces(plant, 0.0, 0.0, F, 0.0, 0.0, 0.0, law.F_fk)
+    mode = mode_of(d, d, APART, 0)
+    return ResumedSegment(mode, equation, forces, 0.0, state[0], state[1], u_0, slope)
+
+
+@compiled
+def motion_in_segment(waves, part, s):
+    """Return xi and v_r at time s of a resumed segment."""
+    if part.mode.direction == AT_REST:
+        return part.xi, 0.0
+    if s == 0.0:
+        return part.xi, part.v_r
+    c, w, g, r, _ = part.equation
+    return motion_at(c, w, waves, part.xi, part.v_r, g, r, s)[:2]
+
+
+# Motion at given times.
+
+
+class Columns(NamedTuple):
+    """Values of a motion at given times; arrays of shape (n,).
+
+    Attributes
+    ----------
+    x_r, v_r : array of float
+        Displacement [m] and velocity [m/s].
+    z : array of float
+        x_r at which an elastic contact would carry no force [m]; 0 for a rigid contact.
+    F_f, F_stop : array of float
+        Friction force and force of an end stop [N].
+    d : array of int
+        Direction of motion, 0 at rest.
+    """
+
+    x_r: Any
+    v_r: Any
+    z: Any
+    F_f: Any
+    F_stop: Any
+    d: Any
+
+
+@compiled
+def evaluate_segments(solution, t, out):
+    """Write a motion at ascending times t [s] to `Columns`."""
+    (plant, law, waves, _, dt), segments = solution
+    i, known = 0, -1
+    part = resume_segment(solution, 0)
+    for k in range(len(t)):
+        i = segment_index(segments, dt, i, t[k])
+        if known != i:
+            part = resume_segment(solution, i)
+            known = i
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        mode = part.mode
+        xi, v = motion_in_segment(waves, part, s)
+        x_r = part.z + xi
+        u = base_motion(waves, part.u_0, part.slope, s)[0]
+        load = max(load_at(law, waves, part.equation.ramp, s)[0], 0.0)
+        x_0 = part.forces.x_0
+        F_f, F_stop = friction_and_stop_forces(plant, law, mode, x_0, xi, v, u, load)
+        out.x_r[k], out.v_r[k] = x_r, v
+        out.F_f[k], out.F_stop[k] = F_f, F_stop
+        out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
+        if is_rigid_slip(law, mode):
+            out.d[k] = mode.contact
+        elif mode.direction == AT_REST and law.k_t == 0.0:
+            out.d[k] = 0
+        else:
+            out.d[k] = -1 if v < 0.0 else 1
+
+
+@compiled
+def state_at(solution, at):
+    """Return x_r [m] and v_r [m/s] of an `EventSolution` at a time after its start [s]."""
+    i = last_event_index(solution.t, at)
+    part = resume_event(solution, i)
+    return motion_in_segment(solution.waves, part, at - solution.t[i])
+
+
+# Motion on a grid under sines: linear combinations of table columns.
 
 TABLE_ROWS = 128
 """Number of grid steps in the table: a few kilobytes per wave, computed once per grid."""
@@ -193,23 +386,46 @@ def table_size(size: int) -> int:
     return TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * size)
 
 
+class Start(NamedTuple):
+    """Start of a segment in motion: time [s], state and direction of sliding.
+
+    `g` is the constant force per mass [m/s²].
+    """
+
+    t: float
+    x_r: float
+    v_r: float
+    d: int
+    g: float
+
+
+class Block(NamedTuple):
+    """Grid points `n` to `end` - 1, written from index `at` on; row 0 of the table is `start`.
+
+    The grid points are n·dt.
+    """
+
+    start: int
+    n: int
+    end: int
+    at: int
+    dt: float
+
+
 @compiled
-def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
+def sample_coulomb_grid(solution, first, dt, table, out, d_out):
     """Write a solution with Coulomb friction under waves at the grid points n·dt.
 
     Parameters
     ----------
-    scene : array
-        Plant, law, start and waves as in `drysim.core.forcing`.
-    t, kind, x_r : array, shape (events,)
-        Time [s], kind and displacement [m] of the events; the first event is the start.
+    solution : EventSolution
     first : int
         Index of the first grid point.
     dt : float
         Grid spacing [s].
     table : array, shape (`table_size`,)
         Work space for the responses over whole grid steps.
-    out, d_out : array, shape (2, n) and (n,)
+    out, d_out : tuple of array, and array, shape (n,)
         Written: x_r [m] and v_r [m/s], and the direction of sliding.
 
     Notes
@@ -218,8 +434,8 @@ def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
     not from `first`. The result is therefore independent of the blocks in which a grid is
     written.
     """
-    plant, law, waves = unpack_scene(scene)
-    x_out, v_out = out[0], out[1]
+    plant, law, waves, t, kind, x_r, v_first = solution
+    x_out, v_out = out
     last = first + len(d_out)
     filled = 0
     event = last_event_index(t, first * dt)
@@ -240,34 +456,23 @@ def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
             n = until
             continue
         begin = grid_index_before(t[event], dt) + 1
-        v_r = scene[V_R] if event == 0 else 0.0
+        v_r = v_first if event == 0 else 0.0
+        segment = Start(t[event], x_r[event], v_r, d, -d * law.F_fk / plant.m)
         while n < until:
             start = n - (n - begin) % TABLE_ROWS
-            end = min(until, start + TABLE_ROWS)
+            end, at = min(until, start + TABLE_ROWS), n - first
             filled = fill_table(plant, waves, dt, table, filled, end - start)
-            sample_slip(
-                plant, law, waves, table, t[event], x_r[event], v_r, d, start, n, end, first,
-                dt, x_out, v_out, d_out,
-            )  # fmt: skip
+            block = Block(start, n, end, at, dt)
+            write_segment(plant, law, waves, segment, block, table, out)
+            if not write_direction(d, at, end - n, v_out, d_out):
+                for k in range(n, end):
+                    if v_out[k - first] * d <= 0.0:
+                        # A sum of columns may have the wrong sign where |v_r| is of the size of
+                        # rounding.
+                        part = resume_event(solution, event)
+                        state = motion_in_segment(waves, part, k * dt - t[event])
+                        x_out[k - first], v_out[k - first] = state
             n = end
-
-
-@inlined
-def sample_slip(
-    plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
-):
-    """Write the grid points n to end - 1 of a slip segment, with the direction of sliding."""
-    g, at = -d * law.F_fk / plant.m, n - first
-    write_segment(
-        plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
-    )
-    if write_direction(d, at, end - n, v_out, d_out):
-        return
-    for k in range(at, end - first):
-        if v_out[k] * d <= 0.0:
-            # The sum of columns may have the wrong sign where |v_r| is of the size of rounding.
-            s = (first + k) * dt - t
-            x_out[k], v_out[k] = segment_state(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
 
 @inlined
@@ -299,7 +504,7 @@ def sample_elastic_grid(solution, first, dt, tables, out):
     out : Columns
         Written: x_r, v_r, F_f and d.
     """
-    plant, law, waves, _, _, segments = solution
+    (plant, law, waves, _, _), segments = solution
     slip_table, hold_table = tables
     last = first + len(out.x_r)
     n, filled_slip, filled_hold = first, 0, 0
@@ -313,6 +518,7 @@ def sample_elastic_grid(solution, first, dt, tables, out):
         g = -d * limits.F_fk / plant.m
         if mode.contact == HOLD:
             g = law.k_t * x_0 / plant.m
+        segment = Start(t, segments.x_r[i], segments.v_r[i], d, g)
         begin = grid_index_before(t, dt) + 1 if until > n else n
         while n < until:
             start = n - (n - begin) % TABLE_ROWS
@@ -325,10 +531,8 @@ def sample_elastic_grid(solution, first, dt, tables, out):
             else:
                 table = slip_table
                 filled_slip = fill_table(effective, waves, dt, table, filled_slip, end - start)
-            write_segment(
-                effective, limits, waves, table, t, segments.x_r[i], segments.v_r[i], d, g,
-                start, n, end, first, dt, out.x_r, out.v_r,
-            )  # fmt: skip
+            block = Block(start, n, end, n - first, dt)
+            write_segment(effective, limits, waves, segment, block, table, (out.x_r, out.v_r))
             for k in range(n, end):
                 at = k - first
                 load = 1.0
@@ -340,24 +544,23 @@ def sample_elastic_grid(solution, first, dt, tables, out):
 
 
 @inlined
-def write_segment(
-    plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
-):
-    """Write the grid points n to end - 1 of a segment from its state at grid point `start`.
+def write_segment(plant, law, waves, segment, block, table, out):
+    """Write a block of grid points of a segment to the arrays of x_r and v_r.
 
-    The segment starts at time t [s] and has the constant force per mass g [m/s²]. The motion is
-    the steady response plus a free motion that starts with the difference from it.
+    The motion is the steady response plus a free motion that starts with the difference from
+    it.
     """
+    t, x_r, v_r, d, g = segment
+    start, n, end, at, dt = block
     w = plant.k_x / plant.m
     set_phases(waves, plant, law, t, d)
     x, v = transient_state(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
     set_phases(waves, plant, law, start * dt, d)
-    row, at = n - start, n - first
-    from_sine, from_cosine = wave_coefficients(waves, 0) if waves.size > 0 else (0.0, 0.0)
-    write_motion(table, row, end - n, x, v, g - w * x, from_sine, from_cosine, at, x_out, v_out)
+    row, rows = n - start, end - n
+    of_wave = wave_coefficients(waves, 0) if waves.size > 0 else (0.0, 0.0)
+    write_motion(table, row, rows, (x, v, g - w * x), of_wave, at, out)
     for i in range(1, waves.size):
-        from_sine, from_cosine = wave_coefficients(waves, i)
-        add_wave_response(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
+        add_wave_response(table, i, row, rows, wave_coefficients(waves, i), at, out)
 
 
 @inlined
@@ -394,11 +597,13 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
 
 
 @inlined
-def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
-    """Write the free motion from a state [m, m/s] under a constant force per mass [m/s²].
+def write_motion(table, row, rows, free, of_wave, at, out):
+    """Write the free motion and the response to the first wave.
 
-    The response to the first wave is included, with coefficients as in `add_wave_response`.
+    `free` has x_r [m] and v_r [m/s] at row 0, and the force per mass there [m/s²]; `of_wave`
+    has the coefficients of `add_wave_response`.
     """
+    (x_r, v_r, push), (from_sine, from_cosine), (x_out, v_out) = free, of_wave, out
     if row < 0 or at < 0:
         # Never true, but it tells the compiler that no index wraps around.
         return
@@ -415,8 +620,9 @@ def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x
 
 
 @inlined
-def add_wave_response(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
+def add_wave_response(table, i, row, rows, of_wave, at, out):
     """Add the response to wave i: its sine and cosine columns times their coefficients."""
+    (from_sine, from_cosine), (x_out, v_out) = of_wave, out
     begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i)
     if begin < 0 or at < 0:
         # Never true, but it tells the compiler that no index wraps around.
@@ -492,16 +698,15 @@ def sample_base_grid(waves, first, dt, table, u_out):
         while start < last:
             theta = 2.0 * math.pi * ((f * (start * dt)) % 1.0) + phase
             n, end = max(first, start), min(last, start + TABLE_ROWS)
-            add_wave_acceleration(
-                table, i, n - start, end - n, A_i * math.sin(theta), A_i * math.cos(theta),
-                n - first, u_out,
-            )  # fmt: skip
+            of_wave = A_i * math.sin(theta), A_i * math.cos(theta)
+            add_wave_acceleration(table, i, n - start, end - n, of_wave, n - first, u_out)
             start = end
 
 
 @compiled
-def add_wave_acceleration(table, i, row, rows, sine, cosine, at, u_out):
+def add_wave_acceleration(table, i, row, rows, of_wave, at, u_out):
     """Add the acceleration of a wave whose sine and cosine parts at row 0 are given [m/s²]."""
+    sine, cosine = of_wave
     begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN)
     if begin < 0 or at < 0:
         # Never true, but it tells the compiler that no index wraps around.
@@ -511,15 +716,61 @@ def add_wave_acceleration(table, i, row, rows, sine, cosine, at, u_out):
         u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]
 
 
-# Integrals over segments of Coulomb friction, by panels.
+# Integrals by Gauss-Legendre quadrature on panels. Nodes and weights on [0, 1] are literals:
+# importing them from numpy is slow.
 
+FOUR_NODES = (
+    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
+)  # fmt: skip
+FOUR_WEIGHTS = (
+    0.17392742256872679, 0.3260725774312732, 0.3260725774312732, 0.17392742256872679,
+)  # fmt: skip
+
+SIX_NODES = (
+    0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
+    0.8306046932331322, 0.966234757101576,
+)  # fmt: skip
+
+SIX_WEIGHTS = (
+    0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
+    0.1803807865240693, 0.08566224618958518,
+)  # fmt: skip
+
+TWELVE_NODES = (
+    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
+    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
+    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
+)  # fmt: skip
+
+TWELVE_WEIGHTS = (
+    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
+    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
+    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
+)  # fmt: skip
+
+NODES = FOUR_NODES + SIX_NODES + TWELVE_NODES
+WEIGHTS = FOUR_WEIGHTS + SIX_WEIGHTS + TWELVE_WEIGHTS
+
+FOUR, SIX, TWELVE = (0, 4), (4, 10), (10, 22)
+"""All rules, and where each begins and ends: one kernel takes any."""
 
 PANEL_RADIANS = 4.0
 """Radians (or decays) per panel. A square varies twice as fast: twelve nodes integrate
 exp(±2i·4) with an error of 4e-17."""
 
+FOUR_NODE_PANELS = 0.025
+"""Panels, as a share of `panel_length`, up to which four nodes suffice: a tenth of a radian,
+where their error is 1e-15 of a product."""
+
+SIX_NODE_PANELS = 0.125
+"""Panels, as a share of `panel_length`, up to which six nodes suffice: half a radian, where
+their error is 2e-16 of a product."""
+
 NEGLIGIBLE_DECAYS = 90.0
 """A motion that decays at rate c/2 is below double precision after the time 90/c."""
+
+LONG_HOLD_PANELS = 2.0
+"""Length of a holding segment, in panels, above which it is integrated in closed form."""
 
 
 @compiled
@@ -540,215 +791,187 @@ def fastest_rate(c, w, s):
     return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
 
 
-@compiled
-def integrate_coulomb_events(plant, law, waves, t, kind, x_r, v_first, begin, end):
-    """Integrate a solution under waves from `begin` to `end` [s].
+class SegmentSums(NamedTuple):
+    """Integrals over segments: fields of `Totals`, and the work of the damper [J]."""
 
-    The solution is given by its events as in `state_at`. Returns x2, v2, x_dd2, power,
-    sliding_distance and stuck as in `Totals`.
-    """
-    sums, stuck = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
-    for i in range(len(t)):
-        until = min(t[i + 1], end) if i + 1 < len(t) else end
-        if until <= begin or until <= t[i]:
-            continue
-        d = direction_after(kind[i])
-        v_r = v_first if i == 0 else 0.0
-        lo = max(begin - t[i], 0.0)
-        part = integrate_by_panels(
-            plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i]
-        )
-        sums = add_sums(sums, part)
-        if d == 0:
-            stuck += until - t[i] - lo
-    return *sums, stuck
+    x2: float
+    v2: float
+    x_dd2: float
+    power: float
+    sliding_distance: float
+    stuck: float
+    stop_work: float
+    damper_work: float
+
+
+NO_SUMS = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
-def integrate_coulomb_steps(
-    plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end
-):
-    """Integrate selected steps of a sampled march; they may hold events or ends of the window.
+def add_segment_sums(one, other):
+    """Return the sum of two `SegmentSums`."""
+    return SegmentSums(
+        one.x2 + other.x2,
+        one.v2 + other.v2,
+        one.x_dd2 + other.x_dd2,
+        one.power + other.power,
+        one.sliding_distance + other.sliding_distance,
+        one.stuck + other.stuck,
+        one.stop_work + other.stop_work,
+        one.damper_work + other.damper_work,
+    )
+
+
+@compiled
+def integrate_segments(solution, begin, end):
+    """Integrate segments over their parts between two times.
 
     Parameters
     ----------
-    u_dd : array, shape (samples,)
-        Base acceleration [m/s²].
-    dt : float
-        Sampling interval [s].
-    first : int
-        Number of samples of the motion before the first one in `u_dd`.
-    steps : array of int, shape (steps,)
-        Indices of the steps, ascending; like those in the log, they count from `first`.
-    x_r, v_r, d : array, shape (samples,)
-        State [m, m/s] and direction of sliding at the samples.
-    log : EventLog
-        Events of the march, ascending.
+    solution : Solution
+        It need not be complete: a segment ends with its step, or where the next one begins.
     begin, end : float
         Window of integration [s].
 
     Returns
     -------
-    x2, v2, x_dd2, power, sliding_distance, stuck : float
-        As in `Totals`.
+    SegmentSums
+        `sliding_distance` is the work done on the contact divided by the larger F_fk;
+        `stop_work` does not include the energy lost in rigid impacts, which have no duration.
     """
-    sums, stuck, event = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0
-    for i in range(len(steps)):
-        n = steps[i]
-        while event < len(log.n) and log.n[event] < n:
-            event += 1
-        slope = (u_dd[n + 1] - u_dd[n]) / dt
-        t = (first + n) * dt
-        start, x, v, mode = 0.0, x_r[n], v_r[n], d[n]
-        has_event = True
-        while has_event:
-            has_event = event < len(log.n) and log.n[event] == n
-            stop = log.s[event] if has_event else dt
-            lo = max(begin - t - start, 0.0)
-            hi = min(end - t, stop) - start
-            if hi > lo:
-                part = integrate_segment(
-                    plant, law, waves, u_dd[n] + slope * start, slope, t + start,
-                    x, v, mode, lo, hi,
-                )  # fmt: skip
-                sums = add_sums(sums, part)
-                if mode == 0:
-                    stuck += hi - lo
-            if has_event:
-                start, x, v, mode = stop, log.x_r[event], 0.0, direction_after(log.kind[event])
-                event += 1
-    return *sums, stuck
-
-
-@inlined
-def add_sums(sums, more):
-    """Return the elementwise sum of two tuples (x2, v2, x_dd2, power, sliding_distance)."""
-    x2, v2, x_dd2, power, sliding_distance = sums
-    return (
-        x2 + more[0],
-        v2 + more[1],
-        x_dd2 + more[2],
-        power + more[3],
-        sliding_distance + more[4],
-    )
+    (plant, law, waves, _, dt), segments = solution
+    sums = NO_SUMS
+    for i in range(len(segments.n)):
+        lo, hi = segment_window(segments, dt, i, begin, end)
+        if hi <= lo or segments.d[i] == ARRIVAL:
+            continue
+        part = resume_segment(solution, i)
+        if part.mode.bumper == CHATTERING:
+            more = integrate_chatter(plant, law, waves, part, lo, hi)
+        elif part.mode.direction == AT_REST:
+            more = integrate_rest(waves, part, lo, hi, law.k_t == 0.0)
+        elif hi - lo > LONG_HOLD_PANELS * panel_length(
+            part.equation.c, part.equation.w, waves, lo
+        ) and is_long_hold(law, waves, part):
+            more = integrate_hold_exponentials(waves, part, lo, hi)
+        else:
+            more = integrate_motion(law, waves, part, lo, hi)
+        sums = add_segment_sums(sums, more)
+    return sums
 
 
 @compiled
-def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
-    """Integrate one segment of Coulomb friction.
-
-    Parameters
-    ----------
-    u_0, slope : float
-        Part of ü besides the waves at the start of the segment [m/s²], and its rate [m/s³].
-    t, x_r, v_r, d
-        Start of the segment [s], state there [m, m/s] and direction of sliding, 0 when stuck.
-    lo, hi : float
-        Limits of integration, counted from the start [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, sliding_distance : float
-        As in `Totals`.
-    """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    f = d * law.F_fk / m
-    if (
-        d != 0
-        and lo == 0.0
-        and waves.size == 0
-        and (c + math.sqrt(w)) * hi <= NEGLIGIBLE_DECAYS
-    ):
-        # Without waves, panels by series halve the time until the free motion has decayed.
-        factors = series_factors(c, w)
-        return integrate_slip_series(
-            c, w, f, factors, higher_series_factors(factors, c, w), u_0, slope, x_r, v_r, d, hi
-        )
-    return integrate_by_panels(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi)
+def integrate_events(solution, begin, end):
+    """Integrate an `EventSolution` from `begin` to `end` [s]; return `SegmentSums`."""
+    law, waves, t = solution.law, solution.waves, solution.t
+    sums = NO_SUMS
+    for i in range(len(t)):
+        until = min(t[i + 1], end) if i + 1 < len(t) else end
+        if until <= begin or until <= t[i]:
+            continue
+        part = resume_event(solution, i)
+        lo, hi = max(begin - t[i], 0.0), until - t[i]
+        sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
+    return sums
 
 
 @compiled
-def integrate_by_panels(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
-    """Integrate one segment by Gauss quadrature on panels; as `integrate_segment`."""
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    f = d * law.F_fk / m
-    set_phases(waves, plant, law, t, d)
-    x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
-    s = lo
+def integrate_coulomb_segments(solution, begin, end):
+    """Integrate a sampled `Solution` with Coulomb friction; as `integrate_segments`."""
+    (plant, law, waves, u_dd, dt), segments = solution
+    sums = NO_SUMS
+    for i in range(len(segments.n)):
+        lo, hi = segment_window(segments, dt, i, begin, end)
+        if hi > lo:
+            t, u_0, slope = segment_base(u_dd, dt, segments, i)
+            state = segments.x_r[i], segments.v_r[i]
+            base, d = (u_0, slope), segments.d[i]
+            part = resume_slip_or_stick(plant, law, waves, t, d, state, base)
+            sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
+    return sums
+
+
+@compiled
+def integrate_slip_or_stick(law, waves, part, lo, hi):
+    """Integrate a segment of Coulomb friction."""
+    if part.mode.direction == AT_REST:
+        return integrate_rest(waves, part, lo, hi, True)
+    return integrate_motion(law, waves, part, lo, hi)
+
+
+@compiled
+def integrate_chatter(plant, law, waves, part, lo, hi):
+    """Integrate the rest of a chatter against a rigid stop."""
+    load = load_at(law, waves, part.equation.ramp, 0.0)[0]
+    u = base_motion(waves, part.u_0, part.slope, 0.0)[0]
+    x_0 = part.forces.x_0
+    p, q = return_accelerations(plant, law, part.mode, x_0, u, load)
+    x_dd2 = chatter_mean_square(plant, law, part.mode, x_0, p, q, load)
+    length = hi - lo
+    return SegmentSums(part.z * part.z * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def integrate_rest(waves, part, lo, hi, sticks):
+    """Integrate a segment at rest, where x" is that of the base.
+
+    `sticks` tells whether the contact sticks, and not only the mass rests.
+    """
+    x_dd2, s = 0.0, lo
     while s < hi:
-        active = (c, w) if d != 0 else (0.0, 0.0)  # a stuck mass has no free motion
-        length = min(panel_length(active[0], active[1], waves, s), hi - s)
-        for i in range(len(TWELVE_NODES)):
-            at = s + length * TWELVE_NODES[i]
-            weight = length * TWELVE_WEIGHTS[i]
-            u_dd = base_motion(waves, u_0, slope, at)[0]
-            if d == 0:
-                x_dd2 += weight * u_dd * u_dd
-                continue
-            load = relative_normal_force(law, waves, at)[0]
-            x, v, _, _ = motion_at(c, w, waves, x_r, v_r, -u_0 - f, -slope, at)
-            x_dd = -(w * x + c * v + f * load)
-            x2 += weight * x * x
-            v2 += weight * v * v
-            x_dd2 += weight * x_dd * x_dd
-            power += weight * u_dd * v
-            sliding_distance += weight * load * abs(v)
+        length = min(panel_length(0.0, 0.0, waves, s), hi - s)
+        for k in range(len(TWELVE_NODES)):
+            at = s + length * TWELVE_NODES[k]
+            u = base_motion(waves, part.u_0, part.slope, at)[0]
+            x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
         s = s + length if length < hi - s else hi
-    if d == 0:
-        x2 = x_r * x_r * (hi - lo)
-    return x2, v2, x_dd2, power, sliding_distance
-
-
-# Integrals of slip without waves: velocity series, and whole sampled steps.
+    x2 = (part.z + part.xi) ** 2 * (hi - lo)
+    stuck = hi - lo if sticks else 0.0
+    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0)
 
 
 @compiled
-def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
-    """Integrate a slip segment of any length with linear ü, by velocity series on short panels.
-
-    `f` is the friction force per mass with its sign [m/s²]. Returns x2, v2, x_dd2, power and
-    sliding_distance as in `Totals`.
-    """
-    radians = c + math.sqrt(w)
-    longest = SHORT_SEGMENT / radians if radians > 0.0 else math.inf
-    a = -(u_0 + c * v_r + w * x_r + f)
-    x2, v2, x_dd2, power, x, s = 0.0, 0.0, 0.0, 0.0, x_r, 0.0
-    while s < h:
-        length = min(longest, h - s)
-        q = long_velocity_series(factors, more, v_r, a, -slope - c * a - w * v_r)
-        u = u_0 + slope * s
-        sums = gauss_sums(q, c, w, f, u, slope, x, length)
-        x2, v2 = x2 + sums[0], v2 + sums[1]
-        x_dd2, power = x_dd2 + sums[2], power + sums[3]
-        x, v_r, a = (
-            x + series_distance(q, length),
-            series_velocity(q, length),
-            series_acceleration(q, length),
-        )
-        s += length
-    return x2, v2, x_dd2, power, d * (x - x_r)
+def integrate_motion(law, waves, part, lo, hi):
+    """Integrate a segment in motion by Gauss quadrature on panels."""
+    c, w, _, _, _ = part.equation
+    longest, rule = panel_length(c, w, waves, lo), TWELVE
+    if hi - lo <= SIX_NODE_PANELS * longest:
+        rule = FOUR if hi - lo <= FOUR_NODE_PANELS * longest else SIX
+    sums, s = NO_SUMS, lo
+    while s < hi:
+        length = min(panel_length(c, w, waves, s), hi - s)
+        sums = add_segment_sums(sums, integrate_panel(law, waves, part, rule, s, length))
+        s = s + length if length < hi - s else hi
+    return sums
 
 
-@inlined
-def gauss_sums(q, c, w, f, u_0, slope, x_r, h):
-    """Return x2, v2, x_dd2 and power by Gauss quadrature of a motion with velocity series q.
+@compiled
+def integrate_panel(law, waves, part, rule, s, length):
+    """Integrate one panel, which begins at time s [s], by one of the rules."""
+    c, w, g, r, ramp = part.equation
+    (m, k_x, b), k_t, x_0, F, k_s, offset, b_s, reference = part.forces
+    x2, v2, x_dd2, power, work, stop_work, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(rule[0], rule[1]):
+        at, weight = s + length * NODES[k], length * WEIGHTS[k]
+        xi, v, _, _, _ = motion_and_snap_at(c, w, waves, part.xi, part.v_r, g, r, at)
+        u = base_motion(waves, part.u_0, part.slope, at)[0]
+        load = max(load_at(law, waves, ramp, at)[0], 0.0)
+        x = part.z + xi
+        F_f = k_t * (x - x_0) + F * load
+        F_stop = k_s * xi - offset + b_s * v
+        x_dd = (k_x * x + b * v + F_f + F_stop) / m
+        x2 += weight * x * x
+        v2 += weight * v * v
+        x_dd2 += weight * x_dd * x_dd
+        power += weight * u * v
+        work += weight * F_f * v
+        stop_work += weight * F_stop * v
+        distance += weight * load * abs(v)
+    slid = work / reference if reference > 0.0 else distance
+    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, stop_work, b * v2)
 
-    Six nodes suffice where `long_velocity_series` holds: the error is below (2·0.5)¹²/10¹⁵.
-    """
-    x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(SIX_NODES)):
-        s = h * SIX_NODES[i]
-        x, v = x_r + series_distance(q, s), series_velocity(q, s)
-        x_dd = w * x + c * v + f
-        x2 += SIX_WEIGHTS[i] * x * x
-        v2 += SIX_WEIGHTS[i] * v * v
-        x_dd2 += SIX_WEIGHTS[i] * x_dd * x_dd
-        power += SIX_WEIGHTS[i] * (u_0 + slope * s) * v
-    return h * x2, h * v2, h * x_dd2, h * power
+
+# Integrals over whole sampled steps: quadratic forms of their end values.
 
 
 def step_variables(c, w, f, x_r, v_r, u_0, u_1):
@@ -831,429 +1054,70 @@ def step_quadratic_forms(c, w, dt):
     return squares, distance
 
 
-FORM_VARIABLES = (
-    ((0, 1, 2, 3), (0, 1, 2, 3)), ((1, 2, 3), (1, 2, 3)), ((1, 3, 4, 5), (1, 3, 4, 5)),
-    ((3, 4), (1, 2, 3)),
-)  # fmt: skip
-"""The `step_variables` whose products occur in the integrals of x_r², v_r², x_dd² and ü v_r;
-the forms of all other products are zero."""
-
-FORM_COLUMNS = 10 + 6 + 10 + 6 + 3 + 4
-"""Coefficients of these products, of v_r and of x_r in a row of `whole_step_forms`."""
+STEPS_PER_CHUNK = 6_000
+"""Steps integrated at a time: OpenBLAS starts threads for products of matrices from 7,282 steps
+on, which takes longer than the products themselves."""
 
 
-def whole_step_forms(plant, law, dt):
-    """Return the forms that integrate whole sampled steps of a `KernelLaw`.
-
-    Returns
-    -------
-    ndarray, shape (4, FORM_COLUMNS)
-        One row each for slip up, slip down, hold up and hold down, see `form_row`.
-    """
-    m, k_x, _ = plant
-    return np.array(
-        [
-            whole_step_form(side.b / m, (k_x + k_t) / m, dt)
-            for k_t in (0.0, law.k_t)
-            for side in (law.up, law.down)
-        ]
-    )
-
-
-@lru_cache(maxsize=64)
-def whole_step_form(c, w, dt):
-    """Return a row of `whole_step_forms`; parameters as in `step_quadratic_forms`."""
-    squares, distance = step_quadratic_forms(c, w, dt)
-    row = []
-    for square, (first, second) in zip(squares, FORM_VARIABLES, strict=True):
-        for i in first:
-            for j in second:
-                if first != second or j >= i:
-                    row.append(square[i, j] + (square[j, i] if i != j else 0.0))
-    _, _, Y, YY = flow(c, w, dt)
-    mean = dt, Y, -YY, -cubic_response(c, w, dt) / dt
-    return (*row, *distance[1:4].tolist(), *mean)
-
-
-def cubic_response(c, w, dt):
-    """Return the integral of YY of `flow` over [0, dt], by quadrature."""
-    total, begin = 0.0, 0.0
-    while begin < dt:
-        rate = fastest_rate(c, w, begin)
-        length = min(PANEL_RADIANS / rate, dt - begin) if rate > 0.0 else dt - begin
-        for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
-            total += weight * length * flow(c, w, begin + length * node)[3]
-        begin = begin + length if length < dt - begin else dt
-    return total
-
-
-# Segments of a piecewise-linear law: evaluation and integrals.
-
-
-class Solution(NamedTuple):
-    """Solution stored as segments.
+class WholeSteps(NamedTuple):
+    """Whole sampled steps in motion, without a change of mode: arrays of shape (steps,).
 
     Attributes
     ----------
-    plant, law : Plant, KernelLaw
-    waves : Waves
-    u_dd, dt : array of float, float
-        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
-    segments : Segments
-        With encoded modes; z is the x_r at which an elastic contact carries no force [m].
-    """
-
-    plant: Any
-    law: Any
-    waves: Any
-    u_dd: Any
-    dt: float
-    segments: Any
-
-
-class Columns(NamedTuple):
-    """Values of a motion at given times; arrays of shape (n,).
-
-    Attributes
-    ----------
-    x_r, v_r : array of float
-        Displacement [m] and velocity [m/s].
-    z : array of float
-        x_r at which an elastic contact would carry no force [m]; 0 for a rigid contact.
-    F_f, F_stop : array of float
-        Friction force and force of an end stop [N].
-    d : array of int
-        Direction of motion, 0 at rest.
+    x_r, v_r, share, u_0 : array of float
+        State [m, m/s], friction force over a reference [-] and ü [m/s²] at their starts.
+    u_1 : array of float
+        ü at their ends [m/s²].
     """
 
     x_r: Any
     v_r: Any
-    z: Any
-    F_f: Any
-    F_stop: Any
-    d: Any
+    share: Any
+    u_0: Any
+    u_1: Any
 
 
-class ResumedSegment(NamedTuple):
-    """A segment with the phases of the waves set at its start.
-
-    Attributes
-    ----------
-    mode, equation
-        Its mode and equation of motion.
-    z, x_0, xi, v_r : float
-        Origin of xi and zero of the contact force [m], and state at the start.
-    u_0, slope : float
-        ü besides the waves at the start [m/s²], and its rate [m/s³].
-    """
-
-    mode: Any
-    equation: Any
-    z: float
-    x_0: float
-    xi: float
-    v_r: float
-    u_0: float
-    slope: float
-
-
-@inlined
-def segment_base(u_dd, dt, segments, i):
-    """Return the start time of segment i [s], and ü besides the waves there with its rate."""
-    n, s = segments.n[i], segments.s[i]
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    return n * dt + s, u_dd[n] + slope * s, slope
-
-
-@inlined
-def segment_index(segments, dt, i, t):
-    """Return the index of the segment that contains time t [s], searching upwards from i."""
-    while i + 1 < len(segments.n) and segments.n[i + 1] * dt + segments.s[i + 1] <= t:
-        i += 1
-    return i
-
-
-@compiled
-def resume_segment(solution, i):
-    """Return segment i of a solution, ready for evaluation."""
-    plant, law, waves, u_dd, dt, segments = solution
-    mode, x_0 = decode_mode(segments.d[i]), segments.z[i]
-    t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
-    z = origin_of(law, mode.origin)
-    return ResumedSegment(mode, equation, z, x_0, segments.x_r[i], segments.v_r[i], u_0, slope)
-
-
-@compiled
-def motion_in_segment(waves, part, s):
-    """Return xi and v_r at time s of a resumed segment."""
-    if part.mode.direction == AT_REST:
-        return part.xi, 0.0
-    if s == 0.0:
-        return part.xi, part.v_r
-    c, w, g, r, _ = part.equation
-    return motion_at(c, w, waves, part.xi, part.v_r, g, r, s)[:2]
-
-
-@compiled
-def segment_window(segments, dt, i, begin, end):
-    """Return the part of segment i within a window, as times since its start [s]."""
-    t = segments.n[i] * dt + segments.s[i]
-    hi = end - t
-    if i + 1 < len(segments.n):
-        length = (segments.n[i + 1] - segments.n[i]) * dt
-        hi = min(hi, length + (segments.s[i + 1] - segments.s[i]))
-    return max(begin - t, 0.0), hi
-
-
-@compiled
-def evaluate_segments(solution, t, out):
-    """Write a motion at ascending times t [s] to `Columns`."""
-    plant, law, waves, _, dt, segments = solution
-    i, known = 0, -1
-    part = resume_segment(solution, 0)
-    for k in range(len(t)):
-        i = segment_index(segments, dt, i, t[k])
-        if known != i:
-            part = resume_segment(solution, i)
-            known = i
-        s = t[k] - (segments.n[i] * dt + segments.s[i])
-        mode = part.mode
-        xi, v = motion_in_segment(waves, part, s)
-        x_r = part.z + xi
-        u = base_motion(waves, part.u_0, part.slope, s)[0]
-        load = max(load_at(law, waves, part.equation.ramp, s)[0], 0.0)
-        F_f, F_stop = friction_and_stop_forces(plant, law, mode, part.x_0, xi, v, u, load)
-        out.x_r[k], out.v_r[k] = x_r, v
-        out.F_f[k], out.F_stop[k] = F_f, F_stop
-        out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
-        if is_rigid_slip(law, mode):
-            out.d[k] = mode.contact
-        elif mode.direction == AT_REST and law.k_t == 0.0:
-            out.d[k] = 0
-        else:
-            out.d[k] = -1 if v < 0.0 else 1
-
-
-SIX_NODE_PANELS = 0.125
-"""Panels, as a share of `panel_length`, up to which six nodes suffice: half a radian, where
-their error is 2e-16 of a product."""
-
-LONG_HOLD_PANELS = 2.0
-"""Length of a holding segment, in panels, above which it is integrated in closed form."""
-
-
-class SegmentSums(NamedTuple):
-    """Integrals over segments: fields of `Totals`, and the work of the damper [J]."""
-
-    x2: float
-    v2: float
-    x_dd2: float
-    power: float
-    sliding_distance: float
-    stuck: float
-    stop_work: float
-    damper_work: float
-
-
-@compiled
-def add_segment_sums(one, other):
-    """Return the sum of two `SegmentSums`."""
-    return SegmentSums(
-        one.x2 + other.x2,
-        one.v2 + other.v2,
-        one.x_dd2 + other.x_dd2,
-        one.power + other.power,
-        one.sliding_distance + other.sliding_distance,
-        one.stuck + other.stuck,
-        one.stop_work + other.stop_work,
-        one.damper_work + other.damper_work,
-    )
-
-
-@compiled
-def integrate_segments(solution, forms, lengths, begin, end):
-    """Integrate segments over their parts between two times.
+def integrate_whole_steps(plant, k_t, dt, steps, reference):
+    """Integrate whole sampled steps in which the contact holds throughout, or slides.
 
     Parameters
     ----------
-    solution : Solution
-    forms : array, shape (4, FORM_COLUMNS)
-        From `whole_step_forms`.
-    lengths : array of float
-        Length of each segment [s].
-    begin, end : float
-        Window of integration [s].
+    plant : Plant
+        Oscillator, with the damper of the direction of motion.
+    k_t : float
+        Stiffness of the contact that holds, 0 for one that slides [N/m].
+    dt : float
+        Length of a step [s].
+    steps : WholeSteps
+    reference : float
+        Friction force [N] by which those of the steps are divided. Without friction it is 0,
+        and `share` is the direction of motion.
 
     Returns
     -------
-    SegmentSums
-        `sliding_distance` is the work done on the contact divided by the larger F_fk;
-        `stop_work` does not include the energy lost in rigid impacts, which have no duration.
+    ndarray, shape (5,)
+        x2, v2, x_dd2, power and sliding_distance as in `SegmentSums`.
     """
-    plant, law, waves, u_dd, dt, segments = solution
-    sums = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if len(segments.n) == 0:
-        return sums
-    affine = waves.size == 0 and law.step == 0.0
-    # Whole steps in one mode differ in ü and in the state alone: the last one is kept.
-    kept = resume_segment(solution, 0)
-    code, x_0 = segments.d[0], segments.z[0]
-    for i in range(len(segments.n)):
-        t = segments.n[i] * dt + segments.s[i]
-        lo, hi = max(begin - t, 0.0), min(end - t, lengths[i])
-        if hi <= lo or segments.d[i] == ARRIVAL:
-            continue
-        if affine and segments.s[i] == 0.0 and hi - lo == dt:
-            if segments.d[i] != code or segments.z[i] != x_0:
-                kept, code, x_0 = resume_segment(solution, i), segments.d[i], segments.z[i]
-            if kept.mode.direction != AT_REST and kept.mode.stop == APART:
-                base = u_dd[segments.n[i]], u_dd[segments.n[i] + 1]
-                state = segments.x_r[i], segments.v_r[i]
-                more = integrate_whole_step(law, kept, forms, dt, base, state)
-                sums = add_segment_sums(sums, more)
-                continue
-        part = resume_segment(solution, i)
-        if part.mode.bumper == CHATTERING:
-            more = integrate_chatter(plant, law, waves, part, lo, hi)
-        elif part.mode.direction == AT_REST:
-            more = integrate_rest(law, waves, part, lo, hi)
-        elif hi - lo > LONG_HOLD_PANELS * panel_length(
-            part.equation.c, part.equation.w, waves, lo
-        ) and is_long_hold(law, waves, part):
-            more = integrate_hold_exponentials(plant, law, waves, part, lo, hi)
-        else:
-            more = integrate_motion(plant, law, waves, part, lo, hi)
-        sums = add_segment_sums(sums, more)
+    m, k_x, b = plant
+    c = b / m
+    squares, distance = step_quadratic_forms(c, (k_x + k_t) / m, dt)
+    products, pull = np.zeros((6, 6)), np.zeros(6)
+    for at in range(0, len(steps.x_r), STEPS_PER_CHUNK):
+        x_r, v_r, share, u_0, u_1 = (column[at : at + STEPS_PER_CHUNK] for column in steps)
+        rows = step_variables(c, k_x / m, share * (reference / m), x_r, v_r, u_0, u_1)
+        products += rows @ rows.T
+        pull += rows @ share
+    sums = np.empty(5)
+    sums[:4] = np.einsum("kij,ij->k", squares, products)
+    sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
+    # The force of a contact that holds grows by k_t times the distance.
+    sums[4] = distance @ pull
+    if k_t > 0.0:
+        sums[4] += 0.5 * k_t / reference * (distance @ products @ distance)
     return sums
 
 
-@compiled
-def integrate_chatter(plant, law, waves, part, lo, hi):
-    """Integrate the rest of a chatter against a rigid stop."""
-    load = load_at(law, waves, part.equation.ramp, 0.0)[0]
-    u = base_motion(waves, part.u_0, part.slope, 0.0)[0]
-    p, q = return_accelerations(plant, law, part.mode, part.x_0, u, load)
-    x_dd2 = chatter_mean_square(plant, law, part.mode, part.x_0, p, q, load)
-    length = hi - lo
-    return SegmentSums(part.z * part.z * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@compiled
-def integrate_rest(law, waves, part, lo, hi):
-    """Integrate a segment at rest, where x" is that of the base."""
-    x_dd2, s = 0.0, lo
-    while s < hi:
-        length = min(panel_length(0.0, 0.0, waves, s), hi - s)
-        for k in range(len(TWELVE_NODES)):
-            at = s + length * TWELVE_NODES[k]
-            u = base_motion(waves, part.u_0, part.slope, at)[0]
-            x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
-        s = s + length if length < hi - s else hi
-    x2 = (part.z + part.xi) ** 2 * (hi - lo)
-    stuck = hi - lo if law.k_t == 0.0 else 0.0
-    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0)
-
-
-@compiled
-def integrate_motion(plant, law, waves, part, lo, hi):
-    """Integrate a segment in motion by Gauss quadrature on panels."""
-    c, w = part.equation.c, part.equation.w
-    sums, s = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), lo
-    longest = panel_length(c, w, waves, lo)
-    if hi - lo <= SIX_NODE_PANELS * longest:
-        return integrate_panel(
-            SIX_NODES, SIX_WEIGHTS, plant, law, waves, part, lo, hi - lo, sums
-        )
-    while s < hi:
-        length = min(panel_length(c, w, waves, s), hi - s)
-        sums = integrate_panel(
-            TWELVE_NODES, TWELVE_WEIGHTS, plant, law, waves, part, s, length, sums
-        )
-        s = s + length if length < hi - s else hi
-    return sums
-
-
-@compiled
-def integrate_panel(nodes, weights, plant, law, waves, part, s, length, sums):
-    """Add the integrals of one panel, which begins at time s [s], to the sums."""
-    m, k_x, _ = plant
-    b = side_of(law, part.mode.direction).b
-    reference = max(law.up.F_fk, law.down.F_fk)
-    x2, v2, x_dd2, power, slid, stuck, stop_work, damper_work = sums
-    for k in range(len(nodes)):
-        at = s + length * nodes[k]
-        weight = length * weights[k]
-        xi, v = motion_in_segment(waves, part, at)
-        u = base_motion(waves, part.u_0, part.slope, at)[0]
-        load = max(load_at(law, waves, part.equation.ramp, at)[0], 0.0)
-        F_f, F = friction_and_stop_forces(plant, law, part.mode, part.x_0, xi, v, u, load)
-        x = part.z + xi
-        x_dd = (k_x * x + b * v + F_f + F) / m
-        x2 += weight * x * x
-        v2 += weight * v * v
-        x_dd2 += weight * x_dd * x_dd
-        power += weight * u * v
-        slid += weight * (F_f * v / reference if reference > 0.0 else load * abs(v))
-        stop_work += weight * F * v
-        damper_work += weight * b * v * v
-    return SegmentSums(x2, v2, x_dd2, power, slid, stuck, stop_work, damper_work)
-
-
-@compiled
-def form_row(mode):
-    """Return the row of `whole_step_forms` for a mode."""
-    down = 1 if mode.direction < 0 else 0
-    return 2 + down if mode.contact == HOLD else down
-
-
-@inlined
-def square_form(form, at, y):
-    """Return the quadratic form whose upper triangle begins at an index of a row."""
-    total = 0.0
-    for i in range(len(y)):
-        for j in range(i, len(y)):
-            total += form[at] * (y[i] * y[j])
-            at += 1
-    return total
-
-
-@compiled
-def integrate_whole_step(law, part, forms, dt, base, state):
-    """Integrate a whole sampled step in motion by quadratic forms of its variables.
-
-    The variables are those of `step_variables`, with xi for x_r and all constant forces in f.
-
-    Parameters
-    ----------
-    part : ResumedSegment
-        A segment of the same mode with the same x_0.
-    base, state : tuple of float
-        ü at both ends [m/s²], and xi [m] and v_r [m/s] at the start.
-    """
-    c, w, g, _, _ = part.equation
-    (u_0, u_1), (xi, v_r), z = base, state, part.z
-    form = forms[form_row(part.mode)]
-    contact = w * xi - (g + part.u_0)
-    p, q, s = u_0 + contact, u_1 - u_0, c * v_r + contact
-    x2 = square_form(form, 0, (xi, v_r, p, q))
-    v2 = square_form(form, 10, (v_r, p, q))
-    x_dd2 = square_form(form, 16, (v_r, q, u_0, s))
-    power = q * (form[26] * v_r + form[27] * p + form[28] * q)
-    power += u_0 * (form[29] * v_r + form[30] * p + form[31] * q)
-    slid = form[32] * v_r + form[33] * p + form[34] * q
-    mean = form[35] * xi + form[36] * v_r + form[37] * p + form[38] * q
-    # Squares are not below zero, whatever rounding says.
-    x2 = max(x2 + z * (2.0 * mean + z * dt), 0.0)
-    v2, x_dd2 = max(v2, 0.0), max(x_dd2, 0.0)
-    reference = max(law.up.F_fk, law.down.F_fk)
-    work = abs(slid)
-    if part.mode.contact == HOLD:
-        work = law.k_t * (z + xi - part.x_0 + 0.5 * slid) * slid / reference
-    elif reference > 0.0:
-        work = part.mode.contact * side_of(law, part.mode.contact).F_fk * slid / reference
-    damper_work = side_of(law, part.mode.direction).b * v2
-    return SegmentSums(x2, v2, x_dd2, power, work, 0.0, 0.0, damper_work)
+# Integrals over long holding segments: sums of complex exponentials.
 
 
 @compiled
@@ -1277,7 +1141,7 @@ def is_sum_of_exponentials(c, w, waves):
 
 
 @compiled
-def integrate_hold_exponentials(plant, law, waves, part, lo, hi):
+def integrate_hold_exponentials(waves, part, lo, hi):
     """Integrate a holding segment from lo to hi [s] as a sum of complex exponentials.
 
     The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
@@ -1320,9 +1184,9 @@ def integrate_hold_exponentials(plant, law, waves, part, lo, hi):
                 power += (v * (u_k * both + u_k.conjugate() * against)).real
     x_lo = motion_at(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
     x_hi = motion_at(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
-    work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - part.x_0)
-    slid = work / max(law.up.F_fk, law.down.F_fk)
-    damper_work = side_of(law, part.mode.direction).b * v2
+    forces = part.forces
+    work = forces.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - forces.x_0)
+    slid, damper_work = work / forces.reference, forces.plant.b * v2
     return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, damper_work)
 
 
@@ -1378,7 +1242,7 @@ extremum."""
 @compiled
 def peak_bumper_force(solution, begin, end):
     """Return the greatest force of a bumper between `begin` and `end` [N]."""
-    _, law, waves, _, dt, segments = solution
+    (_, law, waves, _, dt), segments = solution
     greatest = 0.0
     for i in range(len(segments.n)):
         s, hi = segment_window(segments, dt, i, begin, end)
@@ -1427,7 +1291,6 @@ def local_force_peak(law, waves, part, low, high):
 
 
 # Peaks, crossings and excursions from the turning points.
-
 
 MAX_NEWTON_STEPS = 100
 """Newton's method needs about 5 steps; bisection reaches adjacent floats after about 60."""
@@ -1483,7 +1346,7 @@ def limit_side(x_r, limits):
 
 
 @compiled
-def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, limits, repeats):
+def excursions(solution, x_end, end, limits, repeats):
     """Return the numbers of excursions to the limits, the first time and the total time.
 
     Parameters
@@ -1506,7 +1369,7 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, limits, rep
     beyond : float
         Total time at or beyond the limit [s].
     """
-    scene = (plant, law, waves, t, kind, x_r, v_first)
+    t, x_r = solution.t, solution.x_r
     begins = limit_side(x_r[0], limits)
     up, down = int(begins > 0), int(begins < 0)
     first = 0.0 if begins != 0 else -1.0
@@ -1521,10 +1384,10 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, limits, rep
         # The total time is the sum of the leaving times minus that of the entering times.
         if side != 0:
             level = limits.up if side > 0 else -limits.down
-            left += level_crossing_time(*scene, level, t[i], until)
+            left += level_crossing_time(solution, level, t[i], until)
         if now != 0:
             level = limits.up if now > 0 else -limits.down
-            at = level_crossing_time(*scene, level, t[i], until)
+            at = level_crossing_time(solution, level, t[i], until)
             entered += at
             first = at if up + down == 0 else first
             up, down = up + int(now > 0), down + int(now < 0)
@@ -1538,16 +1401,15 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, limits, rep
 
 
 @compiled
-def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
+def level_crossing_time(solution, level, lo, hi):
     """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m].
 
     Newton's method, safeguarded by bisection.
     """
-    scene = (plant, law, waves, t, kind, x_r, v_first)
-    rising = state_at(*scene, hi)[0] > state_at(*scene, lo)[0]
+    rising = state_at(solution, hi)[0] > state_at(solution, lo)[0]
     at = 0.5 * (lo + hi)
     for _ in range(MAX_NEWTON_STEPS):
-        x, v = state_at(*scene, at)
+        x, v = state_at(solution, at)
         if x == level:
             return at
         if (x < level) == rising:
@@ -1569,13 +1431,13 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
 
 
 @compiled
-def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
+def write_turning_points(solution, whole, limits, at, out):
     """Write the start of each segment and its turning points, until the buffer is full.
 
     Parameters
     ----------
-    solution, lengths
-        As in `integrate_segments`, of an elastic contact without stops.
+    solution : Solution
+        Of an elastic contact without stops.
     whole : array, shape (segments,)
         Whether all turning points of a segment are required, as for the last one, or only those
         that can set a new extreme or cross zero or the limit.
@@ -1584,7 +1446,7 @@ def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
     at : tuple
         Where to continue: segment, time since its start [s], x_r [m] and v_r [m/s] there, and
         the farthest displacement written in this half cycle [m].
-    t_out, x_out : array, shape (n,)
+    out : tuple of array, shape (n,)
         Written: time [s] and displacement [m].
 
     Returns
@@ -1600,8 +1462,9 @@ def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
     `uneventful_until`) proves that x_r crosses neither zero nor the limit nor sets a new
     extreme.
     """
-    plant, law, waves, u_dd, dt, segments = solution
+    (plant, law, waves, u_dd, dt), segments = solution
     i, s, x_r, v_r, far = at
+    t_out, x_out = out
     count = 0
     while i < len(segments.n) and count + 2 <= len(t_out):
         mode, t, only = (
@@ -1627,7 +1490,7 @@ def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
         u_0 = u_dd[n] + slope * (segments.s[i] + s)
         c, w, g, r, _ = mode_equation(plant, law, waves, mode, segments.z[i], u_0, slope, t + s)
         segment = start_segment(c, w, waves, x_r, v_r, g, r)
-        left = lengths[i] - s
+        left = segment_length(segments, dt, i) - s
         direction, s_turn, x_turn = (
             motion_direction(segment.v_r, segment.a, segment.j),
             NEVER,
@@ -1656,9 +1519,8 @@ def write_turning_points(solution, lengths, whole, limits, at, t_out, x_out):
         until = s_turn
         if only and mode.contact == HOLD:
             x_end = segments.x_r[i + 1]
-            until = uneventful_until(
-                law, waves, segment, x_turn, far, x_end, limits, s_turn, left
-            )
+            turn, known = (s_turn, x_turn), (far, x_end)
+            until = uneventful_until(law, waves, segment, turn, known, limits, left)
         if until > s_turn:
             x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, until)
         else:
@@ -1695,22 +1557,25 @@ def is_hold_uneventful(law, segments, i, limits):
 
 
 @compiled
-def uneventful_until(law, waves, segment, x_turn, far, x_end, limits, s_turn, h):
+def uneventful_until(law, waves, segment, turn, known, limits, h):
     """Return the time until which the motion after a turning point stays uneventful [s].
 
     Parameters
     ----------
     law, waves, segment
         The holding segment, with the phases set at its start.
-    x_turn, far, x_end : float
-        Displacement at the turning point, farthest displacement written in this half cycle, and
-        displacement at the end of the segment [m]. A motion that stays on one side of zero
-        passes x_end in the same half cycle, so x_end counts as known.
-    limits : StrokeLimits
-        Stroke limits [m]; infinite for none.
-    s_turn, h : float
-        Time of the turning point, and remaining length of the segment [s].
+    turn : tuple of float
+        Time [s] and displacement [m] of the turning point.
+    known : tuple of float
+        Farthest displacement written in this half cycle, and displacement at the end of the
+        segment [m]. A motion that stays on one side of zero passes the latter in the same half
+        cycle, so it counts as known.
+    limits : float
+        Stroke limit [m]; infinite for none.
+    h : float
+        Remaining length of the segment [s].
     """
+    (s_turn, x_turn), (far, x_end) = turn, known
     # Less than half a natural period is left: there is at most one more turning point.
     if segment.w * (h - s_turn) * (h - s_turn) < math.pi * math.pi:
         return s_turn
@@ -1721,8 +1586,8 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, limits, s_turn, h)
     until = s_turn
     # First with x_end as a known extreme. If the motion may change sides before the end of
     # the segment, x_end belongs to another half cycle and only `far` is known.
-    for known in (max(side * far, side * x_end), side * far):
-        low, high = uneventful_range(x_turn, known, limits)
+    for extreme in (max(side * far, side * x_end), side * far):
+        low, high = uneventful_range(x_turn, extreme, limits)
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
         until = safe_until(transient, segment, waves, law, middle, reach, False, s_turn, h)
         if until >= h or side * x_end <= side * far:
