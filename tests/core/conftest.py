@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
@@ -26,14 +27,14 @@ PARTS = (
 )
 
 
-def core_under(engine: str) -> SimpleNamespace:
+def core_under(engine: str, folder: Path) -> SimpleNamespace:
     """Return the session's own core if it has that engine, and else a private copy.
 
-    Kernels of a private copy are compiled anew in every session: the cache on the disk knows
-    their parameters as those of the session's own core.
+    Kernels of a private copy are compiled anew in every session, with their cache in a folder
+    of its own: the user's cache knows named tuples as those of the session's own core.
     """
     own = importlib.import_module("drysim.core.compile")
-    found = parts() if own.is_plain() == (engine == "plain") else private_parts(engine)
+    found = parts() if own.is_plain() == (engine == "plain") else private_parts(engine, folder)
     named = {module.__name__.rpartition(".")[2]: module for module in found}
     return SimpleNamespace(engine=engine, **named)
 
@@ -43,10 +44,11 @@ def parts() -> list[ModuleType]:
     return [importlib.import_module(f"drysim.core.{name}") for name in PARTS]
 
 
-def private_parts(engine: str) -> list[ModuleType]:
+def private_parts(engine: str, folder: Path) -> list[ModuleType]:
     """Import the core anew under one engine, leaving the session's own core in place."""
     patch = pytest.MonkeyPatch()
     patch.setenv("DRYSIM_ENGINE", engine)
+    patch.setenv("XDG_CACHE_HOME", str(folder))
     own = {
         name: sys.modules.pop(name)
         for name in list(sys.modules)
@@ -66,15 +68,15 @@ def private_parts(engine: str) -> list[ModuleType]:
 
 
 @pytest.fixture(scope="session")
-def plain() -> SimpleNamespace:
+def plain(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     """Return the core as plain Python."""
-    return core_under("plain")
+    return core_under("plain", tmp_path_factory.mktemp("plain"))
 
 
 @pytest.fixture(scope="session")
-def fast() -> SimpleNamespace:
+def fast(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     """Return the core as compiled by numba."""
-    return core_under("compiled")
+    return core_under("compiled", tmp_path_factory.mktemp("compiled"))
 
 
 @pytest.fixture(scope="session", params=["plain", "compiled"])

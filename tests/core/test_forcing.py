@@ -70,11 +70,12 @@ def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
     plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.3, 0.4, 0.5, 9.0, 0.2)
     waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
     kernel.forcing.set_phases(waves, plant, law, 0.35, 1)
+    equation = kernel.forcing.Equation(c, w, -0.3, slope)
     before, now, after = (
-        np.array(kernel.forcing.motion_at(c, w, waves, 0.01, 0.2, -0.3, slope, s + h))
+        np.array(kernel.forcing.motion_at(equation, waves, 0.01, 0.2, s + h))
         for h in (-H, 0.0, H)
     )
-    assert (after - before)[:3] / (2 * H) == pytest.approx(now[1:], rel=1e-4, abs=1e-4)
+    assert (after - before)[:3] / (2 * H) == pytest.approx(now[1:4], rel=1e-4, abs=1e-4)
 
 
 @pytest.mark.parametrize("c", [1e8, 1e10, 1e13])
@@ -87,7 +88,8 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
     plant, law = kernel.model.Plant(1.0, 100.0, c), kernel.model.CoulombLaw(0.0, 0.0)
     waves = waves_of(kernel, [(1.4, 1.1, 0.4)], law)
     kernel.forcing.set_phases(waves, plant, law, 0.0, 1)
-    _, *rates = kernel.forcing.motion_and_snap_at(c, 100.0, waves, 0.0, 0.0, 0.0, 0.0, s)
+    equation = kernel.forcing.Equation(c, 100.0, 0.0, 0.0)
+    _, *rates = kernel.forcing.motion_at(equation, waves, 0.0, 0.0, s)
     omega = 2 * np.pi * 1.1
     u_dd = [1.4 * omega**n * np.sin(omega * s + 0.4 + 0.5 * np.pi * n) for n in range(4)]
     assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)
@@ -117,10 +119,10 @@ def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_befor
     )
     waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
     kernel.forcing.set_phases(waves, plant, law, 0.35, 0)
+    limit, swing = (law.F_fs, -0.7), (law.variation, law.omega)
+    stuck = kernel.roots.Stuck(plant.m, plant.k_x * 0.01, 0.4, limit, limit, *swing)
     before, now, after = (
-        np.array(
-            kernel.forcing.break_away_margin(plant, law, waves, 0.01, 0.4, -0.7, side, 0.2 + h)
-        )
+        np.array(kernel.roots.break_away_margin(stuck, waves, side, 0.2 + h))
         for h in (-H, 0.0, H)
     )
     assert (after - before)[:2] / (2 * H) == pytest.approx(now[1:], rel=1e-6)

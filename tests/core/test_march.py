@@ -192,8 +192,11 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
         waves = waves_of(kernel, [], law)
         kernel.forcing.set_phases(waves, plant, law, 0.0, 0)
         at = [0.99, *(0.5 + n * 2.0**-53 for n in range(24))]
-        ask = kernel.roots.stick_exit_time
-        found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 0.0, 9.0) for x_r in at])
+        limit, swing = (law.F_fs, 0.0), (law.variation, law.omega)
+        found.append([])
+        for x_r in at:
+            stuck = kernel.roots.Stuck(scale, scale * x_r, 0.0, limit, limit, *swing)
+            found[-1].append(kernel.roots.stick_exit_time(stuck, waves, 1, 0.0, 9.0))
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
     assert found[0][1] == math.inf
@@ -206,16 +209,16 @@ def test_strong_damper_does_not_make_steps_tiny(plain, monkeypatch):
 
     def counted(*stretch):
         steps.append(stretch[-1])
-        return motion_and_snap_at(*stretch)
+        return motion_at(*stretch)
 
-    motion_and_snap_at = plain.forcing.motion_and_snap_at
-    monkeypatch.setattr(plain.roots, "motion_and_snap_at", counted)
+    motion_at = plain.forcing.motion_at
+    monkeypatch.setattr(plain.roots, "motion_at", counted)
     plant, law = plain.model.Plant(0.04, 7500.0, 1e8), plain.model.CoulombLaw(5.0, 5.0)
     waves, log = waves_of(plain, [(1.0, 0.33, 0.0)], law), log_of(plain)
-    out = plain.march.march_sines(
-        plant, law, waves, 0.0, 0.0, 0, 0.0, 1 / 0.33, 0.0, 0.038, 0.0, -1, log, 0, len(log.n)
-    )  # fmt: skip
-    assert out[4] == 0
+    interval = plain.march.Interval(0, 0.0, 1 / 0.33, 0.0, 0.0)
+    start = plain.march.SlipState(0.0, 0.038, 0.0, -1, 0, math.inf)
+    out = plain.march.march_sines(plant, law, waves, interval, start, log)
+    assert out.events == 0
     assert len(steps) < 200
     slow = 7500.0 / 1e8
     assert out[1] == pytest.approx(
@@ -234,7 +237,7 @@ def test_side_that_never_breaks_away_is_not_followed_to_the_end_each_time(
         looks.append(given[-1])
         return break_away_margin(*given)
 
-    break_away_margin = plain.forcing.break_away_margin
+    break_away_margin = plain.roots.break_away_margin
     monkeypatch.setattr(plain.roots, "break_away_margin", counted)
     sines = [(side * 1.0, 1.0, 0.0), (side * 0.9, 2.0, 0.7)]
     found = march_sines(plain, sines, (1.5, 1.5), 200.0, plant=(1.0, 0.0, 1.0))
@@ -294,8 +297,9 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
           for name in kernel.events.EventLog._fields)
     )  # fmt: skip
     slope = (u_dd[1] - u_dd[0]) / DT
-    xi, x_0, mode = kernel.modes.initial_piecewise_mode(
-        plant, law, waves, u_dd[0], slope, *start, start[0]
+    base = kernel.modes.SegmentBase(0.0, u_dd[0], slope)
+    mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
+        plant, law, waves, base, *start, start[0]
     )
     scene = core.Scene(plant, law, waves, u_dd, DT)
     state = core.MarchState(0, 0.0, xi, start[1], x_0, mode, 0, 0)
@@ -372,8 +376,9 @@ def contact_march(kernel, u_dd, k_t, calls=1):
         table(*(np.zeros(size, kinds.get(name, float)) for name in table._fields))
         for table in (kernel.events.Segments, kernel.events.EventLog)
     )
-    xi, x_0, mode = kernel.modes.initial_piecewise_mode(
-        plant, law, waves, u_dd[0], 0.0, 0.0, 0.0, 0.0
+    base = kernel.modes.SegmentBase(0.0, u_dd[0], 0.0)
+    mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
+        plant, law, waves, base, 0.0, 0.0, 0.0
     )
     scene = core.Scene(plant, law, waves, u_dd, DT)
     state = core.MarchState(0, 0.0, xi, 0.0, x_0, mode, 0, 0)

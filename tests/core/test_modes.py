@@ -10,7 +10,7 @@ import pytest
 from law_scenes import elastic_law
 from scenes import piecewise, waves_of
 
-from drysim.core.forcing import Waves, motion_at, set_phases, set_wave, start_segment
+from drysim.core.forcing import Equation, Waves, motion_at, set_phases, set_wave, start_segment
 from drysim.core.model import Plant
 from drysim.core.modes import transient_response
 
@@ -37,16 +37,16 @@ def scene(kernel, seed, k_t, b=500.0):
 def stretch_of(kernel, plant, law, waves, start):
     """Return the segment of a contact with a deflection and a velocity over omega [m]."""
     equation = hold_equation(kernel, plant, law, waves)
-    c, w, g = equation[:3]
-    x_r, v_r = float(start[0]), float(start[1]) * math.sqrt(w)
-    return kernel.forcing.start_segment(c, w, waves, x_r, v_r, g, 0.0), waves, law
+    x_r, v_r = float(start[0]), float(start[1]) * math.sqrt(equation.w)
+    return kernel.forcing.start_segment(equation, waves, x_r, v_r), waves, law
 
 
 def hold_equation(kernel, plant, law, waves, x_0=0.0):
     """Return the equation of motion of a contact that holds."""
     modes = kernel.modes
     mode = modes.mode_of(modes.HOLD, modes.UNKNOWN, modes.APART, 0)
-    return modes.mode_equation(plant, law, waves, mode, x_0, 0.0, 0.0, 0.0)
+    base = modes.SegmentBase(0.0, 0.0, 0.0)
+    return modes.mode_equation(plant, law, waves, mode, x_0, base)[0]
 
 
 def hold(kernel, segment, waves, law, x_0=0.0):
@@ -62,8 +62,7 @@ def with_limit(law, F):
 
 def deflection(kernel, stretch, waves, t):
     """Return x_r and v_r at times of a segment [s]."""
-    state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
-    scene = stretch.c, stretch.w, waves, *state
+    scene = stretch.equation, waves, stretch.x_r, stretch.v_r
     return np.array([kernel.forcing.motion_at(*scene, at)[:2] for at in t.tolist()]).T
 
 
@@ -74,15 +73,15 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 
     def counted(*given):
         looks.append(given[-1])
-        return instant_state(*given)
+        return motion_at(*given)
 
-    instant_state = plain.roots.instant_state
-    monkeypatch.setattr(plain.roots, "instant_state", counted)
+    motion_at = plain.roots.motion_at
+    monkeypatch.setattr(plain.roots, "motion_at", counted)
     plant = plain.model.Plant(75.0, 7500.0, 5e5)
     law = piecewise(plain, (40.0, 40.0), b=5e5, k_t=2e4)
     waves, x_0 = waves_of(plain, [(sign * 20.0, 1.6, -0.5)], law), sign * 1.9e-3
-    c, w, g = hold_equation(plain, plant, law, waves, x_0)[:3]
-    stretch = plain.forcing.start_segment(c, w, waves, 0.0, 0.0, g, 0.0)
+    equation = hold_equation(plain, plant, law, waves, x_0)
+    stretch = plain.forcing.start_segment(equation, waves, 0.0, 0.0)
     s, side, _, _ = plain.modes.end_of_hold(hold(plain, stretch, waves, law, x_0), 2000.0)
     assert side == -sign
     assert s < 1.0
@@ -113,7 +112,9 @@ def test_contact_yields_when_a_search_swing_by_swing_finds_it(fast, k_t, b):
             assert side == known[1]
             assert s == pytest.approx(known[0], rel=1e-12)
             assert x_r == pytest.approx(known[2], rel=1e-12)
-            assert v_r == pytest.approx(known[3], abs=1e-9 * abs(x_r) * math.sqrt(stretch.w))
+            assert v_r == pytest.approx(
+                known[3], abs=1e-9 * abs(x_r) * math.sqrt(stretch.equation.w)
+            )
     assert 5 < yielded < 40
 
 
@@ -130,14 +131,14 @@ def test_peak_that_hardly_reaches_the_limit_is_not_missed_and_one_below_it_not_i
         peaks = np.flatnonzero((x_r[1:-1] >= highest[2:]) & (x_r[1:-1] > highest[:-2])) + 1
         for at in t[peaks].tolist():
             for _ in range(5):
-                _, v_r, a, _ = fast.forcing.motion_at(
-                    stretch.c, stretch.w, waves, stretch.x_r, stretch.v_r, stretch.g, 0.0, at
+                _, v_r, a, _, _ = fast.forcing.motion_at(
+                    stretch.equation, waves, stretch.x_r, stretch.v_r, at
                 )
                 at -= v_r / a
             peak = float(np.abs(deflection(fast, stretch, waves, np.array([at]))[0, 0]))
             low, high = (with_limit(law, k_t * peak * (1.0 + e)) for e in (-1e-10, 1e-10))
             s, side, x_r, _ = fast.modes.end_of_hold(hold(fast, stretch, waves, low), LENGTH)
-            assert s == pytest.approx(at, abs=1e-4 / math.sqrt(stretch.w))
+            assert s == pytest.approx(at, abs=1e-4 / math.sqrt(stretch.equation.w))
             assert side * x_r == pytest.approx(peak, rel=1e-9)
             assert fast.modes.end_of_hold(hold(fast, stretch, waves, high), LENGTH)[0] > at
             tried += 1
@@ -152,9 +153,8 @@ def test_motion_stays_where_its_envelope_says_so(fast, k_t, loaded):
         stretch, waves, law = scene(fast, seed, k_t)
         own = fast.modes.transient_response(stretch, waves)
         middle, reach, begin = 1e-3 / k_t, law.up.F_fk / k_t, 0.01
-        until = fast.modes.safe_until(
-            own, stretch, waves, law, middle, reach, loaded, begin, LENGTH
-        )
+        band = fast.modes.Band(middle, reach, loaded * law.variation, law.omega)
+        until = fast.modes.safe_until(own, stretch, waves, band, begin, LENGTH)
         assert begin <= until <= LENGTH
         t = np.linspace(begin, until, 2000)
         load = 1.0 + loaded * law.variation * np.sin(law.omega * t + law.phase)
@@ -170,7 +170,8 @@ def test_envelope_that_fades_below_the_limit_leads_on_to_the_end(fast):
     plant, law = fast.model.Plant(75.0, 7500.0, 500.0), piecewise(fast, (45.0, 45.0), k_t=1e7)
     stretch, waves, _ = stretch_of(fast, plant, law, waves_of(fast, [], law), (4e-6, 0.0))
     own = fast.modes.transient_response(stretch, waves)
-    within = own, stretch, waves, law, 0.0, 45.0 / 1e7, True, 0.0
+    band = fast.modes.Band(0.0, 45.0 / 1e7, law.variation, law.omega)
+    within = own, stretch, waves, band, 0.0
     assert fast.modes.safe_until(*within, 1e6) == 1e6
     assert fast.modes.end_of_hold(hold(fast, stretch, waves, law), 1e6)[0] == math.inf
 
@@ -185,8 +186,8 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
             waves.values[kernel.forcing.WAVE_COLUMNS * i + kernel.forcing.A] *= turned
         plant = kernel.model.Plant(75.0, 7500.0, 500.0)
         start = turned * stretch.x_r, turned * stretch.v_r
-        c, w, g = hold_equation(kernel, plant, law, waves)[:3]
-        stretch = kernel.forcing.start_segment(c, w, waves, *start, g, 0.0)
+        equation = hold_equation(kernel, plant, law, waves)
+        stretch = kernel.forcing.start_segment(equation, waves, *start)
         s, side, x_r, v_r = kernel.modes.end_of_hold(hold(kernel, stretch, waves, law), LENGTH)
         found.append((s, side * turned, x_r * turned, v_r * turned))
     assert found[0] == found[1] == found[2] or found[0][0] == found[1][0] == math.inf
@@ -206,15 +207,16 @@ def ring_stretch_of(v_r, r):
     for i, (A, f, phase) in enumerate(SINES):
         set_wave(waves.values, i, A, f, phase)
     set_phases(waves, plant, LAW, 0.0, 0)
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    return waves, start_segment(c, w, waves, 1e-4, v_r, 0.3, r)
+    equation = Equation(plant.b / plant.m, plant.k_x / plant.m, 0.3, r)
+    return waves, start_segment(equation, waves, 1e-4, v_r)
 
 
 def responses(stretch):
     """Return the steady response to every sine, as a rotating length [m], and how it turns."""
+    c, w, _, _ = stretch.equation
     for A, f, phase in SINES:
         turn = 2j * math.pi * f
-        answer = -A / (turn * turn + stretch.c * turn + stretch.w)
+        answer = -A / (turn * turn + c * turn + w)
         yield turn, answer * cmath.exp(1j * phase)
 
 
@@ -222,15 +224,15 @@ def responses(stretch):
 @pytest.mark.parametrize("r", [0.0, 30.0])
 def test_ringing_and_steady_response_make_the_motion(v_r, r):
     waves, stretch = ring_stretch_of(v_r, r)
-    own, c, w = transient_response(stretch, waves), stretch.c, stretch.w
+    own, (c, w, g, _) = transient_response(stretch, waves), stretch.equation
     assert abs(own.phase) <= 0.5 * math.pi
     for s in np.linspace(0.0, 0.1, 23).tolist():
         x_r = (
             own.side * own.size * math.exp(-own.decay * s) * math.cos(own.omega * s - own.phase)
         )
-        x_r += (stretch.g + r * (s - c / w)) / w
+        x_r += (g + r * (s - c / w)) / w
         x_r += sum((each * cmath.exp(turn * s)).imag for turn, each in responses(stretch))
-        found = motion_at(c, w, waves, stretch.x_r, stretch.v_r, stretch.g, r, s)[0]
+        found = motion_at(stretch.equation, waves, stretch.x_r, stretch.v_r, s).x_r
         assert found == pytest.approx(x_r, abs=1e-15)
 
 

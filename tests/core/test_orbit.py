@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,15 +28,14 @@ def orbit(
     log = log_of(kernel)
     d = kernel.events.initial_direction(plant, law, *start, 0.0)
     period = 2 * math.pi / omega
-    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
-    x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.iterate_period_map(
-        plant, law, waves, period, *start, d, most, *past, log, len(log.n)
+    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    state, multiple, closure, periods, _ = kernel.orbit.iterate_period_map(
+        scene, period, kernel.orbit.PeriodState(*start, d), most, period_starts(kernel)
     )
-    scene = (plant, law, waves, period, x_r, v_r, d, log, len(log.n))
-    marginal = not kernel.orbit.uniqueness_and_distance(*scene)[0]
-    *_, events, peak = kernel.orbit.period_map(*scene)
+    marginal = not kernel.orbit.uniqueness_and_distance(scene, period, state)[0]
+    _, events, peak = kernel.orbit.period_map(scene, period, state)
     return SimpleNamespace(
-        state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple,
+        state=state[:2], marginal=marginal, peak=peak * K / M, multiple=multiple,
         closure=closure, periods=periods, events=events, kinds=log.kind[:events].tolist(),
     )  # fmt: skip
 
@@ -150,10 +150,11 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
     )
     period = 2 * math.pi / (beta * math.sqrt(K / M))
     waves, log = waves_of(fast, [(1.0, 1 / period, 0.0)], law), log_of(fast)
-    state, before = (*start, 1), None
+    scene = fast.orbit.SineScene(plant, law, waves, log)
+    state, before = fast.orbit.PeriodState(*start, 1), None
     while state != before:
         before = state
-        state = fast.orbit.period_map(plant, law, waves, period, *state, log, len(log.n))[:3]
+        state = fast.orbit.period_map(scene, period, state)[0]
     assert state[1:] == (0.0, 0)
     assert found.state == state[:2]
 
@@ -183,19 +184,24 @@ def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_clo
     assert found.state == pytest.approx(closed.state, rel=1e-10)
 
 
+def period_starts(kernel: SimpleNamespace) -> Any:
+    """Return work space of a search for an orbit."""
+    return kernel.orbit.PeriodStarts(*np.zeros((2, kernel.orbit.MAX_MULTIPLE)))
+
+
 def found_for(
     kernel: SimpleNamespace, plant: tuple[float, float, float], f: float, F_fk: float
 ) -> SimpleNamespace:
     """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
     plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
-    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
-    x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find_orbit(
-        plant, law, waves, 1.0 / f, 0.0, 0.0, 300, *past, log, len(log.n)
+    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    (x_r, v_r, _), multiple, closure, _, _, unique = kernel.orbit.find_orbit(
+        scene, 1.0 / f, 0.0, 0.0, 300, period_starts(kernel)
     )
     d = kernel.events.initial_direction(plant, law, x_r, v_r, 0.0)
-    one = kernel.orbit.period_map(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
-    return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[4])
+    one = kernel.orbit.period_map(scene, 1.0 / f, kernel.orbit.PeriodState(x_r, v_r, d))
+    return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[2])
 
 
 @pytest.mark.parametrize("beta", [60.0, 6e3, 6e4, 6e5, 6e8])
@@ -246,11 +252,12 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
         2 * math.pi / omega,
     )
     x_r, v_r = found.state[0] + dx, found.state[1] + dv
-    d = 1 if v_r > 0 else -1
-    image = kernel.orbit.period_map(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
+    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    state = kernel.orbit.PeriodState(x_r, v_r, 1 if v_r > 0 else -1)
+    image, events, _ = kernel.orbit.period_map(scene, period, state)
     rate = kernel.orbit.characteristic_rate(plant, period)
-    step = kernel.orbit.newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log)
-    return SimpleNamespace(good=step[0], state=step[1:], image=image[:2], orbit=found.state)
+    good, end = kernel.orbit.newton_step(scene, period, rate, state, image, events)
+    return SimpleNamespace(good=good, state=end[:2], image=image[:2], orbit=found.state)
 
 
 def test_newtons_step_from_beside_an_orbit_lands_on_it(kernel: SimpleNamespace) -> None:
@@ -283,18 +290,18 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
     plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.CoulombLaw(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
-    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
-    x_r, v_r, multiple, closure, periods, _, unique = kernel.orbit.find_orbit(
-        plant, law, waves, 1.0 / f, 0.0, -0.5202476676680174, 5000, *past, log, len(log.n)
+    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    (x_r, v_r, _), multiple, closure, periods, _, unique = kernel.orbit.find_orbit(
+        scene, 1.0 / f, 0.0, -0.5202476676680174, 5000, period_starts(kernel)
     )
     assert (multiple, unique) == (10, True)
     assert closure <= kernel.orbit.STAGNATION_TOLERANCE
     assert periods < 500
     d = kernel.orbit.initial_direction_under_sines(plant, law, waves, x_r, v_r)
-    state, seen = (x_r, v_r, d), []
+    state, seen = kernel.orbit.PeriodState(x_r, v_r, d), []
     for _ in range(10):
-        state = kernel.orbit.period_map(plant, law, waves, 1 / f, *state, log, len(log.n))[:3]
-        seen.append(state[0])
+        state = kernel.orbit.period_map(scene, 1 / f, state)[0]
+        seen.append(state.x_r)
     assert seen[-1] == pytest.approx(x_r, abs=1e-9)
     assert min(abs(x - x_r) for x in seen[:-1]) > 1e-3
 
@@ -305,8 +312,9 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
     plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.CoulombLaw(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
-    x_r, _, multiple, _, periods, _, unique = fast.orbit.find_orbit(
-        plant, law, waves, 1.0, 1.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
+    scene = fast.orbit.SineScene(plant, law, waves, log)
+    (x_r, *_), multiple, _, periods, _, unique = fast.orbit.find_orbit(
+        scene, 1.0, 1.0, 0.0, 5000, period_starts(fast)
     )
     assert (multiple, unique) == (1, True)
     assert periods < 1000
@@ -319,8 +327,9 @@ def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamesp
         fast.model.CoulombLaw(0.3, 0.3),
     )
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
-    *_, multiple, _, periods, _, _ = fast.orbit.find_orbit(
-        plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
+    scene = fast.orbit.SineScene(plant, law, waves, log)
+    _, multiple, _, periods, _, _ = fast.orbit.find_orbit(
+        scene, 1 / 1.6, 0.0, 0.0, 5000, period_starts(fast)
     )
     assert multiple == 0
     assert periods <= 100
@@ -336,10 +345,9 @@ def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> 
     """Return the answers of a block of scenes."""
     answers = np.full((len(scenes), kernel.orbit.ANSWER_COLUMNS), np.nan)
     room = (scenes.shape[1] - kernel.orbit.SINES) // 3 + 1
-    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
     values = np.zeros(kernel.forcing.WAVE_COLUMNS * room)
     kernel.orbit.solve_orbits(
-        scenes, answers, values, *past, FEW, log_of(kernel, capacity), capacity
+        scenes, answers, values, period_starts(kernel), FEW, log_of(kernel, capacity)
     )
     return answers
 
@@ -415,17 +423,18 @@ def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     period, rate, h = 1 / 1.1, 10.0, 1e-7
     d = kernel.orbit.initial_direction_under_sines(plant, law, waves, *start)
 
+    scene = kernel.orbit.SineScene(plant, law, waves, log)
+
     def image(x_r: float, v_r: float) -> np.ndarray:
-        found = kernel.orbit.period_map(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
-        return np.array([found[0], found[1] / rate, found[3]])
+        state = kernel.orbit.PeriodState(x_r, v_r, d)
+        end, events, _ = kernel.orbit.period_map(scene, period, state)
+        return np.array([end.x_r, end.v_r / rate, events])
 
     (x_r, v_r), moving = start, d != 0
     by_x = (image(x_r + h, v_r) - image(x_r - h, v_r)) / (2 * h)
     by_v = (image(x_r, v_r + h * rate) - image(x_r, v_r - h * rate)) / (2 * h)
     events = int(image(x_r, v_r)[2])
-    a, b, c, e = kernel.orbit.period_map_jacobian(
-        plant, law, waves, period, rate, d, events, log
-    )
+    a, b, c, e = kernel.orbit.period_map_jacobian(scene, period, rate, d, events)
     assert (a, c) == pytest.approx(by_x[:2], abs=1e-6)
     if moving and v_r:
         assert (b, e) == pytest.approx(by_v[:2], abs=1e-6)

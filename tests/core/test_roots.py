@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drysim.core.roots import NEVER, keep_in_bracket
+from drysim.core.roots import NEVER
 
 # When a blend of motion and normal force vanishes: against a fine march along the stretch.
 
@@ -27,7 +27,8 @@ def scene(kernel, seed):
         kernel.forcing.set_wave(waves.values, i, 1.0, f, float(random.uniform(0.0, 6.0)))
     kernel.forcing.set_phases(waves, kernel.model.Plant(1.0, w, c), law, 0.0, 0)
     x_r, v_r, g = (float(each) for each in random.normal(0.0, (0.01, 0.1, 2.0)))
-    stretch = kernel.forcing.start_segment(c, w, waves, x_r, v_r, g, 0.0)
+    equation = kernel.forcing.Equation(c, w, g, 0.0)
+    stretch = kernel.forcing.start_segment(equation, waves, x_r, v_r)
     shares = (
         (-law.k_t, 0.0, law.F_fk, 0.0, 2.0, -1.5),
         (0.0, 1.0, 0.0, -1e-3, 0.0, 0.0),
@@ -42,8 +43,7 @@ def scene(kernel, seed):
 
 def value_at(kernel, stretch, waves, law, blend, s):
     """Return the observable at a time of a segment."""
-    state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
-    x, v, _, _ = kernel.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)
+    x, v = kernel.forcing.motion_at(stretch.equation, waves, stretch.x_r, stretch.v_r, s)[:2]
     load, load_d, _ = kernel.forcing.relative_normal_force(law, waves, s)
     value = blend.x * (x - blend.x_0) + blend.v * v + blend.load * load + blend.rate * load_d
     return value + blend.constant + blend.slope * s
@@ -62,8 +62,7 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
         return
     assert abs(value_at(plain, stretch, waves, law, blend, s)) < 1e-13 * scale
     assert t[below[0] - 1] <= s <= t[below[0]]
-    state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
-    found = plain.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)[:2]
+    found = plain.forcing.motion_at(stretch.equation, waves, stretch.x_r, stretch.v_r, s)[:2]
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
     assert plain.roots.first_root(stretch, waves, law, blend, 0, 0.0, 0.999 * s)[0] == math.inf
 
@@ -98,15 +97,11 @@ def test_speed_that_slow_waves_lift_before_zero_does_not_stop(kernel):
         kernel.forcing.set_wave(waves.values, i, A, omega / (2.0 * math.pi), phase)
     plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.CoulombLaw(f, f)
     kernel.forcing.set_phases(waves, plant, law, 0.0, 1)
-    stretch = kernel.forcing.start_segment(0.0, 0.0, waves, 0.0, v, -f, 0.0)
-    state = stretch.x_r, stretch.v_r
-    speeds = [
-        kernel.forcing.motion_at(0.0, 0.0, waves, *state, -f, 0.0, s)[1] for s in range(9)
-    ]
+    equation = kernel.forcing.Equation(0.0, 0.0, -f, 0.0)
+    stretch = kernel.forcing.start_segment(equation, waves, 0.0, v)
+    speeds = [kernel.forcing.motion_at(equation, waves, 0.0, v, s).v_r for s in range(9)]
     assert 0.05 < min(speeds) < 0.08
-    stop, _ = kernel.roots.slip_exit_time(
-        0.0, 0.0, waves, *state, stretch.a, stretch.j, -f, 0.0, 1, 8.0
-    )
+    stop, _ = kernel.roots.slip_exit_time(stretch, waves, 1, 8.0)
     assert stop == math.inf
 
 
@@ -197,10 +192,17 @@ def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
 # Where a guess of a root may be: between its bounds.
 
 
-@pytest.mark.parametrize("guess", [1.0, 3.0, -7.0, math.inf, math.nan])
-def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(guess: float) -> None:
-    assert keep_in_bracket(1.0, 3.0, guess) == 2.0
-    assert keep_in_bracket(1.0, 3.0, 2.5) == 2.5
+@pytest.mark.parametrize("guess", [3.0, 9.0, -7.0, math.inf, math.nan])
+def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(
+    plain: SimpleNamespace, guess: float
+) -> None:
+    def improved(at: float) -> tuple[float, float, float, bool]:
+        # From 1.5, where the value is above zero, a slope of -1 leads to `at`.
+        return plain.roots.safeguarded_newton(1.0, 3.0, 1.5, at - 1.5, -1.0)
+
+    closer = (1.5, 3.0) if guess > 1.5 else (1.0, 1.5)
+    assert improved(guess) == (*closer, 0.5 * sum(closer), False)
+    assert improved(2.5) == (1.5, 3.0, 2.5, False)
 
 
 # Zeros of a Taylor series: what is divided out of it before they are looked for.

@@ -65,9 +65,8 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
     for _ in range(20):
         u_0, slope = rng.normal(), rng.normal() * rate
         x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
-        part = kernel.trajectory.resume_slip_or_stick(
-            plant, law, waves, 0.0, d, (x_r, v_r), (u_0, slope)
-        )
+        base = kernel.modes.SegmentBase(0.0, u_0, slope)
+        part = kernel.trajectory.resume_slip_or_stick(plant, law, waves, d, (x_r, v_r), base)
         scene = law, waves, part
         whole = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, h)
         early = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, 0.3 * h)

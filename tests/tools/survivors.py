@@ -120,11 +120,11 @@ EXPLAINED = {
         "ENDLESS_EVENTS if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
     ("trajectory.py", "steady = w > 1.0 and w - 0.25 * c * c >= UNDERDAMPED_SHARE * w"): SLOWER,
+    ("oscillator.py", "q_14 = -(c * q_13 - w * q_12 / 13.0) / 14.0"): LAST,
     (
         "oscillator.py",
-        "a_14, j_14 = next_factor(c, w, a_13, a_12, -14), next_factor(c, w, j_13, j_12, 14)",
+        "f[10] * a + g[10] * j, f[11] * a + g[11] * j, f[12] * a - g[12] * j,",
     ): LAST,
-    ("oscillator.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
     (
         "sampled.py",
         "beyond = 1.0",
@@ -137,7 +137,7 @@ EXPLAINED = {
     ("trajectory.py", "ramp, g, r, u_0, slope = load_ramp_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
         FIRST
     ),
-    ("orbit.py", "if events <= 0 or events + SINES_LOG_RESERVE >= capacity:"): (
+    ("orbit.py", "if events <= 0 or events + SINES_LOG_RESERVE >= len(log.kind):"): (
         "a log that is full to the last line stands for one that is too small"
     ),
     ("oscillator.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
@@ -161,13 +161,16 @@ EXPLAINED = {
         "taylor.py",
         "return last, step, iterations, StepControl(time_scale, requested, 0, 1.0)",
     ): ("how long to wait before bristles are asked again is chosen for speed"),
-    ("oscillator.py", "dip_factor * (0.25 * c - w * dt) * dt,"): (
+    (
+        "oscillator.py",
+        "steep, fast = dip_factor * dt, dip_factor * (0.25 * c - w * dt) * dt",
+    ): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
     (
         "trajectory.py",
-        "if segment.w * (h - s_turn) * (h - s_turn) < math.pi / math.pi:",
+        "if segment.equation.w * (h - s_turn) * (h - s_turn) < math.pi / math.pi:",
     ): SLOWER,
     ("trajectory.py", "low, high = (0.0, limit) if size <= limit else (limit, math.inf)"): (
         "at the very limit both sides end there"
@@ -189,7 +192,7 @@ EXPLAINED = {
     ): "segments and log have more capacity than a kernel may fill",
     ("trajectory.py", "if t[middle] < at:"): "two segments have one state where they meet",
     ("roots.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
-    ("roots.py", "if now.s - step >= h:"): "what is found behind the end is not told",
+    ("roots.py", "if s - step >= h:"): "what is found behind the end is not told",
     (
         "sampled.py",
         "if v_end > 0.0 and (q[1] >= 0.0 and series_acceleration(q, h) <= 0.0):",

@@ -90,6 +90,7 @@ from drysim.core.model import (
     Totals,
     integrate_base_squares,
 )
+from drysim.core.modes import SegmentBase
 from drysim.core.sampled import march
 from drysim.core.trajectory import (
     STEPS_PER_CHUNK,
@@ -283,10 +284,10 @@ def find_orbit(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Return the periodic orbit reached from a start, as `steady_state.find_orbit` does."""
-    x_r, v_r, multiple, closure, periods, peak, unique = orbit.find_orbit(
-        plant, law, make_waves(motion, law), period, *start[:2], MAX_PERIODS, *period_buffers(),
-        empty_log(LOG_LENGTH), LOG_LENGTH,
-    )  # fmt: skip
+    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    (x_r, v_r, _), multiple, closure, periods, peak, unique = orbit.find_orbit(
+        scene, period, *start[:2], MAX_PERIODS, period_buffers()
+    )
     check_progress(multiple, periods * period, (x_r, v_r))
     return Orbit(
         State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
@@ -313,19 +314,17 @@ def solve_orbits(scenes: Floats) -> Floats:
         as_engine_array(np.ascontiguousarray(scenes)),
         answers,
         as_engine_array(np.zeros(WAVE_COLUMNS * max_waves)),
-        *period_buffers(),
+        period_buffers(),
         MAX_PERIODS,
         empty_log(LOG_LENGTH),
-        LOG_LENGTH,
     )
     return np.asarray(answers)
 
 
-def period_buffers() -> tuple[Any, Any]:
-    """Return buffers for x_r and v_r at the end of the latest periods."""
-    return as_engine_array(np.zeros(orbit.MAX_MULTIPLE)), as_engine_array(
-        np.zeros(orbit.MAX_MULTIPLE)
-    )
+def period_buffers() -> orbit.PeriodStarts:
+    """Return buffers for the states at the start of the latest periods."""
+    x_r, v_r = (as_engine_array(np.zeros(orbit.MAX_MULTIPLE)) for _ in range(2))
+    return orbit.PeriodStarts(x_r, v_r)
 
 
 # Samples: known at every sample and at every event between samples.
@@ -391,10 +390,9 @@ class SampledTrajectory(MarchedTrajectory):
             start, x_r, v_r = float(events.t[i]) - n * dt, float(events.x_r[i]), 0.0
             d = direction_after(int(events.kind[i]))
         slope = (float(block.u_dd[at + 1]) - float(block.u_dd[at])) / dt
-        base, waves = (float(block.u_dd[at]) + slope * start, slope), self.march.waves
-        part = resume_slip_or_stick(
-            self.plant, self.law, waves, n * dt + start, d, (x_r, v_r), base
-        )
+        base = SegmentBase(n * dt + start, float(block.u_dd[at]) + slope * start, slope)
+        waves = self.march.waves
+        part = resume_slip_or_stick(self.plant, self.law, waves, d, (x_r, v_r), base)
         return State(*motion_in_segment(waves, part, t - n * dt - start))
 
     def totals(self, begin: float, end: float) -> Totals:

@@ -86,9 +86,10 @@ from drysim.core.modes import (
     HOLD,
     KernelLaw,
     Mode,
+    SegmentBase,
     Side,
     decode_mode,
-    initial_piecewise_mode,
+    initial_piecewise_state,
 )
 from drysim.core.trajectory import (
     Columns,
@@ -167,10 +168,12 @@ def compute_trajectory(
     waves, base = make_waves(motion, load), as_engine_array(u_dd)
     kernel_law = to_kernel(plant, law)
     scene = Scene(plant, kernel_law, waves, base, dt)
-    u_0, slope = float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt
+    origin = SegmentBase(0.0, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt)
     x_r, v_r = start[:2]
     x_0 = float(start[2]) if len(start) > 2 else x_r
-    xi, x_0, mode = initial_piecewise_mode(plant, kernel_law, waves, u_0, slope, x_r, v_r, x_0)
+    mode, xi, v_r, x_0 = initial_piecewise_state(
+        plant, kernel_law, waves, origin, x_r, v_r, x_0
+    )
     F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * x_r
     # Samples fill large buffers; sines often need little, such as one period of an orbit.
     least = STEPS_PER_CALL if last else INITIAL_STEP_CAPACITY

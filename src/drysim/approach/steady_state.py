@@ -39,9 +39,11 @@ from drysim.core.model import (
     Sines,
 )
 from drysim.core.orbit import (
+    MAX_MULTIPLE,
     MAX_ORBIT_DISTANCE,
     REST_SPREAD,
     SLOW_DECAYS,
+    USUAL_MULTIPLE,
     decay_count,
     fixed_point_offset,
     period_budget,
@@ -302,10 +304,6 @@ def check_attraction(
 
 # Convergence of a motion that is marched period by period.
 
-
-MAX_MULTIPLE, USUAL_MULTIPLE = 64, 8
-"""Longest repetition considered, in periods of the excitation, and the longest one used for
-extrapolation."""
 
 CHANGES_PER_EXTRAPOLATION = 4
 """Changes used for one extrapolation: one more than the state has components."""

@@ -1,4 +1,4 @@
-"""Forcing and motion within a segment: base acceleration, normal force, break-away margin.
+"""Forcing and motion within a segment: base acceleration, normal force, closed-form motion.
 
 Problem
     Within a segment the base acceleration is ü = u_0 + slope·s + Σ A sin(omega s + theta), with
@@ -8,11 +8,10 @@ Problem
 Method
     - The sines ("waves") are rows of a flat table; `set_phases` updates their phases and steady
       responses at the start of a segment.
-    - `motion_at` and `motion_and_snap_at` add the steady response of each wave and the free
-      motion, which starts from the start state less the steady states. Where the time is short
-      or a wave is close to resonance, these two would cancel, and the response from rest
-      (`sine_response`) takes the place of the steady response.
-    - `break_away_margin` is F_fs less the limit force F_L on one side (Eq. (9) of the paper).
+    - `motion_at` adds the steady response of each wave and the free motion, which starts from
+      the start state less the steady states. Where the time is short or a wave is close to
+      resonance, these two would cancel, and the response from rest (`sine_response`) takes the
+      place of the steady response.
     - `mean_squares` integrates ü² and u² of a sum of sines in closed form.
 """
 
@@ -22,7 +21,6 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined
-from drysim.core.events import FORCE_ROUNDING
 from drysim.core.model import CoulombLaw, Plant
 from drysim.core.oscillator import SHORT_SEGMENT, flow, free_response, sine_response
 
@@ -206,32 +204,62 @@ TRANSIENT_DECAYS = 40.0
 e^-40 is below rounding."""
 
 
-class Segment(NamedTuple):
-    """Start of a segment, in one mode, with linear forcing plus waves.
+class Equation(NamedTuple):
+    """x" + c x' + w x = g + r s + waves, at time s of a segment.
 
     Attributes
     ----------
-    c, w, x_r, v_r, g, r : float
-        As in `motion_and_snap_at`.
-    a, j, k : float
-        Acceleration [m/s²], jerk [m/s³] and snap [m/s⁴] at the start.
+    c, w : float
+        As in `flow`.
+    g, r : float
+        Force per mass without the waves at the start [m/s²], and its derivative [m/s³].
     """
 
     c: float
     w: float
+    g: float
+    r: float
+
+
+class Segment(NamedTuple):
+    """Motion in one mode: its equation, and its state and derivatives at the start.
+
+    Attributes
+    ----------
+    equation : Equation
+    x_r, v_r, a, j, k : float
+        As in `Motion`.
+    """
+
+    equation: Equation
     x_r: float
     v_r: float
     a: float
     j: float
     k: float
-    g: float
-    r: float
+
+
+class Motion(NamedTuple):
+    """Relative displacement [m], velocity, acceleration, jerk and snap [m/s⁴] at one time."""
+
+    x_r: float
+    v_r: float
+    a: float
+    j: float
+    k: float
 
 
 @inlined
-def start_segment(c, w, waves, x_r, v_r, g, r):
+def slip_equation(plant, law, d, u_0, slope):
+    """Return the equation of sliding in direction d under ü = u_0 + slope·s plus the waves."""
+    f = d * law.F_fk / plant.m
+    return Equation(plant.b / plant.m, plant.k_x / plant.m, -u_0 - f, -slope)
+
+
+@inlined
+def start_segment(equation, waves, x_r, v_r):
     """Return the segment that starts in this state; waves after `set_phases`."""
-    push, push_d, push_dd = g, r, 0.0
+    push, push_d, push_dd = equation.g, equation.r, 0.0
     for i in range(waves.size):
         at = WAVE_COLUMNS * i
         omega = waves.values[at + OMEGA]
@@ -239,40 +267,26 @@ def start_segment(c, w, waves, x_r, v_r, g, r):
         push -= swing
         push_d -= waves.values[at + A] * omega * waves.values[at + COSINE]
         push_dd += omega * omega * swing
-    a = push - c * v_r - w * x_r
-    j = push_d - c * a - w * v_r
-    return Segment(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
+    a = push - equation.c * v_r - equation.w * x_r
+    j = push_d - equation.c * a - equation.w * v_r
+    return Segment(equation, x_r, v_r, a, j, push_dd - equation.c * j - equation.w * a)
 
 
 @compiled
-def motion_at(c, w, waves, x_r, v_r, g, r, s):
-    """Return x_r, v_r, a and j of `motion_and_snap_at`."""
-    return motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)[:4]
-
-
-@compiled
-def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
-    """Return the motion at time s of a segment.
+def motion_at(equation, waves, x_r, v_r, s):
+    """Return the `Motion` at time s of a segment.
 
     Parameters
     ----------
-    c, w : float
-        As in `flow`.
+    equation : Equation
     waves : Waves
         After `set_phases` at the start of the segment.
     x_r, v_r : float
         State at the start [m, m/s].
-    g, r : float
-        Force per mass without the waves at the start [m/s²], and its derivative [m/s³].
     s : float
         Time since the start [s].
-
-    Returns
-    -------
-    x_r, v_r, a, j, k : float
-        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and snap
-        [m/s⁴].
     """
+    c, w, g, r = equation
     YY = 0.0
     if r == 0.0:
         y, y_d, Y = free_response(c, w, s)
@@ -310,7 +324,7 @@ def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
     v_start = v_r * y_d + p * y + r * Y
     x += x_r + v_r * y + p * Y + r * YY
     j_start = r - c * a_start - w * v_start
-    return x, v + v_start, a + a_start, j + j_start, k - c * j_start - w * a_start
+    return Motion(x, v + v_start, a + a_start, j + j_start, k - c * j_start - w * a_start)
 
 
 @inlined
@@ -337,38 +351,6 @@ def response_from_rest(c, w, values, at, s, y, y_d):
     a = push - c * v - w * x
     j = omega * (from_sine * cosine - from_cosine * omega * sine) - c * a - w * v
     return x, v, a, j, -omega * omega * push - c * j - w * a
-
-
-@compiled
-def break_away_margin(plant, law, waves, x_r, u_0, slope, side, s):
-    """Return the force that is missing for break-away on one side, with two derivatives.
-
-    Parameters
-    ----------
-    side : int
-        +1 where F_L breaks the contact by rising, -1 by falling.
-    s : float
-        Time since the start of the segment [s].
-
-    Returns
-    -------
-    G, G_d, G_dd : float
-        F_fs - side·F_L [N], [N/s], [N/s²], plus the rounding error of F_L. The mass has broken
-        away where G < 0.
-
-    Notes
-    -----
-    Eq. (9) of the paper.
-    """
-    u_dd, rate, second_rate = base_motion(waves, u_0, slope, s)
-    load, load_d, load_dd = relative_normal_force(law, waves, s)
-    F_k = plant.k_x * x_r
-    hold = law.F_fs * load
-    return (
-        hold + FORCE_ROUNDING * (hold + abs(F_k)) - side * (plant.m * u_dd + F_k),
-        law.F_fs * load_d - side * plant.m * rate,
-        law.F_fs * load_dd - side * plant.m * second_rate,
-    )
 
 
 # Mean squares of a base that moves by sines, in closed form.

@@ -57,6 +57,7 @@ from drysim.core.forcing import (
     motion_at,
     relative_normal_force,
     set_phases,
+    slip_equation,
     start_segment,
     unpack_scene,
 )
@@ -72,7 +73,10 @@ from drysim.core.modes import (
     STEADY_BUMPER,
     UNKNOWN,
     Hold,
+    Instant,
     Mode,
+    ModeState,
+    SegmentBase,
     bumper_force,
     chatter_time,
     closing_contact,
@@ -81,6 +85,7 @@ from drysim.core.modes import (
     end_of_hold,
     end_of_yield,
     ends_at_turns,
+    force_rate_bound,
     is_rigid_slip,
     limit_side,
     load_at,
@@ -106,6 +111,7 @@ from drysim.core.oscillator import (
 )
 from drysim.core.roots import (
     NEVER,
+    Stuck,
     break_away_time,
     locate_stop,
     slip_exit_time,
@@ -214,6 +220,7 @@ def march_sines(plant, law, waves, interval, state, log):
     n, t, h, u_0, slope = interval
     begin, x_r, v_r, d, count, closest = state
     capacity = len(log.n)
+    limit = law.F_fs, slope
     just_broke_away = False
     stalled = 0
     while begin < h and (just_broke_away or count + 2 <= capacity):
@@ -222,7 +229,8 @@ def march_sines(plant, law, waves, interval, state, log):
         u_begin = u_0 + slope * begin
         left = h - begin
         if d == 0:
-            stay, d = break_away_time(plant, law, law, waves, x_r, u_begin, slope, slope, left)
+            stuck = Stuck(m, k_x * x_r, u_begin, limit, limit, law.variation, law.omega)
+            stay, d = break_away_time(stuck, waves, left)
             if stay == NEVER:
                 return SlipState(h, x_r, 0.0, 0, count, closest)
             begin = min(begin + stay, h)
@@ -238,10 +246,11 @@ def march_sines(plant, law, waves, interval, state, log):
             a = -(u_dd + c * v_r + w * x_r + d * law.F_fk * load / m)
         just_broke_away = False
         j = -rate - d * law.F_fk * load_d / m - c * a - w * v_r
-        g = -u_begin - d * law.F_fk / m
-        stop, x_stop = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
+        equation = slip_equation(plant, law, d, u_begin, slope)
+        segment = Segment(equation, x_r, v_r, a, j, 0.0)
+        stop, x_stop = slip_exit_time(segment, waves, d, left)
         if stop == NEVER:
-            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, -slope, left)
+            x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
@@ -396,21 +405,21 @@ def march(scene, end, last_length, state, segments, log, capacity):
         length = last_length if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         u_0, t = u_dd[n] + slope * s, n * dt + s
-        equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
-        c, w, g, r, ramp = equation
-        segment = start_segment(c, w, waves, xi, v_r, g, r)
+        base = SegmentBase(t, u_0, slope)
+        equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
+        segment = start_segment(equation, waves, xi, v_r)
         free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
         if mode.bumper == LEAVING:
             # The sum of forces is zero, and its rate leads away from the stop.
-            j = segment.j + c * segment.a
-            segment = Segment(c, w, xi, v_r, 0.0, j, segment.k, g, r)
+            j = segment.j + equation.c * segment.a
+            segment = Segment(equation, xi, v_r, 0.0, j, segment.k)
         elif free:
             d = motion_direction(v_r, segment.a, segment.j)
             if d == -mode.direction:
                 mode = Mode(mode.contact, d, mode.stop, mode.origin, mode.poised, mode.bumper)
-                equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
-                c, w, g, r, ramp = equation
-                segment = start_segment(c, w, waves, xi, v_r, g, r)
+                equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
+                segment = start_segment(equation, waves, xi, v_r)
+        c, w, g, r = equation
         at = record_segment(segments, at, n, s, xi, v_r, x_0, encode_mode(mode))
         left = min(length - s, ramp.left)
         lift = separation_time(law, waves, ramp, t, mode.contact)
@@ -440,9 +449,8 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
             continue
         if mode.direction == AT_REST:
-            stop, direction = rest_exit_time(
-                plant, law, waves, mode, x_0, xi, u_0, slope, ramp, until
-            )
+            state = ModeState(mode, xi, v_r, x_0)
+            stop, direction = rest_exit_time(plant, law, waves, state, base, ramp, until)
             # An exit at the end of the interval is decided in the next one.
             stop = stop if stop < left else NEVER
         else:
@@ -462,8 +470,8 @@ def march(scene, end, last_length, state, segments, log, capacity):
                     j = r - c * a - w * v_r
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
             d = mode.direction if mode.bumper == LEAVING else d
+            segment = Segment(equation, xi, v_r, a, j, segment.k)
             if law.k_t == 0.0 or (turns_end and d != 0):
-                segment = Segment(c, w, xi, v_r, a, j, segment.k, g, r)
                 stop = slip_end_time(segment, waves, d, until)
             if law.k_t > 0.0 and mode.contact == HOLD:
                 hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
@@ -474,14 +482,14 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 )
             if turns_end and d != 0:
                 transition, after = next_stop_transition(
-                    equation, waves, law, mode, xi, v_r, min(stop, change, until)
+                    segment, waves, law, mode, min(stop, change, until)
                 )
         step = min(stop, change, transition, until)
         before = v_r
         if step == change:
             xi, v_r = x, v
         elif mode.direction != AT_REST:
-            xi, v_r, a_carried, _ = motion_at(c, w, waves, xi, v_r, g, r, step)
+            xi, v_r, a_carried, _, _ = motion_at(equation, waves, xi, v_r, step)
             if creeping:
                 v_r, a_carried = velocity_and_acceleration(c, w, before, a, r, step)
             v_r = 0.0 if step == stop else v_r
@@ -528,13 +536,13 @@ def march(scene, end, last_length, state, segments, log, capacity):
                             x_0 = z - contact_force(law, mode, z, x_0, load) / law.k_t
                             contact = HOLD
                         mode = mode_of(contact, d, APART, d)
-                        v_r, mode = rebound(
-                            plant, law, waves, mode, x_0, v_r, slope, ramp, t + step, u, load
-                        )
+                        state = ModeState(mode, xi, v_r, x_0)
+                        rate = force_rate_bound(plant, law, waves, slope, ramp)
+                        v_r, mode = rebound(plant, law, state, Instant(t + step, u, load), rate)
                 elif step == transition:
-                    xi, mode, count = pass_stop(
-                        law, mode, after, xi, then, ends, F_L, log, count
-                    )
+                    xi, mode, kind = pass_stop(mode, after, xi)
+                    if kind != 0:
+                        count = record_event(log, count, then, ends, kind, x_r, F_L)
                 else:
                     mode = mode_of(contact, d, mode.stop, mode.origin)
                 if mode.direction != AT_REST and (step == stop or v_r == 0.0):
@@ -597,12 +605,12 @@ def interval_time(n, s, length, end):
 @compiled
 def slip_end_time(segment, waves, direction, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity."""
-    c, w, x_r, v_r, a, j, _, g, r = segment
     if direction == 0:
         return NEVER
     if waves.size == 0:
+        (c, w, _, r), _, v_r, a, _, _ = segment
         return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-    return slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h)[0]
+    return slip_exit_time(segment, waves, direction, h)[0]
 
 
 @compiled

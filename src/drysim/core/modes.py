@@ -45,7 +45,6 @@ from drysim.core.events import (
     FORCE_ROUNDING,
     RELEASE,
     motion_direction,
-    record_event,
     sign,
 )
 from drysim.core.forcing import (
@@ -57,25 +56,25 @@ from drysim.core.forcing import (
     STEADY_X,
     WAVE_COLUMNS,
     A,
+    Equation,
     base_motion,
     force_rate_bounds,
     motion_at,
     relative_normal_force,
     set_phases,
-    start_segment,
     steady_response,
 )
 from drysim.core.model import MAX_STAGES, CoulombLaw, Plant
 from drysim.core.roots import (
     MAX_BISECTIONS,
     NEVER,
-    RESOLUTION,
     WINDOW_RADIANS,
     Observable,
+    Stuck,
     break_away_time,
     first_root,
-    keep_in_bracket,
     parabola_root,
+    safeguarded_newton,
     slip_exit_time,
     stick_exit_time,
 )
@@ -183,6 +182,23 @@ class Mode(NamedTuple):
     bumper: int
 
 
+class ModeState(NamedTuple):
+    """State of a scene: its mode, xi [m], v_r [m/s], and x_0 [m] as in `mode_equation`."""
+
+    mode: Mode
+    xi: float
+    v_r: float
+    x_0: float
+
+
+class Instant(NamedTuple):
+    """ü [m/s²] and relative normal force [-] at one time [s]."""
+
+    t: float
+    u_dd: float
+    load: float
+
+
 ARRIVAL = -1
 """Code of a record that holds the velocity with which the mass arrives at a stop."""
 
@@ -254,14 +270,12 @@ def coulomb_limits(law, d):
 # The equation of motion in a mode, and the forces.
 
 
-class Equation(NamedTuple):
-    """x" + c x' + w x = g + r s + waves, for x = xi; `ramp` is that of the normal force."""
+class SegmentBase(NamedTuple):
+    """Start of a segment [s], and ü besides the waves there [m/s²] with its rate [m/s³]."""
 
-    c: float
-    w: float
-    g: float
-    r: float
-    ramp: Any
+    t: float
+    u_0: float
+    slope: float
 
 
 QUASI_STATIC_RATIO = 16.0
@@ -270,19 +284,17 @@ quasi-statically."""
 
 
 @compiled
-def mode_equation(plant, law, waves, mode, x_0, u_0, slope, t):
-    """Return the equation of motion of a segment, and set the phases of the waves at its start.
+def mode_equation(plant, law, waves, mode, x_0, base):
+    """Return the equation of a segment and its `LoadRamp`; set the phases of the waves.
 
     Parameters
     ----------
     plant, law, waves, mode
     x_0 : float
         x_r at which an elastic contact carries no force [m].
-    u_0, slope : float
-        ü besides the waves at the start [m/s²], and its rate [m/s³].
-    t : float
-        Start of the segment [s].
+    base : SegmentBase
     """
+    t, u_0, slope = base
     m = plant.m
     effective, z = effective_plant(plant, law, mode), origin_of(law, mode.origin)
     d = mode.contact if abs(mode.contact) == 1 else 0
@@ -308,7 +320,7 @@ def mode_equation(plant, law, waves, mode, x_0, u_0, slope, t):
                 and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** 2 <= w
             ):
                 waves.values[at + STEADY] = 2.0
-    return Equation(effective.b / m, w, g, r, ramp)
+    return Equation(effective.b / m, w, g, r), ramp
 
 
 @compiled
@@ -373,12 +385,13 @@ def wall_side(law, mode, xi):
 
 
 @compiled
-def friction_and_stop_forces(plant, law, mode, x_0, xi, v_r, u_dd, load):
+def friction_and_stop_forces(plant, law, state, u_dd, load):
     """Return the friction force and the force of a stop [N].
 
     At rest against a rigid stop only the sum is determined: friction then carries as much as
     its static limit allows, the stop the rest.
     """
+    mode, xi, v_r, x_0 = state
     x_r = origin_of(law, mode.origin) + xi
     stop = bumper_force(law, mode, xi, v_r)
     sticks = mode.direction == AT_REST and mode.contact == HOLD and law.k_t == 0.0
@@ -400,17 +413,16 @@ LIMIT_TOLERANCE = 1e-14
 
 
 @compiled
-def initial_piecewise_mode(plant, law, waves, u_0, slope, x_r, v_r, x_0):
-    """Return xi, x_0 and the mode at t = 0; parameters as in `mode_equation`.
+def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
+    """Return the `ModeState` at t = 0; parameters as in `mode_equation`.
 
     An elastic contact deflected to its limit, and moving on, yields already, so that no event
     follows at once. One deflected beyond the limit, as rounding of a periodic orbit may
     produce, has yielded: x_0 moves.
     """
     set_phases(waves, plant, coulomb_limits(law, 1), 0.0, 0)
-    ramp = load_ramp_at(law, 0.0)
-    load, load_d = load_at(law, waves, ramp, 0.0)
-    u_dd = base_motion(waves, u_0, slope, 0.0)[0]
+    load, load_d = load_at(law, waves, load_ramp_at(law, 0.0), 0.0)
+    u_dd = base_motion(waves, base.u_0, base.slope, 0.0)[0]
     origin, xi, stop = stop_coordinates(law, x_r, v_r)
     # A normal force that only touches zero does not separate the surfaces.
     lifts = law.step > 0.0 or law.variation > 1.0
@@ -434,7 +446,7 @@ def initial_piecewise_mode(plant, law, waves, u_0, slope, x_r, v_r, x_0):
         mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
     elif law.k_t > 0.0 and not ends_at_turns(law):
         mode = mode_of(contact, UNKNOWN, stop, origin)
-    return xi, x_0, mode
+    return ModeState(mode, xi, v_r, x_0)
 
 
 @compiled
@@ -554,7 +566,7 @@ def end_of_hold(hold, h):
     gap = x_limit * load_at(law, waves, ramp, 0.0)[0] - direction * (segment.x_r - x_0)
     # Most contacts yield within the first half period, in the direction of motion.
     if direction * poised <= 0 and may_reach(segment, direction, gap):
-        searched = min(HALF_SWING_RADIANS / math.sqrt(segment.w), h)
+        searched = min(HALF_SWING_RADIANS / math.sqrt(segment.equation.w), h)
         s, x, v = hold_exit_time(hold, direction, 0.0, searched)
         if s < NEVER:
             return earlier_hold_exit(hold, -direction, 0.0, s, s, x, v)
@@ -563,7 +575,7 @@ def end_of_hold(hold, h):
         side = direction if direction != 0 else 1
         # Search window by window, so that a side that never yields is not searched to the
         # end each time the other one does.
-        fastest = force_rate_bounds(waves, segment.r)[3]
+        fastest = force_rate_bounds(waves, segment.equation.r)[3]
         begin, until = 0.0, min(WINDOW_RADIANS / fastest, h) if fastest > 0.0 else h
         while True:
             s, x, v = hold_exit_time(hold, side, begin, until)
@@ -573,12 +585,13 @@ def end_of_hold(hold, h):
             begin, until = until, min(3.0 * until, h)
     # Peak by peak: `number` counts half periods, and the contact provably holds up to `safe`.
     number, safe = -1 if transient.phase > 0.0 else 0, 0.0
+    band = Band(x_0, x_limit, law.variation, law.omega)
     while safe < h:
         side = transient.side if number % 2 == 0 else -transient.side
         peak = transient.phase / transient.omega + number * transient.half_period
         before = transient.half_period
         if safe > 0.0 or side != poised:
-            before = search_time_before_peak(transient, segment, waves, law, x_0, side, peak)
+            before = search_time_before_peak(transient, hold, side, peak)
         begin, until = max(safe, peak - before), min(peak + transient.half_period, h)
         if before >= 0.0 and begin < until:
             s, x, v = hold_exit_time(hold, side, begin, until)
@@ -587,7 +600,7 @@ def end_of_hold(hold, h):
         number += 1
         if peak >= safe:
             # Skip the peaks of an envelope that stays within the limit.
-            safe = safe_until(transient, segment, waves, law, x_0, x_limit, True, peak, h)
+            safe = safe_until(transient, segment, waves, band, peak, h)
             number = max(
                 number, math.floor((transient.omega * safe - transient.phase) / math.pi)
             )
@@ -636,8 +649,9 @@ def may_reach(segment, direction, gap):
 
     An estimate only: it decides where to search first.
     """
-    lean = direction * segment.a / segment.w
-    return lean + math.sqrt(lean * lean + segment.v_r * segment.v_r / segment.w) >= gap
+    w = segment.equation.w
+    lean = direction * segment.a / w
+    return lean + math.sqrt(lean * lean + segment.v_r * segment.v_r / w) >= gap
 
 
 class Transient(NamedTuple):
@@ -670,7 +684,7 @@ class Transient(NamedTuple):
 @compiled
 def transient_response(segment, waves):
     """Return the transient of a segment; waves after `set_phases` at its start."""
-    c, w, x_r, v_r, _, _, _, g, r = segment
+    (c, w, g, r), x_r, v_r, _, _, _ = segment
     decay, square = 0.5 * c, w - 0.25 * c * c
     none = Transient(0, 0.0, decay, 0.0, 0.0, 0.0, 0.0, 0.0)
     if square < 0.5 * w or w == 0.0:
@@ -692,22 +706,14 @@ def transient_response(segment, waves):
     phase = math.atan2(side * across, side * lag)
     half_period = math.pi / omega
     growth = math.exp(decay * half_period) - 1.0
-    return Transient(
-        side,
-        math.hypot(lag, across),
-        decay,
-        omega,
-        phase,
-        half_period,
-        growth,
-        max_acceleration,
-    )
+    size = math.hypot(lag, across)
+    return Transient(side, size, decay, omega, phase, half_period, growth, max_acceleration)
 
 
 @inlined
 def steady_motion(segment, waves, s):
     """Return x_r and v_r of the steady response at time s of a segment."""
-    c, w, _, _, _, _, _, g, r = segment
+    c, w, g, r = segment.equation
     x, v = (g + r * (s - c / w)) / w, r / w
     for i in range(waves.size):
         at = WAVE_COLUMNS * i
@@ -718,41 +724,47 @@ def steady_motion(segment, waves, s):
     return x, v
 
 
+class Band(NamedTuple):
+    """Displacements [m] within a half width of a center; the width may vary as in `CoulombLaw`.
+
+    The half width at time t is `half_width` times 1 + variation·sin(omega·t + phase).
+    """
+
+    center: float
+    half_width: float
+    variation: float
+    omega: float
+
+
 @compiled
-def safe_until(transient, segment, waves, law, center, x_limit, loaded, begin, h):
-    """Return until when x_r provably stays within x_limit of a center, at most h.
+def safe_until(transient, segment, waves, band, begin, h):
+    """Return until when x_r provably stays within a band, at most h.
 
     Parameters
     ----------
     transient : Transient
         Of the segment, with side != 0.
-    segment, waves, law
+    segment, waves
         Waves after `set_phases` at the start of the segment.
-    center, x_limit : float
-        Center and half width of the interval [m].
-    loaded : bool
-        Whether the half width is proportional to the normal force.
+    band : Band
     begin, h : float
         Time of the segment to begin at, and its length [s].
 
     Notes
     -----
     The clearance between envelope and limit has a second derivative of at least
-    -(max_acceleration + x_limit·variation·omega² + decay²·envelope), and the last term only
+    -(max_acceleration + half_width·variation·omega² + decay²·envelope), and the last term only
     decreases. So a parabola lies below the clearance, and its root is a safe step. The bound
     ends where the envelope meets the limit, which the motion itself need not reach.
     """
-    max_acceleration = transient.max_acceleration + (
-        x_limit * law.variation * law.omega**2 if loaded else 0.0
-    )
+    center, half_width, variation, omega = band
+    max_acceleration = transient.max_acceleration + half_width * variation * omega**2
     s = begin
     while s < h:
         x, v = steady_motion(segment, waves, s)
         left = transient.size * math.exp(-transient.decay * s)
-        clearance, gain = x_limit - left, transient.decay * left
-        if loaded:
-            load, load_d, _ = relative_normal_force(law, waves, s)
-            clearance, gain = x_limit * load - left, gain + x_limit * load_d
+        load, load_d, _ = relative_normal_force(band, waves, s)
+        clearance, gain = half_width * load - left, transient.decay * left + half_width * load_d
         if clearance <= abs(x - center):
             break
         max_curvature = max_acceleration + transient.decay * transient.decay * left
@@ -765,12 +777,11 @@ def safe_until(transient, segment, waves, law, center, x_limit, loaded, begin, h
 
 
 @compiled
-def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
+def search_time_before_peak(transient, hold, side, peak):
     """Return the length of the interval before a peak that must be searched for yielding [s].
 
     At most half a period. Negative if the contact provably holds for half a period before and
-    after the peak. `side` is that of the peak at time `peak` [s]; x_0 is as in
-    `hold_exit_time`.
+    after the peak. `side` is that of the peak at time `peak` [s].
 
     Notes
     -----
@@ -778,6 +789,7 @@ def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
     (exp(decay·h) - 1) |t|/h, and the steady response and the limit change by at most their
     rates and bounds on their accelerations allow. The sum is a parabola in t.
     """
+    segment, waves, law, _, x_0, _ = hold
     half_period, x_limit = transient.half_period, law.up.F_fk / law.k_t
     x, v = steady_motion(segment, waves, peak)
     load, load_d, _ = relative_normal_force(law, waves, peak)
@@ -809,14 +821,13 @@ def end_of_yield(segment, waves, law, ramp, d, h):
     It holds when v_r falls to the rate of the limit over k_t; with constant normal force, when
     the mass stops.
     """
-    c, w, x_r, v_r, a, j, _, g, r = segment
     if law.variation > 0.0 or law.step > 0.0:
         share = law.up.F_fk / law.k_t
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
         return first_root(segment, waves, law, excess, 0, 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
-        return 0.0, x_r, v_r
-    stop, x = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h)
+        return 0.0, segment.x_r, segment.v_r
+    stop, x = slip_exit_time(segment, waves, d, h)
     return stop, x, 0.0
 
 
@@ -824,46 +835,37 @@ def end_of_yield(segment, waves, law, ramp, d, h):
 
 
 @compiled
-def arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until):
+def arrival_time(segment, waves, d, distance, until):
     """Return when within [0, until] xi, moving in direction d, is at d·distance; or infinity.
 
-    Parameters
-    ----------
-    c, w, waves, v_r, g, r
-        As in `motion_at`, with xi for x_r. The velocity does not change its sign up to `until`.
-    distance : float
-        Target position, in the direction of motion [m].
+    The velocity does not change its sign up to `until` [s]; `distance` is the target position
+    in the direction of motion [m].
     """
+    equation, xi, v_r = segment.equation, segment.x_r, segment.v_r
     gap = distance - d * xi
     if gap <= 0.0:
         return 0.0
-    rest = distance - d * motion_at(c, w, waves, xi, v_r, g, r, until)[0]
+    rest = distance - d * motion_at(equation, waves, xi, v_r, until).x_r
     if rest > 0.0:
         return NEVER
     low, high = 0.0, until
     s = until * (gap / (gap - rest))
     for _ in range(MAX_BISECTIONS):
-        x, v, _, _ = motion_at(c, w, waves, xi, v_r, g, r, s)
-        gap = distance - d * x
-        low, high = (s, high) if gap > 0.0 else (low, s)
-        step = gap / (d * v) if d * v > 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s = keep_in_bracket(low, high, s + step)
-        if not low < s < high:
-            return high
+        now = motion_at(equation, waves, xi, v_r, s)
+        gap, speed = distance - d * now.x_r, d * now.v_r
+        low, high, s, done = safeguarded_newton(low, high, s, gap, -speed)
+        if done:
+            break
     return s
 
 
 @compiled
-def bumper_zero_time(equation, waves, law, xi, v_r, mode, side, h):
+def bumper_zero_time(segment, waves, law, mode, side, h):
     """Return when within [0, h] the force of a bumper, times a sign, is zero, or infinity.
 
     Parameters
     ----------
-    equation : Equation
-    xi, v_r : float
-        State at the start.
+    segment, waves, law
     mode : Mode
         Touching the bumper, or released from it.
     side : int
@@ -877,56 +879,58 @@ def bumper_zero_time(equation, waves, law, xi, v_r, mode, side, h):
     stiffness, offset = bumper_line(law, stage)
     at_zero = mode.bumper == BUMPER_AT_ZERO
     constant = -side * own * offset
-    if not at_zero and side * (stiffness * xi + law.b_s * v_r) + constant <= 0.0:
+    if (
+        not at_zero
+        and side * (stiffness * segment.x_r + law.b_s * segment.v_r) + constant <= 0.0
+    ):
         return 0.0
     force = Observable(0.0, side * stiffness, side * law.b_s, 0.0, 0.0, constant, 0.0)
-    c, w, g, r, _ = equation
-    segment = start_segment(c, w, waves, xi, v_r, g, r)
     return first_root(segment, waves, law, force, 1 if at_zero else 0, 0.0, h)[0]
 
 
 @compiled
-def next_stop_transition(equation, waves, law, mode, xi, v_r, until):
+def next_stop_transition(segment, waves, law, mode, until):
     """Return when the mass reaches or leaves a stop or a stage of it, else infinity.
 
     Returns also the state at the stops that follows. The velocity keeps its sign up to `until`
     [s].
     """
-    c, w, g, r, _ = equation
     d, z = mode.direction, origin_of(law, mode.origin)
     if mode.stop == APART:
         distance = side_of(law, d).limit - d * z
         if distance == NEVER:
             return NEVER, APART
-        return arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until), d
+        return arrival_time(segment, waves, d, distance, until), d
     side, stage = sign(mode.stop), abs(mode.stop)
     if side == d:
         begin = law.begins[stage] if stage < MAX_STAGES else NEVER
         if begin == NEVER:
             return NEVER, mode.stop
-        return arrival_time(c, w, waves, xi, v_r, g, r, d, begin, until), side * (stage + 1)
+        return arrival_time(segment, waves, d, begin, until), side * (stage + 1)
     # A released bumper is ahead of a mass that moves outwards, so this one moves inwards.
     released = stage > RELEASED
     stage -= RELEASED if released else 0
     force, passed = NEVER, NEVER
     if released or law.b_s > 0.0:
         lost = -side if released else side
-        force = bumper_zero_time(equation, waves, law, xi, v_r, mode, lost, until)
+        force = bumper_zero_time(segment, waves, law, mode, lost, until)
     if released or law.b_s == 0.0 or stage > 1:
         begin = -law.begins[stage - 1]
-        passed = arrival_time(c, w, waves, xi, v_r, g, r, d, begin, min(force, until))
+        passed = arrival_time(segment, waves, d, begin, min(force, until))
     if passed < force:
         return passed, APART if stage == 1 else mode.stop - side
     return force, side * (stage if released else stage + RELEASED)
 
 
 @compiled
-def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
+def rest_exit_time(plant, law, waves, state, base, ramp, left):
     """Return when a mass at rest breaks away, or infinity, and in which direction.
 
     A rigid contact sticks up to its static limit. Against a rigid stop the mass rests as long
     as the sum of the other forces presses it there.
     """
+    mode, xi, _, x_0 = state
+    _, u_0, slope = base
     x_r = origin_of(law, mode.origin) + xi
     pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
     wall = wall_side(law, mode, xi)
@@ -937,54 +941,49 @@ def rest_exit_time(plant, law, waves, mode, x_0, xi, u_0, slope, ramp, left):
     elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
         # F_L stays 0, and no limit is exceeded even where it vanishes.
         return NEVER, 0
-    # The pull is constant at rest: pass it as the extension of a spring of 1 N/m.
-    one, wave = Plant(plant.m, 1.0, 0.0), (law.variation, law.omega, law.phase)
-    rising = CoulombLaw(0.0, hold_down * ramp.load, *wave)
-    falling = CoulombLaw(0.0, hold_up * ramp.load, *wave)
-    rise = slope - hold_down * ramp.rate / plant.m
-    fall = slope + hold_up * ramp.rate / plant.m
-    if wall > 0:
-        return stick_exit_time(one, rising, waves, pull, u_0, rise, wall, 0.0, left), -1
-    if wall < 0:
-        return stick_exit_time(one, falling, waves, pull, u_0, fall, wall, 0.0, left), 1
-    return break_away_time(one, rising, falling, waves, pull, u_0, rise, fall, left)
+    rising = hold_down * ramp.load, slope - hold_down * ramp.rate / plant.m
+    falling = hold_up * ramp.load, slope + hold_up * ramp.rate / plant.m
+    stuck = Stuck(plant.m, pull, u_0, rising, falling, law.variation, law.omega)
+    if wall != 0:
+        return stick_exit_time(stuck, waves, wall, 0.0, left), -wall
+    return break_away_time(stuck, waves, left)
 
 
 # End stops: resets.
 
 
 @compiled
-def pass_stop(law, mode, after, xi, n, s, F_L, log, count):
-    """Return xi, mode and event count after a change of the state at a bumper."""
-    d, origin = mode.direction, origin_of(law, mode.origin)
+def pass_stop(mode, after, xi):
+    """Return xi and mode after a change of the state at a bumper, and the event kind or 0."""
+    d, kind = mode.direction, 0
     touched, touches = 0 < abs(mode.stop) <= RELEASED, 0 < abs(after) <= RELEASED
     if abs(after) > RELEASED and d * xi >= 0.0:
         after = APART
     if touched and not touches:
-        count = record_event(log, count, n, s, d * RELEASE, origin + xi, F_L)
+        kind = d * RELEASE
     elif touches and not touched:
-        count = record_event(log, count, n, s, d * CONTACT, origin + xi, F_L)
+        kind = d * CONTACT
     if after == APART:
-        return 0.0, mode_of(mode.contact, d, APART, mode.origin), count
+        return 0.0, mode_of(mode.contact, d, APART, mode.origin), kind
     at_zero = BUMPER_AT_ZERO if touched != touches else STEADY_BUMPER
-    return xi, Mode(mode.contact, d, after, mode.origin, 0, at_zero), count
+    return xi, Mode(mode.contact, d, after, mode.origin, 0, at_zero), kind
 
 
 @compiled
-def rebound(plant, law, waves, mode, x_0, v_r, slope, ramp, t, u_dd, load):
+def rebound(plant, law, state, now, rate):
     """Return v_r and mode after an impact on a rigid stop, at which the mode measures xi.
 
     Parameters
     ----------
-    v_r : float
-        Velocity before the impact [m/s], towards the stop.
-    slope, ramp : float, LoadRamp
-        Rate of ü besides the waves [m/s³], and the normal force of the segment.
-    t : float
-        Time of the impact [s].
-    u_dd, load : float
-        ü [m/s²] and relative normal force at the impact.
+    plant, law
+    state : ModeState
+        Before the impact.
+    now : Instant
+        Of the impact.
+    rate : float
+        Bound on the rate of the force per mass [m/s³].
     """
+    mode, _, v_r, x_0 = state
     side = mode.origin
     contact = mode.contact
     if law.k_t == 0.0 and contact != FREE:
@@ -993,17 +992,17 @@ def rebound(plant, law, waves, mode, x_0, v_r, slope, ramp, t, u_dd, load):
     apart = mode_of(contact, -side, APART, side)
     if speed == 0.0:
         return 0.0, apart
-    if is_unresolved_chatter(plant, law, waves, apart, x_0, slope, ramp, u_dd, load, t, speed):
+    if is_unresolved_chatter(plant, law, ModeState(apart, 0.0, speed, x_0), now, rate):
         rest = HOLD if law.k_t == 0.0 and contact != FREE else contact
         return -side * speed, Mode(rest, AT_REST, APART, side, 0, CHATTERING)
     return -side * speed, apart
 
 
 @compiled
-def is_unresolved_chatter(plant, law, waves, mode, x_0, slope, ramp, u_dd, load, t, v):
+def is_unresolved_chatter(plant, law, state, now, rate):
     """Return whether all further rebounds are below the resolution of x_r and end at rest.
 
-    Parameters as in `rebound`, with the speed v after the impact [m/s].
+    Parameters as in `rebound`, after the impact, with the speed for v_r.
 
     Notes
     -----
@@ -1011,15 +1010,22 @@ def is_unresolved_chatter(plant, law, waves, mode, x_0, slope, ramp, u_dd, load,
     force provably presses the mass against the stop until the last flight ends, see
     `chatter_time`. The motion afterwards is then the same to the last bit.
     """
-    p, q = return_accelerations(plant, law, mode, x_0, u_dd, load)
+    mode, _, v, x_0 = state
+    p, q = return_accelerations(plant, law, mode, x_0, now.u_dd, now.load)
     if p <= 0.0:
         return False
     whole, flight = chatter_time(law, p, q, v)
     x_r = abs(origin_of(law, mode.origin))
-    if x_r - v * v / (2.0 * p) != x_r and t + flight != t:
+    if x_r - v * v / (2.0 * p) != x_r and now.t + flight != now.t:
         return False
+    return q <= 0.0 or rate * whole < q
+
+
+@compiled
+def force_rate_bound(plant, law, waves, slope, ramp):
+    """Return a bound on the rate of the force per mass in a segment [m/s³]."""
     drift = max(law.up.F_fk, law.down.F_fk) * abs(ramp.rate) / plant.m
-    return q <= 0.0 or (force_rate_bounds(waves, slope)[0] + drift) * whole < q
+    return force_rate_bounds(waves, slope)[0] + drift
 
 
 @compiled
@@ -1058,22 +1064,14 @@ def chatter_time(law, p, q, v):
 
 
 @compiled
-def chatter_mean_square(plant, law, mode, x_0, p, q, load):
+def chatter_mean_square(u_dd, side, p, q):
     """Return the mean square of x" over all flights of a chatter at a stop [m²/s⁴].
 
     Of each flight, the share √q/(√p + √q) moves away: 1/p of 1/p + 1/√(p q). Friction changes
-    sign at the turning point.
+    sign at the turning point. `side` is that of the stop.
     """
-    side = mode.origin
-    x_r = origin_of(law, side)
-    pull = side * plant.k_x * x_r
-    away, back = side_of(law, -side).F_fk * load, side_of(law, side).F_fk * load
-    if law.k_t > 0.0 or mode.contact == FREE:
-        pull += side * contact_force(law, mode, x_r, x_0, load)
-        away = back = 0.0
     share = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
-    moving_away, moving_back = (pull - away) / plant.m, (pull + back) / plant.m
-    return share * moving_away**2 + (1.0 - share) * moving_back**2
+    return share * (u_dd + side * p) ** 2 + (1.0 - share) * (u_dd + side * q) ** 2
 
 
 # Varying normal force, and its zeros.

@@ -31,8 +31,9 @@ Systems (2004), for saltation matrices and the Poincaré map of systems with fri
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, merged
+from drysim.core.compile import compiled, inlined, merged
 from drysim.core.events import direction_after, initial_direction
 from drysim.core.forcing import (
     OMEGA,
@@ -89,8 +90,60 @@ INTERVAL, NO_EVENTS, ONE_EVENT = 0, 0, 1
 pass them by `int`, because numba compiles a kernel anew for each literal integer."""
 
 
+class SineScene(NamedTuple):
+    """Oscillator, law and waves of a scene, and the log that takes the events of a period."""
+
+    plant: Any
+    law: Any
+    waves: Any
+    log: Any
+
+
+class PeriodState(NamedTuple):
+    """State between two periods: x_r [m], v_r [m/s], direction of sliding (0 when stuck)."""
+
+    x_r: float
+    v_r: float
+    d: int
+
+
+class PeriodStarts(NamedTuple):
+    """States at the start of the latest periods: arrays of shape (MAX_MULTIPLE,)."""
+
+    x_r: Any
+    v_r: Any
+
+
+class FoundOrbit(NamedTuple):
+    """What the search for a periodic orbit found.
+
+    Attributes
+    ----------
+    state : PeriodState
+        At the start of the repetition.
+    multiple : int
+        Excitation periods per repetition; 0 if not converged, -1 if events recur without
+        progress in time.
+    closure : float
+        Closure residual: largest scaled change over the repetition [-].
+    periods : int
+        Periods solved.
+    peak : float
+        Largest |x_r| during the run-up [m].
+    unique : bool
+        Whether the orbit attracts its neighbours; false if it is one of a continuum.
+    """
+
+    state: PeriodState
+    multiple: int
+    closure: float
+    periods: int
+    peak: float
+    unique: bool
+
+
 @compiled
-def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
+def solve_orbits(scenes, answers, values, past, most, log):
     """Find and measure the periodic orbit of every scene.
 
     Parameters
@@ -100,34 +153,33 @@ def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
     answers : array, shape (n, ANSWER_COLUMNS)
         Written.
     values : array, shape (WAVE_COLUMNS (sines + 1),)
-        Work space, as are `past_x`, `past_v` and the log of length `capacity`.
+        Work space, as are `past` and `log`.
+    past : PeriodStarts
     most : int
         Number of periods after which a scene counts as not converged.
+    log : EventLog
     """
     for i in range(len(scenes)):
-        scene, answer = scenes[i], answers[i]
-        plant, law = plant_and_law(scene)
-        waves = scene_waves(scene, values, law)
-        x_r, v_r, multiple, closure, periods, peak, unique = find_orbit(
-            plant, law, waves, scene[PERIOD], scene[X_R], scene[V_R], most, past_x, past_v,
-            log, capacity,
-        )  # fmt: skip
-        answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), closure
-        answer[RUN_UP], answer[RUN_UP_PEAK] = periods * scene[PERIOD], peak
+        row, answer = scenes[i], answers[i]
+        plant, law = plant_and_law(row)
+        scene = SineScene(plant, law, scene_waves(row, values, law), log)
+        found = find_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
+        state, multiple = found.state, found.multiple
+        answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), found.closure
+        answer[RUN_UP], answer[RUN_UP_PEAK] = found.periods * row[PERIOD], found.peak
         answer[TIME] = answer[RUN_UP]
         if multiple < 0:
             answer[STATUS] = ENDLESS_EVENTS
-        elif not (math.isfinite(x_r) and math.isfinite(v_r)):
+        elif not (math.isfinite(state.x_r) and math.isfinite(state.v_r)):
             answer[STATUS] = OVERFLOW
         elif multiple == 0:
             answer[STATUS] = NOT_CONVERGED
-        elif not unique:
+        elif not found.unique:
             answer[STATUS] = NOT_UNIQUE
         else:
-            length = answer[MULTIPLE] * scene[PERIOD]
             answer[STATUS] = CONVERGED
-            limits = StrokeLimits(scene[UP], scene[DOWN])
-            measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, answer)
+            length, limits = answer[MULTIPLE] * row[PERIOD], StrokeLimits(row[UP], row[DOWN])
+            measure_orbit(scene, state.x_r, state.v_r, length, limits, answer)
 
 
 @compiled
@@ -144,8 +196,9 @@ def scene_waves(scene, values, law):
 
 
 @merged
-def measure_orbit(plant, law, waves, x_r, v_r, length, limits, log, capacity, answer):
+def measure_orbit(scene, x_r, v_r, length, limits, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
+    plant, law, waves, log = scene
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
     log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
     interval = Interval(int(INTERVAL), 0.0, length, 0.0, 0.0)
@@ -216,45 +269,26 @@ failure."""
 
 
 @merged
-def find_orbit(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacity):
-    """Return the periodic orbit to which the motion from a start converges.
+def find_orbit(scene, period, x_r, v_r, most, past):
+    """Return the `FoundOrbit` to which the motion from a start converges.
 
-    Parameters as in `iterate_period_map`. Without dry friction the linear steady state replaces
-    the start.
-
-    Returns
-    -------
-    x_r, v_r, multiple, closure, periods, peak
-        As in `iterate_period_map`.
-    unique : bool
-        Whether the orbit attracts its neighbours; false if it is one of a continuum.
+    Without dry friction the linear steady state replaces the start. The last two parameters are
+    those of `solve_orbits`.
     """
+    plant, law, waves, _ = scene
     if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
         x_r, v_r = linear_steady_state(plant, waves)
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
-    x_r, v_r, d, multiple, closure, periods, peak = iterate_period_map(
-        plant,
-        law,
-        waves,
-        period,
-        x_r,
-        v_r,
-        d,
-        period_budget(plant, period, most),
-        past_x,
-        past_v,
-        log,
-        capacity,
+    state, multiple, closure, periods, peak = iterate_period_map(
+        scene, period, PeriodState(x_r, v_r, d), period_budget(plant, period, most), past
     )
     unique = True
     length = multiple * period
     if multiple > 0 and decay_count(plant, length) < SLOW_DECAYS:
-        unique, distance = uniqueness_and_distance(
-            plant, law, waves, length, x_r, v_r, d, log, capacity
-        )
+        unique, distance = uniqueness_and_distance(scene, length, state)
         if distance > MAX_ORBIT_DISTANCE:
             multiple = 0
-    return x_r, v_r, multiple, closure, periods, peak, unique
+    return FoundOrbit(state, multiple, closure, periods, peak, unique)
 
 
 @compiled
@@ -285,76 +319,50 @@ def linear_steady_state(plant, waves):
 
 
 @merged
-def iterate_period_map(
-    plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
-):
+def iterate_period_map(scene, period, state, most, past):
     """Iterate the period map from a start to a periodic orbit, with Newton steps near it.
 
-    Parameters
-    ----------
-    plant, law, waves
-    period : float
-        Period of the excitation [s].
-    x_r, v_r, d
-        State at t = 0 [m, m/s] and direction of sliding.
-    most : int
-        Number of periods after which the scene counts as not converged.
-    past_x, past_v : array, shape (MAX_MULTIPLE,)
-        Work space: states at the start of the latest periods.
-    log : EventLog
-        Work space.
-    capacity : int
-        Length of the log.
-
-    Returns
-    -------
-    x_r, v_r, d
-        State at the start of the repetition.
-    multiple : int
-        Excitation periods per repetition; 0 if not converged, -1 if events recur without
-        progress in time.
-    closure : float
-        Closure residual: largest scaled change over the repetition [-].
-    periods : int
-        Periods solved.
-    peak : float
-        Largest |x_r| during the run-up [m].
+    `most` is the number of periods after which the scene counts as not converged. Returns the
+    first five values of `FoundOrbit`.
     """
-    rate = characteristic_rate(plant, period)
-    highest = abs(x_r)
+    law = scene.law
+    rate = characteristic_rate(scene.plant, period)
+    highest = abs(state.x_r)
     events_before = -1
     step_before = math.inf
     smallest = math.inf
     smallest_at = 0
     wait, pause = 0, NEWTON_PAUSE
     refined = False
-    fallback_x, fallback_v, fallback_d = x_r, v_r, d
+    fallback = state
     closure = math.inf
     for n in range(most):
-        past_x[n % MAX_MULTIPLE] = x_r
-        past_v[n % MAX_MULTIPLE] = v_r
-        d_before, x_before, v_before = d, x_r, v_r
-        image = period_map(plant, law, waves, period, x_r, v_r, d, log, capacity)
-        x_r, v_r, d, events, peak = image
+        past.x_r[n % MAX_MULTIPLE] = state.x_r
+        past.v_r[n % MAX_MULTIPLE] = state.v_r
+        before = state
+        state, events, peak = period_map(scene, period, before)
         if events < 0:
-            return x_r, v_r, d, -1, closure, n + 1, highest
-        step = max(abs(x_r - x_before), abs(v_r - v_before) / rate)
+            return state, -1, closure, n + 1, highest
+        step = state_change(state, before.x_r, before.v_r, rate)
         same_events = (
-            events == events_before and d == d_before and events + SINES_LOG_RESERVE <= capacity
+            events == events_before
+            and state.d == before.d
+            and events + SINES_LOG_RESERVE <= len(scene.log.kind)
         )
         if refined and not (same_events and step < NEWTON_REDUCTION * step_before):
             # The Newton step failed: resume the iteration from the last state of its own.
-            x_r, v_r, d = fallback_x, fallback_v, fallback_d
+            state = fallback
             for i in range(MAX_MULTIPLE):
-                past_x[i] = math.inf
+                past.x_r[i] = math.inf
             refined, wait, pause = False, pause, 2 * pause
             continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0
         # Compare with the states 1, 2, ... periods before: the shortest repetition counts.
-        for multiple in range(1, min(n + 1, USUAL_MULTIPLE) + 1):
+        longest = MAX_MULTIPLE if (n + 1) % LONG_MULTIPLE_INTERVAL == 0 else USUAL_MULTIPLE
+        for multiple in range(1, min(n + 1, longest) + 1):
             i = (n + 1 - multiple) % MAX_MULTIPLE
-            change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate) / scale
+            change = state_change(state, past.x_r[i], past.v_r[i], rate) / scale
             closure = change if multiple == 1 else min(closure, change)
             if multiple == 1 and change < smallest:
                 smallest, smallest_at = change, n
@@ -366,58 +374,25 @@ def iterate_period_map(
             # A closed repetition of k > 1 periods requires a change within a single period.
             is_distinct = multiple == 1 or step > STAGNATION_TOLERANCE * scale
             if is_distinct and (change <= CLOSURE_TOLERANCE or stagnant):
-                return x_r, v_r, d, multiple, change, n + 1, highest
-        if (n + 1) % LONG_MULTIPLE_INTERVAL == 0 and step > STAGNATION_TOLERANCE * scale:
-            limit = (
-                STAGNATION_TOLERANCE
-                if n - smallest_at > STAGNATION_PERIODS
-                else CLOSURE_TOLERANCE
-            )
-            multiple, change = find_long_multiple(
-                past_x, past_v, n, x_r, v_r, rate, limit * scale
-            )
-            if multiple > 0:
-                return x_r, v_r, d, multiple, change / scale, n + 1, highest
+                return state, multiple, change, n + 1, highest
         wait -= 1
         if wait <= 0 and step < NEWTON_RADIUS * scale and same_events:
             # With F_fs > F_fk the rest position depends on the path. A failed sequence of
             # Newton steps must then not change the state from which the iteration resumes.
             if not refined or law.F_fs <= law.F_fk:
-                fallback_x, fallback_v, fallback_d = x_r, v_r, d
-            refined, x_r, v_r = newton_step(
-                plant, law, waves, period, rate, x_before, v_before, d, image, log
-            )
+                fallback = state
+            refined, state = newton_step(scene, period, rate, before, state, events)
             if not refined:
                 wait = NEWTON_PAUSE
         step_before = step
         events_before = events
-    return x_r, v_r, d, 0, closure, most, highest
+    return state, 0, closure, most, highest
 
 
-@compiled
-def find_long_multiple(past_x, past_v, n, x_r, v_r, rate, limit):
-    """Return the shortest repetition above `USUAL_MULTIPLE` that closes, and its change.
-
-    Parameters
-    ----------
-    past_x, past_v : array, shape (MAX_MULTIPLE,)
-        States at the start of the latest periods; period n ends in state x_r, v_r.
-    limit : float
-        Largest change of x_r and v_r/rate that counts as closed [m].
-
-    Returns
-    -------
-    multiple : int
-        Repetition in periods, 0 for none.
-    change : float
-        Its change [m].
-    """
-    for multiple in range(USUAL_MULTIPLE + 1, min(n + 1, MAX_MULTIPLE) + 1):
-        i = (n + 1 - multiple) % MAX_MULTIPLE
-        change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate)
-        if change <= limit:
-            return multiple, change
-    return 0, math.inf
+@inlined
+def state_change(state, x_r, v_r, rate):
+    """Return the larger of the changes of x_r and of v_r/rate from another state [m]."""
+    return max(abs(state.x_r - x_r), abs(state.v_r - v_r) / rate)
 
 
 # Distance of a slowly changing motion from its orbit.
@@ -470,7 +445,7 @@ def period_budget(plant, period, most):
 
 
 @merged
-def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacity):
+def uniqueness_and_distance(scene, length, state):
     """Return whether an orbit is isolated, and the distance of the motion from it.
 
     Returns
@@ -482,16 +457,15 @@ def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacit
     left : float
         Sum of all further changes of the state, relative to the largest |x_r| [-].
     """
-    x_end, v_end, _, events, peak = period_map(
-        plant, law, waves, length, x_r, v_r, d, log, capacity
-    )
-    if events <= 0 or events + SINES_LOG_RESERVE > capacity:
+    plant, log = scene.plant, scene.log
+    end, events, peak = period_map(scene, length, state)
+    if events <= 0 or events + SINES_LOG_RESERVE > len(log.kind):
         return True, 0.0
-    if d == 0 and event_spread(log, events, x_r) <= REST_SPREAD * peak:
+    if state.d == 0 and event_spread(log, events, state.x_r) <= REST_SPREAD * peak:
         return True, 0.0
     rate = characteristic_rate(plant, length)
-    a, b, c, e = period_map_jacobian(plant, law, waves, length, rate, d, events, log)
-    gap_x, gap_v = x_end - x_r, v_end - v_r
+    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, events)
+    gap_x, gap_v = end.x_r - state.x_r, end.v_r - state.v_r
     if plant.k_x == 0.0:
         a, b, gap_x = 0.0, 0.0, 0.0
     # Written so that a NaN counts as not contracting.
@@ -519,18 +493,20 @@ isolated."""
 
 
 @compiled
-def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
+def period_map(scene, period, state):
     """Propagate a state through one period.
 
     Returns
     -------
-    x_r, v_r, d
+    state : PeriodState
         State at the end of the period.
     events : int
         Number of events; negative if they recur without progress in time.
     peak : float
         Largest |x_r| at an event or at an end of the period [m].
     """
+    plant, law, waves, log = scene
+    x_r, v_r, d = state
     begin = 0.0
     events = 0
     peak = abs(x_r)
@@ -539,11 +515,11 @@ def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
         state = SlipState(begin, x_r, v_r, d, int(NO_EVENTS), math.inf)
         begin, x_r, v_r, d, count, _ = march_sines(plant, law, waves, interval, state, log)
         if count < 0:
-            return x_r, v_r, d, -1, peak
+            return PeriodState(x_r, v_r, d), -1, peak
         for i in range(count):
             peak = max(peak, abs(log.x_r[i]))
         events += count
-    return x_r, v_r, d, events, max(peak, abs(x_r))
+    return PeriodState(x_r, v_r, d), events, max(peak, abs(x_r))
 
 
 @compiled
@@ -553,25 +529,25 @@ def characteristic_rate(plant, period):
 
 
 @merged
-def newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log):
+def newton_step(scene, period, rate, before, image, events):
     """Take one Newton step from a state with known image under `period_map` to a fixed point.
 
     Returns
     -------
     good : bool
         Whether the map contracts there, so that the new state is trusted.
-    x_r, v_r : float
+    state : PeriodState
         The new state; the image if it is not trusted.
     """
-    a, b, c, e = period_map_jacobian(plant, law, waves, period, rate, d, image[3], log)
+    a, b, c, e = period_map_jacobian(scene, period, rate, image.d, events)
     if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
-        return False, image[0], image[1]
-    step_x, step_v = fixed_point_offset(a, b, c, e, rate, image[0] - x_r, image[1] - v_r)
-    x_r += step_x
-    v_r += step_v
-    if d != 0 and d * v_r <= 0.0:
-        return False, image[0], image[1]
-    return True, x_r, v_r
+        return False, image
+    gap_x, gap_v = image.x_r - before.x_r, image.v_r - before.v_r
+    step_x, step_v = fixed_point_offset(a, b, c, e, rate, gap_x, gap_v)
+    x_r, v_r = before.x_r + step_x, before.v_r + step_v
+    if image.d != 0 and image.d * v_r <= 0.0:
+        return False, image
+    return True, PeriodState(x_r, v_r, image.d)
 
 
 @compiled
@@ -599,7 +575,7 @@ def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
 
 
 @compiled
-def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
+def period_map_jacobian(scene, period, rate, d, events):
     """Return the Jacobian of the period map at a state, from the events of one period.
 
     `period_map` has written the events to the log; the period starts in direction d. `rate` is
@@ -617,6 +593,7 @@ def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
     event that comes later by tau shifts a neighbouring solution, seen at the same time, by the
     jump of the acceleration times tau.
     """
+    plant, law, waves, log = scene
     damping = plant.b / plant.m
     w = plant.k_x / plant.m
     a, c, b, e = 1.0, 0.0, 0.0, 1.0 if d != 0 else 0.0

@@ -308,112 +308,63 @@ MAX_CHEBYSHEV_ROUNDS = 8
 
 
 class SeriesFactors(NamedTuple):
-    """Factors of acceleration (a) and jerk (j) in the coefficients q_3 to q_9 of v(s).
+    """Factors of acceleration (a) and jerk (j) in the coefficients q_3 to q_15 of v(s).
 
-    With linear forcing, q_n = a_n·a(0) + j_n·j(0) for n >= 3.
+    With linear forcing, q_n = a[n - 3]·a(0) + j[n - 3]·j(0) for n >= 3.
     """
 
-    a_3: float
-    j_3: float
-    a_4: float
-    j_4: float
-    a_5: float
-    j_5: float
-    a_6: float
-    j_6: float
-    a_7: float
-    j_7: float
-    a_8: float
-    j_8: float
-    a_9: float
-    j_9: float
-
-
-class HigherSeriesFactors(NamedTuple):
-    """Factors of acceleration (a) and jerk (j) in the coefficients q_10 to q_15 of v(s)."""
-
-    a_10: float
-    j_10: float
-    a_11: float
-    j_11: float
-    a_12: float
-    j_12: float
-    a_13: float
-    j_13: float
-    a_14: float
-    j_14: float
-    a_15: float
-    j_15: float
+    a: tuple[float, ...]
+    j: tuple[float, ...]
 
 
 @compiled
 def series_factors(c, w):
-    """Return the factors of q_3 to q_9, from v⁽ⁿ⁾ = -(c v⁽ⁿ⁻¹⁾ + w v⁽ⁿ⁻²⁾)."""
-    a_3, j_3 = -w, -c
-    a_4, j_4 = -c * a_3, -(c * j_3 + w)
-    a_5, j_5 = -(c * a_4 + w * a_3), -(c * j_4 + w * j_3)
-    a_6, j_6 = -(c * a_5 + w * a_4), -(c * j_5 + w * j_4)
-    a_7, j_7 = -(c * a_6 + w * a_5), -(c * j_6 + w * j_5)
-    a_8, j_8 = -(c * a_7 + w * a_6), -(c * j_7 + w * j_6)
-    a_9, j_9 = -(c * a_8 + w * a_7), -(c * j_8 + w * j_7)
+    """Return the factors of q_3 to q_15, from v⁽ⁿ⁾ = -(c v⁽ⁿ⁻¹⁾ + w v⁽ⁿ⁻²⁾)."""
     return SeriesFactors(
-        a_3 / 6.0, j_3 / 6.0, a_4 / 24.0, j_4 / 24.0, a_5 / 120.0, j_5 / 120.0,
-        a_6 / 720.0, j_6 / 720.0, a_7 / 5040.0, j_7 / 5040.0, a_8 / 40320.0, j_8 / 40320.0,
-        a_9 / 362880.0, j_9 / 362880.0,
-    )  # fmt: skip
+        derivatives_over_factorials(c, w, -w, -c * -w),
+        derivatives_over_factorials(c, w, -c, -(c * -c + w)),
+    )
 
 
 @compiled
-def higher_series_factors(factors, c, w):
-    """Return the factors of q_10 to q_15, each from the two before it."""
-    a_10, j_10 = (
-        next_factor(c, w, factors.a_9, factors.a_8, 10.0),
-        next_factor(c, w, factors.j_9, factors.j_8, 10.0),
-    )
-    a_11, j_11 = (
-        next_factor(c, w, a_10, factors.a_9, 11.0),
-        next_factor(c, w, j_10, factors.j_9, 11.0),
-    )
-    a_12, j_12 = next_factor(c, w, a_11, a_10, 12.0), next_factor(c, w, j_11, j_10, 12.0)
-    a_13, j_13 = next_factor(c, w, a_12, a_11, 13.0), next_factor(c, w, j_12, j_11, 13.0)
-    a_14, j_14 = next_factor(c, w, a_13, a_12, 14.0), next_factor(c, w, j_13, j_12, 14.0)
-    a_15, j_15 = next_factor(c, w, a_14, a_13, 15.0), next_factor(c, w, j_14, j_13, 15.0)
-    return HigherSeriesFactors(
-        a_10, j_10, a_11, j_11, a_12, j_12, a_13, j_13, a_14, j_14, a_15, j_15
+def derivatives_over_factorials(c, w, d_3, d_4):
+    """Return d_n/n! for n = 3 to 15, from d_3, d_4 and d_n = -(c d_(n-1) + w d_(n-2))."""
+    d_5 = -(c * d_4 + w * d_3)
+    d_6 = -(c * d_5 + w * d_4)
+    d_7 = -(c * d_6 + w * d_5)
+    d_8 = -(c * d_7 + w * d_6)
+    q_8, q_9 = d_8 / 40320.0, -(c * d_8 + w * d_7) / 362880.0
+    # Derivatives of higher order may leave the range of double precision.
+    q_10 = -(c * q_9 + w * q_8 / 9.0) / 10.0
+    q_11 = -(c * q_10 + w * q_9 / 10.0) / 11.0
+    q_12 = -(c * q_11 + w * q_10 / 11.0) / 12.0
+    q_13 = -(c * q_12 + w * q_11 / 12.0) / 13.0
+    q_14 = -(c * q_13 + w * q_12 / 13.0) / 14.0
+    q_15 = -(c * q_14 + w * q_13 / 14.0) / 15.0
+    return (
+        d_3 / 6.0, d_4 / 24.0, d_5 / 120.0, d_6 / 720.0, d_7 / 5040.0, q_8, q_9,
+        q_10, q_11, q_12, q_13, q_14, q_15,
     )  # fmt: skip
-
-
-@compiled
-def next_factor(c, w, last, one_before, n):
-    """Return the factor of sⁿ from the two before it; n is a float."""
-    return -(c * last + w * one_before / (n - 1)) / n
 
 
 @compiled
 def velocity_series(factors, v, a, j):
     """Return the coefficients q_0 to q_9 of v(s) = Σ q_n sⁿ from v, a and jerk j at 0."""
+    f, g = factors
     return (
-        v,
-        a,
-        0.5 * j,
-        factors.a_3 * a + factors.j_3 * j,
-        factors.a_4 * a + factors.j_4 * j,
-        factors.a_5 * a + factors.j_5 * j,
-        factors.a_6 * a + factors.j_6 * j,
-        factors.a_7 * a + factors.j_7 * j,
-        factors.a_8 * a + factors.j_8 * j,
-        factors.a_9 * a + factors.j_9 * j,
-    )
+        v, a, 0.5 * j, f[0] * a + g[0] * j, f[1] * a + g[1] * j, f[2] * a + g[2] * j,
+        f[3] * a + g[3] * j, f[4] * a + g[4] * j, f[5] * a + g[5] * j, f[6] * a + g[6] * j,
+    )  # fmt: skip
 
 
 @compiled
-def long_velocity_series(factors, more, v, a, j):
+def long_velocity_series(factors, v, a, j):
     """Return the coefficients q_0 to q_15."""
+    f, g = factors
     return (
         *velocity_series(factors, v, a, j),
-        more.a_10 * a + more.j_10 * j, more.a_11 * a + more.j_11 * j,
-        more.a_12 * a + more.j_12 * j, more.a_13 * a + more.j_13 * j,
-        more.a_14 * a + more.j_14 * j, more.a_15 * a + more.j_15 * j,
+        f[7] * a + g[7] * j, f[8] * a + g[8] * j, f[9] * a + g[9] * j,
+        f[10] * a + g[10] * j, f[11] * a + g[11] * j, f[12] * a + g[12] * j,
     )  # fmt: skip
 
 
@@ -559,7 +510,7 @@ class SlipSteps(NamedTuple):
         Whether a step holds at most one extremum of v_r.
     short, brief : bool
         Whether `long_velocity_series` and `velocity_series` reach double precision over a step.
-    factors, more : SeriesFactors, HigherSeriesFactors
+    factors : SeriesFactors
         Of these series.
     step_map, four_step_map : AffineMap
         Of one step and of four.
@@ -584,7 +535,6 @@ class SlipSteps(NamedTuple):
     short: bool
     brief: bool
     factors: SeriesFactors
-    more: HigherSeriesFactors
     step_map: AffineMap
     four_step_map: AffineMap
     x_0: float
@@ -616,37 +566,22 @@ def slip_steps(plant, law, dt):
     y, _, Y, YY = whole
     x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     # Contributions of ü at the start and at the end of a step one, two and three steps later.
-    a, p = free_motion(c, w, dt, x_0, v_0), free_motion(c, w, dt, x_1, v_1)
-    b, q = free_motion(c, w, 2.0 * dt, x_0, v_0), free_motion(c, w, 2.0 * dt, x_1, v_1)
-    g, r = free_motion(c, w, 3.0 * dt, x_0, v_0), free_motion(c, w, 3.0 * dt, x_1, v_1)
+    one, two = affine_map(c, w, f, dt), affine_map(c, w, f, 2.0 * dt)
+    three, four = affine_map(c, w, f, 3.0 * dt), affine_map(c, w, f, 4.0 * dt)
+    a, p = free_motion(one, x_0, v_0), free_motion(one, x_1, v_1)
+    b, q = free_motion(two, x_0, v_0), free_motion(two, x_1, v_1)
+    g, r = free_motion(three, x_0, v_0), free_motion(three, x_1, v_1)
     divisor = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
-    factors = series_factors(c, w)
     dip_factor = DIP_SAFETY * 2.0 / divisor if divisor > 0.25 else math.inf
+    steep, fast = dip_factor * dt, dip_factor * (0.25 * c + w * dt) * dt
     rate, speed_per_force = characteristic_rate(c, w), cancellation_speed(c, w)
     return SlipSteps(
-        c,
-        w,
-        f,
-        dt,
-        whole,
-        rate * dt <= FINE_STEP,
-        radians <= SHORT_SEGMENT,
-        radians <= BRIEF_SEGMENT,
-        factors,
-        higher_series_factors(factors, c, w),
-        affine_map(c, w, f, dt),
-        affine_map(c, w, f, 4.0 * dt),
-        x_0,
-        x_1,
-        v_0,
-        v_1,
+        c, w, f, dt, whole, rate * dt <= FINE_STEP, radians <= SHORT_SEGMENT,
+        radians <= BRIEF_SEGMENT, series_factors(c, w), one, four, x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
-        dip_factor * dt,
-        dip_factor * (0.25 * c + w * dt) * dt,
-        speed_per_force * f,
-        speed_per_force * w,
-    )
+        steep, fast, speed_per_force * f, speed_per_force * w,
+    )  # fmt: skip
 
 
 @compiled
@@ -657,10 +592,12 @@ def affine_map(c, w, f, s):
 
 
 @compiled
-def free_motion(c, w, s, x_r, v_r):
-    """Return x_r and v_r after a time s [s] without forcing."""
-    y, y_d, Y, _ = flow(c, w, s)
-    return x_r * (1.0 - w * Y) + v_r * y, v_r * y_d - w * y * x_r
+def free_motion(step_map, x_r, v_r):
+    """Return x_r and v_r at the end of a segment without forcing."""
+    return (
+        step_map.x_x * x_r + step_map.x_v * v_r,
+        step_map.v_x * x_r + step_map.v_v * v_r,
+    )
 
 
 @compiled
@@ -689,12 +626,8 @@ def cancellation_threshold(steps, x_r):
 @compiled
 def step_end(steps, x_r, v_r, d, u_0, u_1):
     """Return x_r and v_r at the end of a step without events."""
-    step_map = steps.step_map
+    x, v = free_motion(steps.step_map, x_r, v_r)
     return (
-        step_map.x_x * x_r
-        + step_map.x_v * v_r
-        - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * step_map.x_f),
-        step_map.v_x * x_r
-        + step_map.v_v * v_r
-        - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * step_map.v_f),
+        x - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * steps.step_map.x_f),
+        v - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * steps.step_map.v_f),
     )

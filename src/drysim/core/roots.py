@@ -41,9 +41,10 @@ from drysim.core.forcing import (
     THETA,
     WAVE_COLUMNS,
     A,
-    break_away_margin,
+    Motion,
+    base_motion,
     force_rate_bounds,
-    motion_and_snap_at,
+    motion_at,
     relative_normal_force,
 )
 from drysim.core.oscillator import flow
@@ -59,13 +60,31 @@ after about 60."""
 
 
 @inlined
-def keep_in_bracket(low, high, s):
-    """Return s if it lies strictly between low and high, else their midpoint.
+def safeguarded_newton(low, high, s, value, slope):
+    """Improve the root s of a function that decreases through zero once between two times.
 
-    If the midpoint does not lie between them either, they are adjacent floats, and `high` is
-    the root.
+    Parameters
+    ----------
+    low, high : float
+        Times between which the root lies.
+    s, value, slope : float
+        A time between them, and the value and derivative of the function there.
+
+    Returns
+    -------
+    low, high, s, done
+        Closer bounds, and the next time: by Newton's method, or the midpoint where that leaves
+        the bounds; and whether it is the root. If the midpoint does not lie between the bounds
+        either, they are adjacent floats, and `high` is the root.
     """
-    return s if low < s < high else 0.5 * (low + high)
+    if value == 0.0:
+        return low, high, s, True
+    low, high = (s, high) if value > 0.0 else (low, s)
+    step = -value / slope if slope < 0.0 else NEVER
+    if abs(step) <= RESOLUTION * s:
+        return low, high, s, True
+    s = s + step if low < s + step < high else 0.5 * (low + high)
+    return (low, high, s, False) if low < s < high else (low, high, high, True)
 
 
 # A velocity under linearly changing force.
@@ -184,18 +203,9 @@ def bracketed_newton(c, w, v, a, r, lo, hi):
             s = min(2.0 * v / (-a + math.sqrt(square)), hi)
     for _ in range(MAX_BISECTIONS):
         value, slope = velocity_and_acceleration(c, w, v, a, r, s)
-        if value > 0.0:
-            lo = s
-        elif value < 0.0:
-            hi = s
-        else:
-            return s
-        step = -value / slope if slope < 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s = keep_in_bracket(lo, hi, s + step)
-        if not lo < s < hi:
-            return hi
+        lo, hi, s, done = safeguarded_newton(lo, hi, s, value, slope)
+        if done:
+            break
     return s
 
 
@@ -268,6 +278,10 @@ def lower_envelope(v, a, j, third, twelfth, h):
     return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
+SQUARE_UNDERFLOW = 1e-140
+"""Below this, squares come near the end of double precision, and `hypot` takes their place."""
+
+
 @inlined
 def parabola_root(v, a, curvature):
     """Return the largest h up to which v + a h - curvature h²/2 stays at or above zero."""
@@ -275,6 +289,8 @@ def parabola_root(v, a, curvature):
     if square < 0.0:
         return NEVER
     root = math.sqrt(square)
+    if root < SQUARE_UNDERFLOW and v > 0.0 and curvature > 0.0:
+        root = math.hypot(a, math.sqrt(2.0 * curvature) * math.sqrt(v))
     if a > 0.0:
         return (a + root) / curvature if curvature > 0.0 else NEVER
     if root > a:
@@ -290,21 +306,14 @@ def is_monotone_to_zero(v, a, j, snap, growth):
     """
     if not a < 0.0 < v:
         return False
-    far = 1.5 * quadratic_taylor_root(v, a, j)
+    far = 1.5 * parabola_root(v, a, -j)
     return -a >= MONOTONE_FACTOR * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
-
-
-@inlined
-def quadratic_taylor_root(v, a, j):
-    """Return the root of v + a h + j h²/2 for a < 0; infinity if there is none."""
-    square = a * a - 2.0 * v * j
-    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
 
 
 @inlined
 def cubic_taylor_root(v, a, j, k):
     """Return the root of v + a h + j h²/2 + k h³/6: one Newton step from the quadratic root."""
-    h = quadratic_taylor_root(v, a, j)
+    h = parabola_root(v, a, -j)
     return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
 
 
@@ -318,23 +327,24 @@ def has_converged(h, a, fourth, s):
 
 
 @compiled
-def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
+def slip_exit_time(segment, waves, d, h):
     """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
 
     The time is infinite if the mass does not stop. This is `first_root` for v_r, in fewer
-    operations.
+    operations; it computes the snap at the start itself.
 
     Parameters
     ----------
-    c, w, waves, x_r, v_r, g, r
-        As in `motion_and_snap_at`.
-    a, j : float
-        Acceleration [m/s²] and jerk [m/s³] at the start.
+    segment : Segment
+    waves : Waves
+        After `set_phases` at its start.
     d : int
         Direction of sliding, 1 or -1.
     h : float
         Length of the segment [s].
     """
+    equation, x_r, v_r, a, j, _ = segment
+    c, w, _, r = equation
     moves = d * v_r > 0.0 or d * a > 0.0
     if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
         return NEVER, x_r
@@ -367,7 +377,7 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         if step <= RESOLUTION * s:
             return s, x
         s += step
-        x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
+        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
         v, a, j, k = d * v, d * a, d * j, d * k
         if v <= 0.0:
             return s, x
@@ -381,7 +391,7 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
             # The Taylor series over the last step replaces another evaluation.
             x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             break
-        x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
+        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
         v, a, j, k = d * v, d * a, d * j, d * k
     return (s, x) if s < h else (NEVER, x)
 
@@ -411,17 +421,6 @@ class Observable(NamedTuple):
     rate: float
     constant: float
     slope: float
-
-
-class InstantState(NamedTuple):
-    """Time within a segment [s], and x_r, v_r, a, j, k of `motion_and_snap_at` at this time."""
-
-    s: float
-    x_r: float
-    v_r: float
-    a: float
-    j: float
-    k: float
 
 
 class Derivatives(NamedTuple):
@@ -457,34 +456,38 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
     s, x_r, v_r : float
         Time [s], infinite if the observable stays above zero, and the state at that time.
     """
-    w = segment.w
+    equation, x_r, v_r = segment.equation, segment.x_r, segment.v_r
+    c, w, _, r = equation
     # Largest growth of the third derivative; contribution of the normal force to it.
-    _, second, third, max_omega = force_rate_bounds(waves, segment.r)
+    _, second, third, max_omega = force_rate_bounds(waves, r)
     growth = abs(observable.x) * second + abs(observable.v) * third
     load_bound = (
         law.variation * (abs(observable.load) + abs(observable.rate) * law.omega) * law.omega**3
     )
     max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
+    s = begin
     if begin == 0.0:
-        now = InstantState(0.0, segment.x_r, segment.v_r, segment.a, segment.j, segment.k)
-        value, rate, curvature, third_rate = observable_derivatives(law, waves, observable, now)
+        now = Motion(x_r, v_r, segment.a, segment.j, segment.k)
+        derivatives = observable_derivatives(law, waves, observable, s, now)
+        value, rate, curvature, third_rate = derivatives
         value = 0.0 if zeros > 0 else max(value, 0.0)
         derivatives = Derivatives(value, 0.0 if zeros > 1 else rate, curvature, third_rate)
         if zeros > 2:
             # Positive up to 4·third_rate/fourth, with a bound on the fourth derivative that
             # grows by less than a quarter within the step.
             third_bound = third_derivative_bound(observable, w, load_bound, now)
-            fourth = (segment.c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
+            fourth = (c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
             step = min(0.25 * third_rate / fourth, max_step) if fourth > 0.0 else max_step
             if third_rate <= 0.0:
-                return now.s, now.x_r, now.v_r
-            now = instant_state(segment, waves, step)
-            derivatives = observable_derivatives(law, waves, observable, now)
+                return s, now.x_r, now.v_r
+            s = step
+            now = motion_at(equation, waves, x_r, v_r, s)
+            derivatives = observable_derivatives(law, waves, observable, s, now)
     else:
-        now = instant_state(segment, waves, begin)
-        derivatives = observable_derivatives(law, waves, observable, now)
+        now = motion_at(equation, waves, x_r, v_r, s)
+        derivatives = observable_derivatives(law, waves, observable, s, now)
         if derivatives.value <= 0.0:
-            return now.s, now.x_r, now.v_r
+            return s, now.x_r, now.v_r
     third_bound = third_derivative_bound(observable, w, load_bound, now)
     if is_far_from_zero(derivatives, third_bound, growth, h - begin):
         return NEVER, now.x_r, now.v_r
@@ -496,46 +499,39 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         if value > 0.0 and curvature > 0.0 and step < max_step:
             # The bound also holds without a positive curvature, see `slip_exit_time`.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
-        if step != 0.0 and now.s + step >= h:
+        if step != 0.0 and s + step >= h:
             return NEVER, now.x_r, now.v_r
-        if step <= RESOLUTION * now.s:
-            return now.s, now.x_r, now.v_r
-        now = instant_state(segment, waves, now.s + step)
-        derivatives = observable_derivatives(law, waves, observable, now)
+        if step <= RESOLUTION * s:
+            return s, now.x_r, now.v_r
+        s += step
+        now = motion_at(equation, waves, x_r, v_r, s)
+        derivatives = observable_derivatives(law, waves, observable, s, now)
         if derivatives.value <= 0.0:
-            return now.s, now.x_r, now.v_r
+            return s, now.x_r, now.v_r
         third_bound = third_derivative_bound(observable, w, load_bound, now)
-    s, x, v, a, j, k = now
+    x, v, a, j, k = now
     # The observable decreases monotonically to its root: Newton's method cannot skip another.
     for _ in range(MAX_NEWTON_ROUNDS):
         value, rate, curvature, third_rate = derivatives
         step = cubic_taylor_root(value, rate, curvature, third_rate)
         third_bound += growth * abs(step)
-        fourth = (segment.c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
+        fourth = (c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
         s += step
         if has_converged(step, rate, fourth, s):
             x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             v += step * (a + step * (0.5 * j + step * k / 6.0))
             break
-        now = instant_state(segment, waves, s)
-        s, x, v, a, j, k = now
-        derivatives = observable_derivatives(law, waves, observable, now)
+        now = motion_at(equation, waves, x_r, v_r, s)
+        x, v, a, j, k = now
+        derivatives = observable_derivatives(law, waves, observable, s, now)
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     return (s, x, v) if s < h else (NEVER, x, v)
 
 
 @inlined
-def instant_state(segment, waves, s):
-    """Return the motion at time s of a segment."""
-    c, w, x_r, v_r, _, _, _, g, r = segment
-    x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
-    return InstantState(s, x, v, a, j, k)
-
-
-@inlined
-def observable_derivatives(law, waves, observable, now):
+def observable_derivatives(law, waves, observable, s, now):
     """Return the value and three derivatives of an observable."""
-    s, x, v, a, j, k = now
+    x, v, a, j, k = now
     value = observable.x * (x - observable.x_0) + observable.v * v
     value += observable.constant + observable.slope * s
     rate = observable.x * v + observable.v * a + observable.slope
@@ -579,68 +575,78 @@ RISING, FALLING = 1, -1
 """Sides on which F_L breaks the contact, passed by `int`: numba compiles a kernel anew for each
 literal integer."""
 
-SQUARE_UNDERFLOW = 1e-140
-"""Below this, squares come near the end of double precision, and `hypot` takes their place."""
+
+class Stuck(NamedTuple):
+    """A mass stuck to the base, and the limits at which F_L = m ü + F_k breaks the contact.
+
+    Attributes
+    ----------
+    m, F_k : float
+        Mass [kg], and force of the spring and of all else that is constant [N].
+    u_0 : float
+        ü without the waves at the start [m/s²].
+    rising, falling : (float, float)
+        Static limit [N] that F_L reaches by rising, or by falling; and the derivative of the
+        part u_0 of ü [m/s³], less that of F_fs/m for rising, plus that for falling.
+    variation, omega : float
+        Of the limits, as in `CoulombLaw`.
+    """
+
+    m: float
+    F_k: float
+    u_0: float
+    rising: tuple[float, float]
+    falling: tuple[float, float]
+    variation: float
+    omega: float
 
 
 @compiled
-def break_away_time(plant, rising, falling, waves, x_r, u_0, rise, fall, h):
+def break_away_time(stuck, waves, h):
     """Return when within h [s] a stuck mass breaks away, or infinity, and in which direction.
 
-    Parameters
-    ----------
-    rising, falling
-        Laws with the static limits that F_L reaches by rising, or by falling.
-    u_0 : float
-        ü without the waves at the start [m/s²].
-    rise, fall : float
-        Derivative of that part of ü [m/s³], less or plus that of F_fs/m: as F_L approaches
-        +F_fs by rising, or -F_fs by falling.
-
-    Notes
-    -----
     Both sides are searched window by window. A side that never breaks away is then not followed
     to the end of the segment each time the other side does.
     """
+    rise, fall = stuck.rising[1], stuck.falling[1]
     max_omega = 0.0
-    if not is_one_sine(waves, u_0, rise) or fall != 0.0:
+    if not is_one_sine(waves, stuck.u_0, rise) or fall != 0.0:
         max_omega = force_rate_bounds(waves, 0.0)[3]
     begin, until = 0.0, min(WINDOW_RADIANS / max_omega, h) if max_omega > 0.0 else h
     while True:
-        up = stick_exit_time(plant, rising, waves, x_r, u_0, rise, int(RISING), begin, until)
-        down = stick_exit_time(
-            plant, falling, waves, x_r, u_0, fall, int(FALLING), begin, min(up, until)
-        )
+        up = stick_exit_time(stuck, waves, int(RISING), begin, until)
+        down = stick_exit_time(stuck, waves, int(FALLING), begin, min(up, until))
         if up < NEVER or down < NEVER or until >= h:
             return (down, 1) if down < up else (up, -1)
         begin, until = until, min(3.0 * until, h)
 
 
 @compiled
-def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
+def stick_exit_time(stuck, waves, side, begin, h):
     """Return the first time in [begin, h] at which side·F_L exceeds F_fs, or infinity.
 
     A margin that only touches zero does not break away: equality sticks.
     """
-    if begin == 0.0 and is_one_sine(waves, u_0, slope):
-        return one_sine_exit_time(plant, law, waves, x_r, side, h)
+    F_fs, slope = stuck.rising if side > 0 else stuck.falling
+    if begin == 0.0 and is_one_sine(waves, stuck.u_0, slope):
+        return one_sine_exit_time(stuck, waves, side, h)
     curvature = 0.0
     third = 0.0
     max_omega = 0.0
     for i in range(waves.size):
         A_i = abs(waves.values[WAVE_COLUMNS * i + A])
-        force = plant.m * A_i if i < waves.base else abs(law.F_fs) * law.variation
+        force = stuck.m * A_i if i < waves.base else abs(F_fs) * stuck.variation
         omega = waves.values[WAVE_COLUMNS * i + OMEGA]
         curvature += force * omega**2
         third += force * omega**3
         max_omega = max(max_omega, omega)
     s = begin
     while True:
-        G, G_d, G_dd = break_away_margin(plant, law, waves, x_r, u_0, slope, side, s)
+        G, G_d, G_dd = break_away_margin(stuck, waves, side, s)
         if G < 0.0:
             return s
         if G > 0.0:
-            step = concave_parabola_root(G, G_d, curvature)
+            step = parabola_root(G, G_d, curvature)
         elif curvature == 0.0:
             step = NEVER if G_d >= 0.0 else 0.0
         else:
@@ -652,10 +658,42 @@ def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
             if G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
                 return s
             step = -G_d / G_dd
-            if break_away_margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
+            if break_away_margin(stuck, waves, side, s + step)[0] < 0.0:
                 return s
             step += step_off_zero(0.0, G_dd, curvature, third)
         s += step
+
+
+@compiled
+def break_away_margin(stuck, waves, side, s):
+    """Return the force that is missing for break-away on one side, with two derivatives.
+
+    Parameters
+    ----------
+    side : int
+        +1 where F_L breaks the contact by rising, -1 by falling.
+    s : float
+        Time since the start of the segment [s].
+
+    Returns
+    -------
+    G, G_d, G_dd : float
+        F_fs - side·F_L [N], [N/s], [N/s²], plus the rounding error of F_L. The mass has broken
+        away where G < 0.
+
+    Notes
+    -----
+    Eq. (9) of the paper.
+    """
+    F_fs, slope = stuck.rising if side > 0 else stuck.falling
+    u_dd, rate, second_rate = base_motion(waves, stuck.u_0, slope, s)
+    load, load_d, load_dd = relative_normal_force(stuck, waves, s)
+    hold = F_fs * load
+    return (
+        hold + FORCE_ROUNDING * (hold + abs(stuck.F_k)) - side * (stuck.m * u_dd + stuck.F_k),
+        F_fs * load_d - side * stuck.m * rate,
+        F_fs * load_dd - side * stuck.m * second_rate,
+    )
 
 
 @inlined
@@ -665,11 +703,12 @@ def is_one_sine(waves, u_0, slope):
 
 
 @compiled
-def one_sine_exit_time(plant, law, waves, x_r, side, h):
+def one_sine_exit_time(stuck, waves, side, h):
     """Return `stick_exit_time` for a single sine, in closed form."""
-    values = waves.values
-    F_k, force = plant.k_x * x_r, side * plant.m * values[A]
-    level = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
+    values, F_k = waves.values, stuck.F_k
+    F_fs, _ = stuck.rising if side > 0 else stuck.falling
+    force = side * stuck.m * values[A]
+    level = F_fs + FORCE_ROUNDING * (F_fs + abs(F_k)) - side * F_k
     if force * values[SINE] > level:
         return 0.0
     if abs(force) <= level:
@@ -681,17 +720,6 @@ def one_sine_exit_time(plant, law, waves, x_r, side, h):
         phase = 0.0
     s = phase / values[OMEGA]
     return s if s <= h else NEVER
-
-
-@compiled
-def concave_parabola_root(value, rate, curvature):
-    """Return the root of value + rate h - curvature h²/2 for value, curvature >= 0."""
-    root = math.sqrt(rate * rate + 2.0 * curvature * value)
-    if root < SQUARE_UNDERFLOW and value > 0.0:
-        root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(value))
-    if rate <= 0.0:
-        return 2.0 * value / (root - rate) if root > rate else NEVER
-    return (rate + root) / curvature if curvature > 0.0 else NEVER
 
 
 @compiled
@@ -778,7 +806,7 @@ def safe_series_step(c, n, left):
         for k in range(2, n + 1):
             curvature += k * (k - 1) * abs(c[k]) * power
             power *= left
-        step = min(concave_parabola_root(c[0], c[1] if n > 0 else 0.0, curvature), left)
+        step = min(parabola_root(c[0], c[1] if n > 0 else 0.0, curvature), left)
         best = max(best, step)
         if step >= 0.5 * left:
             return best

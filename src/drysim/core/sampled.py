@@ -674,7 +674,7 @@ def slip_by_series(steps, v, a, r, h):
     if steps.brief:
         q = velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
         return series_distance(q, h), series_velocity(q, h)
-    q = long_velocity_series(steps.factors, steps.more, v, a, r - steps.c * a - steps.w * v)
+    q = long_velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
     return series_distance(q, h), series_velocity(q, h)
 
 
@@ -684,7 +684,7 @@ def acceleration_by_series(steps, v, a, r, h):
     j = r - steps.c * a - steps.w * v
     if steps.brief:
         return series_acceleration(velocity_series(steps.factors, v, a, j), h)
-    return series_acceleration(long_velocity_series(steps.factors, steps.more, v, a, j), h)
+    return series_acceleration(long_velocity_series(steps.factors, v, a, j), h)
 
 
 @inlined
@@ -708,9 +708,7 @@ def stop_in_short_step(steps, v, a, r, v_end, h):
     if steps.brief:
         stop, distance = stop_by_series(velocity_series(steps.factors, v, a, j), v_end, h)
     else:
-        stop, distance = stop_by_series(
-            long_velocity_series(steps.factors, steps.more, v, a, j), v_end, h
-        )
+        stop, distance = stop_by_series(long_velocity_series(steps.factors, v, a, j), v_end, h)
     if stop > 0.0:
         return stop, distance
     return stop_by_flow(c, w, v, a, r, v_end, h)
@@ -795,7 +793,7 @@ def slip_long_step(steps, substeps, v, a, r, h):
         s, path, v, a = skip_substeps(steps, substeps, v, a, r, s, until)
         distance += path
         length = min(substeps.h_short, until - s)
-        q = long_velocity_series(steps.factors, steps.more, v, a, r - c * a - w * v)
+        q = long_velocity_series(steps.factors, v, a, r - c * a - w * v)
         v_end = series_velocity(q, length)
         stop, path = stop_by_series(q, v_end, length)
         if not stop > 0.0:

@@ -63,7 +63,7 @@ from drysim.core.events import (
 )
 from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_phases
 from drysim.core.model import LEUVEN, STRIBECK, CoulombLaw
-from drysim.core.roots import NEVER, RESOLUTION, break_away_time, concave_parabola_root
+from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, parabola_root
 from drysim.core.trajectory import (
     TWELVE_NODES,
     TWELVE_WEIGHTS,
@@ -252,9 +252,9 @@ def march_taylor(scene, until, state, series, segments, log):
             limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
             set_phases(waves, plant, limits, t, 0)
             horizon = min(left, wave_scale)
-            stay, side = break_away_time(
-                plant, limits, limits, waves, x_r, u_0, slope, slope, horizon
-            )
+            limit = law.F_fs, slope
+            stuck = Stuck(plant.m, plant.k_x * x_r, u_0, limit, limit, 0.0, 0.0)
+            stay, side = break_away_time(stuck, waves, horizon)
             s = length if min(stay, horizon) >= left else s + min(stay, horizon)
             if stay != NEVER:
                 d = 2 * side
@@ -866,7 +866,7 @@ def first_velocity_zero(coefficients, n, d, h):
             v = v * s + d * coefficients[k]
         if v <= 0.0:
             return s
-        step = concave_parabola_root(v, a, bend)
+        step = parabola_root(v, a, bend)
         if s + step > h:
             return NEVER
         if step <= RESOLUTION * s:

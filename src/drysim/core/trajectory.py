@@ -51,11 +51,11 @@ from drysim.core.forcing import (
     WAVE_COLUMNS,
     A,
     base_motion,
-    motion_and_snap_at,
     motion_at,
     relative_normal_force,
     response_from_rest,
     set_phases,
+    slip_equation,
     start_segment,
 )
 from drysim.core.model import Plant
@@ -65,8 +65,10 @@ from drysim.core.modes import (
     AT_REST,
     CHATTERING,
     HOLD,
-    Equation,
+    Band,
     LoadRamp,
+    ModeState,
+    SegmentBase,
     bumper_force,
     bumper_line,
     chatter_mean_square,
@@ -150,6 +152,7 @@ class ResumedSegment(NamedTuple):
 
     mode: Any
     equation: Any
+    ramp: Any
     forces: Any
     z: float
     xi: float
@@ -189,10 +192,10 @@ class Forces(NamedTuple):
 
 @inlined
 def segment_base(u_dd, dt, segments, i):
-    """Return the start time of segment i [s], and ü besides the waves there with its rate."""
+    """Return the `SegmentBase` of segment i."""
     n, s = segments.n[i], segments.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
-    return n * dt + s, u_dd[n] + slope * s, slope
+    return SegmentBase(n * dt + s, u_dd[n] + slope * s, slope)
 
 
 @inlined
@@ -235,11 +238,11 @@ def resume_segment(solution, i):
     """Return segment i of a solution, ready for evaluation."""
     (plant, law, waves, u_dd, dt), segments = solution
     mode, x_0 = decode_mode(segments.d[i]), segments.z[i]
-    t, u_0, slope = segment_base(u_dd, dt, segments, i)
-    equation = mode_equation(plant, law, waves, mode, x_0, u_0, slope, t)
+    base = segment_base(u_dd, dt, segments, i)
+    equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
     forces, z = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
     xi, v_r = segments.x_r[i], segments.v_r[i]
-    return ResumedSegment(mode, equation, forces, z, xi, v_r, u_0, slope)
+    return ResumedSegment(mode, equation, ramp, forces, z, xi, v_r, base.u_0, base.slope)
 
 
 @compiled
@@ -261,32 +264,28 @@ def resume_event(solution, i):
     """Return the segment after event i of an `EventSolution`, ready for evaluation."""
     plant, law, waves, t, kind, x_r, v_first = solution
     state = x_r[i], v_first if i == 0 else 0.0
-    return resume_slip_or_stick(
-        plant, law, waves, t[i], direction_after(kind[i]), state, (0.0, 0.0)
-    )
+    base = SegmentBase(t[i], 0.0, 0.0)
+    return resume_slip_or_stick(plant, law, waves, direction_after(kind[i]), state, base)
 
 
 @compiled
-def resume_slip_or_stick(plant, law, waves, t, d, state, base):
+def resume_slip_or_stick(plant, law, waves, d, state, base):
     """Return a segment of Coulomb friction, ready for evaluation.
 
     Parameters
     ----------
-    t, d : float, int
-        Its start [s], and direction of sliding, 0 when stuck.
-    state, base : tuple of float
-        x_r [m] and v_r [m/s] at the start; and ü besides the waves there [m/s²] with its rate
-        [m/s³].
+    d : int
+        Direction of sliding, 0 when stuck.
+    state : tuple of float
+        x_r [m] and v_r [m/s] at the start.
+    base : SegmentBase
     """
-    F, (u_0, slope) = d * law.F_fk, base
+    t, u_0, slope = base
     set_phases(waves, plant, law, t, d)
-    ramp = LoadRamp(1.0, 0.0, NEVER)
-    equation = Equation(
-        plant.b / plant.m, plant.k_x / plant.m, -u_0 - F / plant.m, -slope, ramp
-    )
-    forces = Forces(plant, 0.0, 0.0, F, 0.0, 0.0, 0.0, law.F_fk)
+    equation, ramp = slip_equation(plant, law, d, u_0, slope), LoadRamp(1.0, 0.0, NEVER)
+    forces = Forces(plant, 0.0, 0.0, d * law.F_fk, 0.0, 0.0, 0.0, law.F_fk)
     mode = mode_of(d, d, APART, 0)
-    return ResumedSegment(mode, equation, forces, 0.0, state[0], state[1], u_0, slope)
+    return ResumedSegment(mode, equation, ramp, forces, 0.0, state[0], state[1], u_0, slope)
 
 
 @compiled
@@ -296,8 +295,7 @@ def motion_in_segment(waves, part, s):
         return part.xi, 0.0
     if s == 0.0:
         return part.xi, part.v_r
-    c, w, g, r, _ = part.equation
-    return motion_at(c, w, waves, part.xi, part.v_r, g, r, s)[:2]
+    return motion_at(part.equation, waves, part.xi, part.v_r, s)[:2]
 
 
 # Motion at given times.
@@ -342,9 +340,9 @@ def evaluate_segments(solution, t, out):
         xi, v = motion_in_segment(waves, part, s)
         x_r = part.z + xi
         u = base_motion(waves, part.u_0, part.slope, s)[0]
-        load = max(load_at(law, waves, part.equation.ramp, s)[0], 0.0)
-        x_0 = part.forces.x_0
-        F_f, F_stop = friction_and_stop_forces(plant, law, mode, x_0, xi, v, u, load)
+        load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
+        state = ModeState(mode, xi, v, part.forces.x_0)
+        F_f, F_stop = friction_and_stop_forces(plant, law, state, u, load)
         out.x_r[k], out.v_r[k] = x_r, v
         out.F_f[k], out.F_stop[k] = F_f, F_stop
         out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
@@ -883,10 +881,9 @@ def integrate_coulomb_segments(solution, begin, end):
     for i in range(len(segments.n)):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi > lo:
-            t, u_0, slope = segment_base(u_dd, dt, segments, i)
-            state = segments.x_r[i], segments.v_r[i]
-            base, d = (u_0, slope), segments.d[i]
-            part = resume_slip_or_stick(plant, law, waves, t, d, state, base)
+            base = segment_base(u_dd, dt, segments, i)
+            state, d = (segments.x_r[i], segments.v_r[i]), segments.d[i]
+            part = resume_slip_or_stick(plant, law, waves, d, state, base)
             sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
     return sums
 
@@ -902,11 +899,10 @@ def integrate_slip_or_stick(law, waves, part, lo, hi):
 @compiled
 def integrate_chatter(plant, law, waves, part, lo, hi):
     """Integrate the rest of a chatter against a rigid stop."""
-    load = load_at(law, waves, part.equation.ramp, 0.0)[0]
+    load = load_at(law, waves, part.ramp, 0.0)[0]
     u = base_motion(waves, part.u_0, part.slope, 0.0)[0]
-    x_0 = part.forces.x_0
-    p, q = return_accelerations(plant, law, part.mode, x_0, u, load)
-    x_dd2 = chatter_mean_square(plant, law, part.mode, x_0, p, q, load)
+    p, q = return_accelerations(plant, law, part.mode, part.forces.x_0, u, load)
+    x_dd2 = chatter_mean_square(u, part.mode.origin, p, q)
     length = hi - lo
     return SegmentSums(part.z * part.z * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -933,7 +929,7 @@ def integrate_rest(waves, part, lo, hi, sticks):
 @compiled
 def integrate_motion(law, waves, part, lo, hi):
     """Integrate a segment in motion by Gauss quadrature on panels."""
-    c, w, _, _, _ = part.equation
+    c, w, _, _ = part.equation
     longest, rule = panel_length(c, w, waves, lo), TWELVE
     if hi - lo <= SIX_NODE_PANELS * longest:
         rule = FOUR if hi - lo <= FOUR_NODE_PANELS * longest else SIX
@@ -948,12 +944,12 @@ def integrate_motion(law, waves, part, lo, hi):
 @compiled
 def integrate_panel(law, waves, part, rule, s, length):
     """Integrate one panel, which begins at time s [s], by one of the rules."""
-    c, w, g, r, ramp = part.equation
+    ramp = part.ramp
     (m, k_x, b), k_t, x_0, F, k_s, offset, b_s, reference = part.forces
     x2, v2, x_dd2, power, work, stop_work, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(rule[0], rule[1]):
         at, weight = s + length * NODES[k], length * WEIGHTS[k]
-        xi, v, _, _, _ = motion_and_snap_at(c, w, waves, part.xi, part.v_r, g, r, at)
+        xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
         u = base_motion(waves, part.u_0, part.slope, at)[0]
         load = max(load_at(law, waves, ramp, at)[0], 0.0)
         x = part.z + xi
@@ -1147,7 +1143,7 @@ def integrate_hold_exponentials(waves, part, lo, hi):
     The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
     where the exponentials nearly cancel.
     """
-    c, w, g, _, _ = part.equation
+    c, w, g, _ = part.equation
     x_r, v_r = part.xi, part.v_r
     x_mean = g / w  # static equilibrium without waves
     x_transient, rate = x_r - x_mean, v_r
@@ -1182,8 +1178,8 @@ def integrate_hold_exponentials(waves, part, lo, hi):
             power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
             if k < i:
                 power += (v * (u_k * both + u_k.conjugate() * against)).real
-    x_lo = motion_at(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
-    x_hi = motion_at(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
+    x_lo = motion_at(part.equation, waves, x_r, v_r, lo).x_r
+    x_hi = motion_at(part.equation, waves, x_r, v_r, hi).x_r
     forces = part.forces
     work = forces.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - forces.x_0)
     slid, damper_work = work / forces.reference, forces.plant.b * v2
@@ -1271,8 +1267,7 @@ def bumper_force_and_rate(law, waves, part, s):
     side = sign(part.mode.stop)
     if part.mode.direction == AT_REST:
         return side * bumper_force(law, part.mode, part.xi, 0.0), 0.0
-    c, w, g, r, _ = part.equation
-    x, v, a, _ = motion_at(c, w, waves, part.xi, part.v_r, g, r, s)
+    x, v, a, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, s)
     stiffness, offset = bumper_line(law, abs(part.mode.stop))
     return side * (stiffness * x + law.b_s * v) - offset, side * (stiffness * v + law.b_s * a)
 
@@ -1487,9 +1482,9 @@ def write_turning_points(solution, whole, limits, at, out):
                 continue
         n = segments.n[i]
         slope = (u_dd[n + 1] - u_dd[n]) / dt
-        u_0 = u_dd[n] + slope * (segments.s[i] + s)
-        c, w, g, r, _ = mode_equation(plant, law, waves, mode, segments.z[i], u_0, slope, t + s)
-        segment = start_segment(c, w, waves, x_r, v_r, g, r)
+        base = SegmentBase(t + s, u_dd[n] + slope * (segments.s[i] + s), slope)
+        equation, _ = mode_equation(plant, law, waves, mode, segments.z[i], base)
+        segment = start_segment(equation, waves, x_r, v_r)
         left = segment_length(segments, dt, i) - s
         direction, s_turn, x_turn = (
             motion_direction(segment.v_r, segment.a, segment.j),
@@ -1497,19 +1492,7 @@ def write_turning_points(solution, whole, limits, at, out):
             x_r,
         )
         if direction != 0:
-            s_turn, x_turn = slip_exit_time(
-                c,
-                w,
-                waves,
-                x_r,
-                v_r,
-                segment.a,
-                segment.j,
-                segment.g,
-                segment.r,
-                direction,
-                left,
-            )
+            s_turn, x_turn = slip_exit_time(segment, waves, direction, left)
         if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
@@ -1522,7 +1505,7 @@ def write_turning_points(solution, whole, limits, at, out):
             turn, known = (s_turn, x_turn), (far, x_end)
             until = uneventful_until(law, waves, segment, turn, known, limits, left)
         if until > s_turn:
-            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, until)
+            x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, until)
         else:
             x_r, v_r = x_turn, 0.0
         s += until
@@ -1577,7 +1560,7 @@ def uneventful_until(law, waves, segment, turn, known, limits, h):
     """
     (s_turn, x_turn), (far, x_end) = turn, known
     # Less than half a natural period is left: there is at most one more turning point.
-    if segment.w * (h - s_turn) * (h - s_turn) < math.pi * math.pi:
+    if segment.equation.w * (h - s_turn) * (h - s_turn) < math.pi * math.pi:
         return s_turn
     transient = transient_response(segment, waves)
     if transient.side == 0:
@@ -1588,8 +1571,8 @@ def uneventful_until(law, waves, segment, turn, known, limits, h):
     # the segment, x_end belongs to another half cycle and only `far` is known.
     for extreme in (max(side * far, side * x_end), side * far):
         low, high = uneventful_range(x_turn, extreme, limits)
-        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-        until = safe_until(transient, segment, waves, law, middle, reach, False, s_turn, h)
+        band = Band(0.5 * (low + high), 0.5 * (high - low), 0.0, 0.0)
+        until = safe_until(transient, segment, waves, band, s_turn, h)
         if until >= h or side * x_end <= side * far:
             return until
     return until
