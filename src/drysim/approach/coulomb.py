@@ -417,12 +417,12 @@ class SampledTrajectory(MarchedTrajectory):
         """
         dt, plant = self.march.motion.dt, self.plant
         whole = np.full(hi - lo, not self.law.variation)
-        numbers = block.log.n[1:]
-        whole[numbers[(numbers >= lo) & (numbers < hi)] - lo] = False
+        events = np.flatnonzero((block.log.n[1:] >= lo) & (block.log.n[1:] < hi)) + 1
+        whole[block.log.n[events] - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
         # Steps with events, varying limits or an end of the window are integrated one by one.
-        sums = self._divided_steps(block, np.flatnonzero(~whole) + lo, begin, end)
+        sums = self._divided_steps(block, np.flatnonzero(~whole) + lo, events, (begin, end))
         squares, distance = step_quadratic_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
         products, slid, stuck = np.zeros((6, 6)), np.zeros(6), np.zeros(3)
         for at in range(lo, hi, STEPS_PER_CHUNK):
@@ -436,9 +436,11 @@ class SampledTrajectory(MarchedTrajectory):
         sums[[0, 2, 5]] += dt * stuck
         return sums
 
-    def _divided_steps(self, block: SampleBlock, n: Any, begin: float, end: float) -> Floats:
-        """Integrate steps, divided at their events, within a window [s]."""
-        log = EventLog(*(column[1:][np.isin(block.log.n[1:], n)] for column in block.log))
+    def _divided_steps(
+        self, block: SampleBlock, n: Any, events: Any, window: tuple[float, float]
+    ) -> Floats:
+        """Integrate steps, divided at the events in them, within a window [s]."""
+        log = EventLog(*(column[events] for column in block.log))
         zeros, still, d = np.zeros(len(n)), np.zeros(len(log.n)), np.sign(log.kind)
         segments = divide_steps(
             Segments(n, zeros, block.x_r[n], block.v_r[n], zeros, block.d[n]),
@@ -451,7 +453,7 @@ class SampledTrajectory(MarchedTrajectory):
         waves = make_waves(self.march.motion, law._replace(phase=phase))
         base = as_engine_array(block.u_dd)
         solution = Solution(Scene(self.plant, law, waves, base, dt), segments)
-        return np.array(integrate_coulomb_segments(solution, begin - t, end - t)[:6])
+        return np.array(integrate_coulomb_segments(solution, window[0] - t, window[1] - t)[:6])
 
     def _eventless_steps(
         self, block: SampleBlock, steps: slice, whole: NDArray[np.bool_]

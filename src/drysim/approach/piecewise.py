@@ -27,7 +27,6 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.approach.scene import (
     SineGrid,
@@ -85,7 +84,6 @@ from drysim.core.modes import (
     FREE,
     HOLD,
     KernelLaw,
-    Mode,
     SegmentBase,
     Side,
     decode_mode,
@@ -263,9 +261,9 @@ class PiecewiseTrajectory(EventDriven):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
-        whole, sums = self._integrate_whole_steps(begin, end)
-        others = Segments(*(as_engine_array(column[~whole]) for column in self.segments))
-        divided = self.solution._replace(segments=others)
+        others, sums = self._integrate_whole_steps(begin, end)
+        columns = (as_engine_array(column[others]) for column in self.segments)
+        divided = self.solution._replace(segments=Segments(*columns))
         sums += integrate_segments(divided, begin, end)
         x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work = sums.tolist()
         stops = self.law.stops
@@ -313,9 +311,7 @@ class PiecewiseTrajectory(EventDriven):
         """Times at which the segments begin [s], computed as in the kernels."""
         return np.asarray(self.segments.n * self.base[1] + self.segments.s)
 
-    def _integrate_whole_steps(
-        self, begin: float, end: float
-    ) -> tuple[NDArray[np.bool_], Floats]:
+    def _integrate_whole_steps(self, begin: float, end: float) -> tuple[Any, Floats]:
         """Integrate segments in motion that are whole steps within a window [s].
 
         Their integrals are quadratic forms of the states at their ends. There are none under
@@ -323,39 +319,38 @@ class PiecewiseTrajectory(EventDriven):
 
         Returns
         -------
-        whole : ndarray, shape (segments,)
-            Marks these segments.
+        others : ndarray of int
+            Numbers of the other segments.
         sums : ndarray, shape (8,)
-            Their `SegmentSums`.
+            `SegmentSums` of the whole steps.
         """
         n, s, xi, v_r, x_0, codes = self.segments
         sums = np.zeros(8)
         if isinstance(self.motion, Sines) or self.law.varies:
-            return np.zeros(len(n), dtype=bool), sums
-        (u_dd, dt), law, t = self.base, self.solution.scene.law, self._starts
-        present = np.unique(codes)
-        table = np.zeros((len(Mode._fields), present.max() + 2), dtype=np.int64)
-        for code in present.tolist():
-            table[:, code] = decode_mode(code)
-        contact, direction, stop, origin, _, _ = table[:, codes]
-        whole = (codes != ARRIVAL) & (direction != AT_REST) & (stop == APART)
-        whole &= (s == 0.0) & np.append(n[1:] != n[:-1], True)
-        whole &= (begin <= t) & (end - t >= dt)
-        x_r = xi + np.array([0.0, law.up.limit, -law.down.limit])[origin]
+            return np.arange(len(n)), sums
+        (u_dd, dt), law, (m, k_x, _) = self.base, self.solution.scene.law, self.plant
         reference = max(law.up.F_fk, law.down.F_fk)
-        share = contact.astype(float)
-        if reference > 0.0:
-            share *= np.where(contact > 0, law.up.F_fk, law.down.F_fk) / reference
-            share += np.where(contact == HOLD, law.k_t / reference * (x_r - x_0), 0.0)
-        steps = WholeSteps(x_r, v_r, share, u_dd[n], u_dd[n + 1])
-        for stiffness, kind in ((0.0, contact != HOLD), (law.k_t, contact == HOLD)):
-            for b, side in ((law.up.b, direction > 0), (law.down.b, direction < 0)):
-                chosen = WholeSteps(*(column[whole & kind & side] for column in steps))
-                plant = Plant(self.plant.m, self.plant.k_x, b)
-                found = integrate_whole_steps(plant, stiffness, dt, chosen, reference)
-                sums[:5] += found
-                sums[7] += b * found[1]
-        return whole, sums
+        whole = (s == 0.0) & np.append(n[1:] != n[:-1], True)
+        whole &= (self._starts >= begin) & (end - self._starts >= dt)
+        in_step = np.zeros(codes.max() + 2, dtype=bool)
+        for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
+            mode = decode_mode(code - 1)
+            if code - 1 == ARRIVAL or mode.direction == AT_REST or mode.stop != APART:
+                continue
+            in_step[code] = True
+            at = np.flatnonzero(whole & (codes == code - 1))
+            x_r = xi[at] + (0.0, law.up.limit, -law.down.limit)[mode.origin]
+            k_t, share = 0.0, np.full(len(at), float(mode.contact))
+            if mode.contact == HOLD:
+                k_t, share = law.k_t, law.k_t / reference * (x_r - x_0[at])
+            elif reference > 0.0:
+                share *= (law.up if mode.contact > 0 else law.down).F_fk / reference
+            b = (law.up if mode.direction > 0 else law.down).b
+            steps = WholeSteps(x_r, v_r[at], share, u_dd[n[at]], u_dd[n[at] + 1])
+            found = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
+            sums[:5] += found
+            sums[7] += b * found[1]
+        return np.flatnonzero(~(whole & in_step[codes + 1])), sums
 
 
 @dataclass(frozen=True, eq=False)
