@@ -227,7 +227,11 @@ class PiecewiseTrajectory(EventDriven):
             return Path(self._starts, self.at(self._starts).x_r)
         whole = requested_segments(self._starts, window)
         path = collect_path(
-            write_turning_points, (self.solution,), whole, limits, (0, 0.0, 0.0, 0.0, 0.0)
+            write_turning_points,
+            (self.solution,),
+            whole,
+            limits,
+            (0, 0.0, 0.0, 0.0, 0.0),
         )
         return path.until(self.end)
 

@@ -113,7 +113,7 @@ from drysim.core.roots import (
     NEVER,
     Stuck,
     break_away_time,
-    locate_stop,
+    slip_end_time,
     slip_exit_time,
     velocity_and_acceleration,
 )
@@ -600,17 +600,6 @@ def interval_time(n, s, length, end):
     if s < length:
         return n, s
     return (n + 1, 0.0) if n < end else (n, length)
-
-
-@compiled
-def slip_end_time(segment, waves, direction, h):
-    """Return the first time in (0, h] at which v_r is zero, or infinity."""
-    if direction == 0:
-        return NEVER
-    if waves.size == 0:
-        (c, w, _, r), _, v_r, a, _, _ = segment
-        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-    return slip_exit_time(segment, waves, direction, h)[0]
 
 
 @compiled

@@ -118,7 +118,7 @@ class StrokeLimits(NamedTuple):
 
     def side(self, x_r: Any) -> Any:
         """Return 1 where displacements [m] are at or beyond `up`, -1 for `down`, else 0."""
-        return 1.0 * (x_r >= self.up) - 1.0 * (x_r <= -self.down)
+        return np.subtract(x_r >= self.up, x_r <= -self.down, dtype=np.int8)
 
     def used(self, lowest: Any, highest: Any) -> Any:
         """Return the share of the stroke used between two displacements [-]."""

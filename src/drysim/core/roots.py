@@ -433,6 +433,17 @@ class Derivatives(NamedTuple):
 
 
 @compiled
+def slip_end_time(segment, waves, direction, h):
+    """Return the first time in (0, h] at which v_r is zero, or infinity."""
+    if direction == 0:
+        return NEVER
+    if waves.size == 0:
+        (c, w, _, r), _, v_r, a, _, _ = segment
+        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
+    return slip_exit_time(segment, waves, direction, h)[0]
+
+
+@compiled
 def first_root(segment, waves, law, observable, zeros, begin, h):
     """Return the first time in [begin, h] at which an observable is zero, and the state.
 

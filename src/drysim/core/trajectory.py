@@ -95,7 +95,7 @@ from drysim.core.oscillator import (
     free_response,
     sine_response,
 )
-from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, slip_exit_time
+from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, slip_end_time
 
 # A solution, and a segment of it.
 
@@ -1486,16 +1486,12 @@ def write_turning_points(solution, whole, limits, at, out):
         equation, _ = mode_equation(plant, law, waves, mode, segments.z[i], base)
         segment = start_segment(equation, waves, x_r, v_r)
         left = segment_length(segments, dt, i) - s
-        direction, s_turn, x_turn = (
-            motion_direction(segment.v_r, segment.a, segment.j),
-            NEVER,
-            x_r,
-        )
-        if direction != 0:
-            s_turn, x_turn = slip_exit_time(segment, waves, direction, left)
+        direction = motion_direction(segment.v_r, segment.a, segment.j)
+        s_turn = slip_end_time(segment, waves, direction, left)
         if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
+        x_turn = motion_at(equation, waves, x_r, v_r, s_turn).x_r
         t_out[count], x_out[count] = t + s + s_turn, x_turn
         far = half_cycle_extreme(far, x_turn)
         count += 1

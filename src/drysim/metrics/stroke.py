@@ -73,7 +73,7 @@ def excursions(
     t = np.append(path.t, trajectory.end)
     x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
     side = limits.side(x_r)
-    levels = {1.0: limits.up, -1.0: -limits.down}
+    levels = {1: limits.up, -1: -limits.down}
     enters, sides = ([0.0], [side[0]]) if side[0] else ([], [])
     leaves = []
     for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
@@ -100,7 +100,7 @@ def excursions(
     if repeats and side[0] and side[-1] == side[0] and len(enters) > 1:
         sides.pop()
     beyond = max(float(sum(leaves) - sum(enters)), 0.0)
-    return Excursions(sides.count(1.0), sides.count(-1.0), min(enters, default=None), beyond)
+    return Excursions(sides.count(1), sides.count(-1), min(enters, default=None), beyond)
 
 
 def level_crossing_time(
