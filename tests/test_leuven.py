@@ -318,7 +318,7 @@ def test_state_handed_over_on_the_sliding_limit_keeps_its_branch(count, side):
     way = -side if count % 2 == 0 else side
     for z in (way * limit, reversals[-1]):
         start = ContactState(0.0, float(way), float(z), tuple(reversals.tolist()))
-        scene = Scene(PAPER, law, make_waves(sine(1.0, 1.6)), np.zeros(2), 1.0, 0, 1.0)
+        scene = Scene(PAPER, law, make_waves(sine(1.0, 1.6)), np.zeros(2), 1.0)
         mark = initial_checkpoint(scene, start, 1.0)
         assert mark.branch[DIRECTION] == way
         assert mark.reversals[0] == reversals[0]

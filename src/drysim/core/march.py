@@ -468,15 +468,22 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 if creeping and a_carried == a_carried:
                     v_r, a = rescale(v_r, a_carried)
                     j = r - c * a - w * v_r
+            elif a_carried == a_carried:
+                # The force of an elastic contact is continuous over events that take no time.
+                a, j = a_carried, j + c * (a - a_carried)
+            elif v_r == 0.0 and mode.poised * a > 0.0 and ceases_to_yield(mode):
+                # It does not yield again by rounding of forces.
+                a, j = 0.0, j + c * a
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
             d = mode.direction if mode.bumper == LEAVING else d
             segment = Segment(equation, xi, v_r, a, j, segment.k)
             if law.k_t == 0.0 or (turns_end and d != 0):
                 stop = slip_end_time(segment, waves, d, until)
-            if law.k_t > 0.0 and mode.contact == HOLD:
+            rests = d == 0 and mode.poised != 0 and no_waves
+            if law.k_t > 0.0 and mode.contact == HOLD and not rests:
                 hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
                 change, side, x, v = end_of_hold(hold, min(stop, until))
-            elif law.k_t > 0.0 and mode.contact != FREE:
+            elif law.k_t > 0.0 and abs(mode.contact) == 1:
                 change, x, v = end_of_yield(
                     segment, waves, law, ramp, mode.contact, min(stop, until)
                 )
@@ -488,13 +495,16 @@ def march(scene, end, last_length, state, segments, log, capacity):
         before = v_r
         if step == change:
             xi, v_r = x, v
+            a_carried = a if step == 0.0 else math.nan
         elif mode.direction != AT_REST:
             xi, v_r, a_carried, _, _ = motion_at(equation, waves, xi, v_r, step)
             if creeping:
                 v_r, a_carried = velocity_and_acceleration(c, w, before, a, r, step)
             v_r = 0.0 if step == stop else v_r
-        if step in (stop, change, transition, lift):
+        if law.k_t > 0.0 and step != change:
             a_carried = math.nan
+        if step in (stop, change, transition, lift):
+            a_carried = a_carried if law.k_t > 0.0 else math.nan
             then, ends = interval_time(n, s + step, length, end)
             u = base_motion(waves, u_0, slope, step)[0]
             load, load_d = load_at(law, waves, ramp, step)
@@ -600,6 +610,12 @@ def interval_time(n, s, length, end):
     if s < length:
         return n, s
     return (n + 1, 0.0) if n < end else (n, length)
+
+
+@compiled
+def ceases_to_yield(mode):
+    """Return whether an elastic contact has just ceased to yield and is still at its limit."""
+    return mode.contact == HOLD and mode.poised != 0 and mode.bumper != LEAVING
 
 
 @compiled

@@ -826,7 +826,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
         return first_root(segment, waves, law, excess, 0, 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
-        return 0.0, segment.x_r, segment.v_r
+        return 0.0, segment.x_r, 0.0
     stop, x = slip_exit_time(segment, waves, d, h)
     return stop, x, 0.0
 
