@@ -725,3 +725,17 @@ def test_motion_under_sines_with_more_events_than_memory_holds_is_refused(monkey
     law, base = CoulombLaw(15.0, 15.0), Sines((2.0,), (1.6,), (0.0,))
     with pytest.raises(SolverError, match="too many events: "):
         StickSlip().trajectory(Plant(75.0, 7500.0, 500.0), law, base, State(0.0, 0.0), 0.1, 2e3)
+
+
+def test_limit_on_events_under_sines_grows_with_all_periods_of_a_long_motion(monkeypatch):
+    class Asked(Exception):
+        pass
+
+    def asked(count, periods, t):
+        raise Asked(periods)
+
+    monkeypatch.setattr(coulomb, "check_event_count", asked)
+    plant, law = Plant(75.0, 7500.0, 500.0), CoulombLaw(15.0, 18.0)
+    with pytest.raises(Asked) as caught:
+        coulomb.sine_trajectory(plant, law, ONE, State(0.0, 0.0), 1e6)
+    assert caught.value.args[0] > 2e6

@@ -178,8 +178,8 @@ def viscous_numerics(response: Response) -> Numerics:
 EVENTS_PER_CALL = 1_000_000
 """Events per kernel call; between calls Python can handle an interrupt."""
 
-MAX_PERIODS = 1e9
-"""Periods beyond which the events of a motion under sines are not expected to grow."""
+MAX_COUNTED_PERIODS = 1e9
+"""Periods beyond which the limit on the number of events does not grow."""
 
 INITIAL_EVENT_CAPACITY = 1024
 """Initial rows of the event log; doubled when it is full."""
@@ -201,7 +201,7 @@ def sine_trajectory(
     natural = math.sqrt(plant.k_x / plant.m) / math.tau
     periods = duration * (max(motion.f, default=0.0) + law.omega / math.tau + natural)
     while begin < duration:
-        check_event_count(count, int(min(periods, MAX_PERIODS)), begin)
+        check_event_count(count, int(min(periods, MAX_COUNTED_PERIODS)), begin)
         size = min(2 * len(kind), count + EVENTS_PER_CALL)
         log, kind = (
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),
