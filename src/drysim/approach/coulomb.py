@@ -41,6 +41,7 @@ from drysim.approach.scene import (
     check_event_count,
     check_progress,
     count_grid_points,
+    count_intervals,
     describe_numerics,
     divide_steps,
     empty_log,
@@ -178,9 +179,6 @@ def viscous_numerics(response: Response) -> Numerics:
 EVENTS_PER_CALL = 1_000_000
 """Events per kernel call; between calls Python can handle an interrupt."""
 
-MAX_COUNTED_PERIODS = 1e9
-"""Periods beyond which the limit on the number of events does not grow."""
-
 INITIAL_EVENT_CAPACITY = 1024
 """Initial rows of the event log; doubled when it is full."""
 
@@ -198,10 +196,9 @@ def sine_trajectory(
     state = march_sines_from_start(scene, duration, log, kind)
     begin, x_r, v_r, _, count, closest_decision = state
     check_progress(count, begin, (x_r, v_r))
-    natural = math.sqrt(plant.k_x / plant.m) / math.tau
-    periods = duration * (max(motion.f, default=0.0) + law.omega / math.tau + natural)
+    periods = count_intervals(plant, law, motion, duration)
     while begin < duration:
-        check_event_count(count, int(min(periods, MAX_COUNTED_PERIODS)), begin)
+        check_event_count(count, periods, begin)
         size = min(2 * len(kind), count + EVENTS_PER_CALL)
         log, kind = (
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),
@@ -566,7 +563,7 @@ class BlockMarch:
 
     Notes
     -----
-    A block is a whole number of segments of the kernel's march, so marching it again gives the
+    A block is a whole number of chunks of the kernel's march, so marching it again gives the
     same result to the last bit. A march that is kept in memory is one block.
     """
 

@@ -35,6 +35,7 @@ from drysim.approach.scene import (
     check_event_count,
     check_progress,
     count_grid_points,
+    count_intervals,
     describe_numerics,
     empty_columns,
     empty_log,
@@ -113,7 +114,7 @@ STEPS_PER_SAMPLE = 1.2
 """Initial rows per sample: one step, and events where these are few."""
 
 NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
-"""Kinds of event at which the velocity is not zero: x_r has no extremum there."""
+"""Kinds of event at which x_r has no extremum of its own."""
 
 
 def solve(
@@ -179,6 +180,7 @@ def compute_trajectory(
     segments, log = empty_columns(Segments, size), empty_log(size)
     write_first_row(log, (0, 0.0, LIFT if mode.contact == FREE else mode.contact, x_r, F_L))
     state = MarchState(0, 0.0, xi, v_r, x_0, mode, 0, 1)
+    intervals = count_intervals(plant, law, motion, duration)
     while state.n <= last:
         most = max(state.used, state.events)
         full = most + min(max(most, least), STEPS_PER_CALL)
@@ -187,7 +189,7 @@ def compute_trajectory(
         state = march(scene, last, length, state, segments, log, full)
         t = state.n * dt + state.s
         check_progress(state.events, t, (state.xi, state.v_r))
-        check_event_count(state.events, last, t)
+        check_event_count(state.events, intervals, t)
     segments = Segments(*(np.asarray(column[: state.used]) for column in segments))
     events = events_from_log(log, state.events, dt)
     return PiecewiseTrajectory(

@@ -1,4 +1,4 @@
-"""Functions shared by the exact solvers: forcing, grids, buffers, reports, checks.
+"""Functions shared by the solvers: forcing, grids, buffers, reports, checks.
 
 A scene is an oscillator, a friction law, a base motion and a start state. This module converts
 it to the arrays of the kernels, allocates the buffers that they write to, describes the chosen
@@ -29,6 +29,7 @@ from drysim.core.model import (
     AnyState,
     CoulombLaw,
     DynamicLaw,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -49,8 +50,8 @@ SAMPLES_PER_CALL = 4_000_000
 """Samples per kernel call; between calls Python can handle an interrupt."""
 
 MAX_EVENTS, MAX_EVENTS_PER_INTERVAL = 1_000_000, 10
-"""Events allowed in one solution, plus those allowed per interval of the base motion. More
-would fill the memory."""
+"""Events allowed in one solution, plus those allowed per sample, or per period under sines.
+More would fill the memory."""
 
 GRID_TOLERANCE = 1e-9
 """Tolerance within which a duration counts as a whole number of steps, relative to one step."""
@@ -198,7 +199,7 @@ def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int,
 
 
 def speed_floor(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
-    """Return a speed [m/s] far below that of the motion, as a lower velocity scale."""
+    """Return a lower bound on the speed to which tolerances refer [m/s]."""
     if isinstance(motion, Sines):
         swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
         base = max(swings, default=0.0)
@@ -329,8 +330,8 @@ def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
 def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:
     """Raise SolverError where events do not advance in time or the state is not finite.
 
-    A negative `count` is the kernels' sign of too many events; `step` is None where the
-    solution is not divided into steps.
+    A negative `count` is the kernels' sign of events without progress in time, or of too many
+    within a step; `step` is None where the solution is not divided into steps.
     """
     if count < 0 and step is None:
         raise no_progress_error(t)
@@ -345,9 +346,19 @@ def check_progress(count: int, t: float, state: Any, step: float | None = None) 
         raise overflow_error(t)
 
 
-def check_event_count(count: int, steps: int, t: float) -> None:
+def count_intervals(
+    plant: Plant, law: CoulombLaw | PiecewiseLaw, motion: Sines | Samples, duration: float
+) -> float:
+    """Return the number of samples, or of periods of base, normal force and oscillator."""
+    if isinstance(motion, Samples):
+        return duration / motion.dt
+    natural = math.sqrt(plant.k_x / plant.m) / math.tau
+    return duration * (max(motion.f, default=0.0) + law.omega / math.tau + natural)
+
+
+def check_event_count(count: int, intervals: float, t: float) -> None:
     """Raise SolverError where events are too many for the memory."""
-    if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * steps:
+    if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * intervals:
         raise SolverError(
             f"too many events: {count} by t = {t:.9g} s",
             "use a shorter duration, or check the scene: a mass with little loss chatters at a "

@@ -47,7 +47,7 @@ have none."""
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Stops, break-aways and reversals in order of time; the first one is the start."""
+    """Events of every kind in order of time; the first one is the start."""
 
     t: Floats
     kind: Int8Array

@@ -158,7 +158,7 @@ class Viscous(ExactApproach):
     approach: Literal["viscous"] = "viscous"
 
     def effective_law(self, law: AnyLaw) -> AnyLaw:
-        """Return no dry friction, between the same end stops."""
+        """Return no dry friction, with the same end stops and damper."""
         if law.stops is None and law.damping is None:
             return NO_FRICTION
         return PiecewiseLaw(0.0, 0.0, stops=law.stops, damping=law.damping)

@@ -162,7 +162,7 @@ def compute_trajectory(
 class TaylorTrajectory(MarchedTrajectory):
     """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
-    `turning_points` holds every change of mode and every zero of v_r.
+    `turning_points` holds every event and every zero of v_r.
     """
 
     march: TaylorMarch
@@ -258,7 +258,7 @@ class TaylorMarch:
     block_starts : list of float
         Times at which the blocks begin and the last ends [s].
     scales : list of tuple
-        Largest |x_r|, |v_r| and |z| of each block [m, m/s, m].
+        Largest |x_r|, |v_r| and |z| at the starts of the series of each block [m, m/s, m].
     cached : dict
         Blocks in memory, by number.
     hysteresis_cache : dict

@@ -60,7 +60,7 @@ def inlined(function: Kernel) -> Kernel:
 
 
 def merged(function: Kernel) -> Kernel:
-    """Compile a kernel as part of its only caller: for the outer loops of an algorithm.
+    """Compile a kernel as part of the only kernel that calls it: for the outer loops.
 
     Numba optimises and emits all that a kernel calls once more with the kernel. Each level of
     calls above a large kernel would double the time that it takes to compile.

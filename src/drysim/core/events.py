@@ -52,7 +52,17 @@ class EventLog(NamedTuple):
 
 
 class Segments(NamedTuple):
-    """Start of each closed-form segment of a motion; fields as in `SeriesSegments`."""
+    """Start of each closed-form segment of a motion; n and s as in `SeriesSegments`.
+
+    Attributes
+    ----------
+    x_r, v_r : array of float
+        State at the start [m, m/s]; x_r counts from the origin of the mode.
+    z : array of float
+        x_r at which an elastic contact carries no force [m].
+    d : array of int
+        Mode, encoded; with Coulomb friction alone the direction of sliding.
+    """
 
     n: Any
     s: Any

@@ -197,7 +197,7 @@ def unpack_scene(scene):
     return plant, law, Waves(values, size, size - 1 if law.variation != 0.0 else size)
 
 
-# Motion and break-away within a segment.
+# Motion within a segment.
 
 TRANSIENT_DECAYS = 40.0
 """Value of c·s after which a strong damper has removed the initial difference in velocity:

@@ -120,7 +120,7 @@ from drysim.core.roots import (
 from drysim.core.sampled import rescale
 
 MAX_STALLED_EVENTS = 100
-"""Events in a row without progress in time after which double precision is exhausted."""
+"""Steps in a row without progress in time after which double precision is exhausted."""
 
 
 class Scene(NamedTuple):
@@ -128,7 +128,8 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    plant, law : Plant, KernelLaw or CoulombLaw
+    plant : Plant
+    law : KernelLaw, CoulombLaw or DynamicLaw
     waves : Waves
     u_dd, dt : array of float, float
         Base acceleration besides the waves at the samples [m/s²], and their interval [s].

@@ -40,7 +40,10 @@ class Plant(NamedTuple):
 
 
 class PlainContact:
-    """What distinguishes a `PiecewiseLaw` from the laws that have none of it."""
+    """Constants of a contact without elasticity, separation, direction or end stops.
+
+    `PiecewiseLaw` has fields of these names.
+    """
 
     __slots__ = ()
 
@@ -61,7 +64,7 @@ class PlainContact:
 
 
 class CoulombParameters(NamedTuple):
-    """Fields of a `CoulombLaw`."""
+    """Fields of a `CoulombLaw`; a NamedTuple cannot inherit from `PlainContact` itself."""
 
     F_fk: float
     F_fs: float

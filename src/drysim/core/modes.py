@@ -414,7 +414,7 @@ LIMIT_TOLERANCE = 1e-14
 
 @compiled
 def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
-    """Return the `ModeState` at t = 0; parameters as in `mode_equation`.
+    """Return the `ModeState` at t = 0, with x_r [m] and v_r [m/s] then.
 
     An elastic contact deflected to its limit, and moving on, yields already, so that no event
     follows at once. One deflected beyond the limit, as rounding of a periodic orbit may
@@ -725,9 +725,10 @@ def steady_motion(segment, waves, s):
 
 
 class Band(NamedTuple):
-    """Displacements [m] within a half width of a center; the width may vary as in `CoulombLaw`.
+    """Displacements [m] within a half width of a center; the width may vary.
 
-    The half width at time t is `half_width` times 1 + variation·sin(omega·t + phase).
+    The half width is `half_width` times 1 plus a sine of amplitude `variation` [-] and angular
+    frequency `omega` [rad/s].
     """
 
     center: float

@@ -99,7 +99,7 @@ class TaylorSeries(NamedTuple):
     w : array of float
         Rate of bristle travel [m/s]; for `LEUVEN` and for quasi-steady series.
     square, share : array of float
-        Powers of p.
+        Powers of p; of a quasi-steady series, work of its own.
     scale : array of float
         scale[0] is the greatest speed so far [m/s], to which tolerances refer.
     slope : array of float

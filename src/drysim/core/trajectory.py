@@ -142,8 +142,9 @@ class ResumedSegment(NamedTuple):
 
     Attributes
     ----------
-    mode, equation, forces
-        Its mode and equation of motion, and the forces in this mode.
+    mode, equation, ramp, forces
+        Its mode and equation of motion, the course of the normal force, and the forces in this
+        mode.
     z, xi, v_r : float
         Origin of xi [m], and state at the start.
     u_0, slope : float
@@ -313,7 +314,7 @@ class Columns(NamedTuple):
     F_f, F_stop : array of float
         Friction force and force of an end stop [N].
     d : array of int
-        Direction of motion, 0 at rest.
+        Direction of motion; 0 where a rigid contact sticks.
     """
 
     x_r: Any
@@ -790,7 +791,7 @@ def fastest_rate(c, w, s):
 
 
 class SegmentSums(NamedTuple):
-    """Integrals over segments: fields of `Totals`, and the work of the damper [J]."""
+    """Integrals over segments, as the fields of `Totals` that have these names."""
 
     x2: float
     v2: float
@@ -911,7 +912,7 @@ def integrate_chatter(plant, law, waves, part, lo, hi):
 def integrate_rest(waves, part, lo, hi, sticks):
     """Integrate a segment at rest, where x" is that of the base.
 
-    `sticks` tells whether the contact sticks, and not only the mass rests.
+    `sticks` tells whether the contact is rigid, so that the time at rest counts as stuck.
     """
     x_dd2, s = 0.0, lo
     while s < hi:
@@ -1346,8 +1347,7 @@ def excursions(solution, x_end, end, limits, repeats):
 
     Parameters
     ----------
-    t, kind, x_r, v_first
-        As in `state_at`.
+    solution : EventSolution
     x_end, end : float
         Displacement at the end [m], and the end [s].
     limits : StrokeLimits
@@ -1549,8 +1549,8 @@ def uneventful_until(law, waves, segment, turn, known, limits, h):
         Farthest displacement written in this half cycle, and displacement at the end of the
         segment [m]. A motion that stays on one side of zero passes the latter in the same half
         cycle, so it counts as known.
-    limits : float
-        Stroke limit [m]; infinite for none.
+    limits : StrokeLimits
+        Stroke limits [m]; infinite for none.
     h : float
         Remaining length of the segment [s].
     """
