@@ -445,3 +445,19 @@ def test_state_between_samples_and_events_goes_on_from_both():
         assert trajectory.state(t).x_r == pytest.approx(x_r, abs=1e-16)
     found = trajectory.state(500 * STEP)
     assert (found.x_r, found.v_r) == (response.x_r[500], response.v_r[500])
+
+
+@pytest.mark.parametrize("late", [-1e-9, 0.0, 1e-9])
+def test_contact_that_yields_at_a_sample_is_followed_with_its_own_acceleration(late):
+    plant, law = Plant(1.0, 0.0, 2.684230774197828), elastic_law(1.0, 76.82843978994063)
+    dt, u_dd = 0.008723931482282812, np.full(65, -9.952050748899849)
+    u_dd[9:] = 115.9606901843842
+    start = ContactState(0.0, 0.1 + late, 0.0)
+    found = StickSlip().solve(plant, law, Samples(u_dd, dt), start, dt)
+    held = found.events.t[found.events.kind == 0]
+    assert held[1] == pytest.approx(0.08015, abs=1e-5)
+    assert found.v_r[10] == pytest.approx(-0.820, abs=1e-3)
+    assert found.x_r[-1] == pytest.approx(-8.91917, abs=1e-4)
+    fine = np.interp(np.arange(129) / 2, np.arange(65), u_dd)
+    other = StickSlip().solve(plant, law, Samples(fine, dt / 2), start, dt / 2)
+    assert other.x_r[::2] == pytest.approx(found.x_r, rel=1e-9, abs=1e-12)

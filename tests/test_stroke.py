@@ -179,11 +179,30 @@ def test_sweep_of_the_offset_gives_what_single_runs_give(scenario, stops):
                 assert row.metrics[name] == same, name
 
 
-def test_worst_case_is_the_one_that_uses_the_largest_share_of_its_side(scenario):
+def test_worst_case_is_the_one_that_exceeds_the_limit_of_its_side_by_most(scenario):
     swept = scenario({"limit": 0.005}, sweep={"stroke.offset": [-0.001, 0.003, 0.001]})
     (warning,) = (one for one in drysim.sweep(swept).warnings if one.slug == "stroke-violated")
     assert "at offset 0.003 m" in warning.sentence
     assert warning.numbers["limit_up"] == pytest.approx(0.002)
+
+
+def test_worst_case_exceeds_its_own_limit_by_most_in_metres(scenario):
+    zipped = {"zip": {"stroke.limit": [0.001, 0.010], "excitation.rms": [1.0, 2.5]}}
+    table = drysim.sweep(scenario({"limit": 0.01}, sweep=zipped))
+    (tally,) = table.tallies.values()
+    excess = [row.metrics["x_r_peak"] - row.point["stroke.limit"] for row in table.rows]
+    used = [row.metrics["stroke_used"] for row in table.rows]
+    assert excess[1] > excess[0] > 0.0
+    assert used[0] > used[1]
+    assert tally.worst.point["stroke.limit"] == 0.010
+
+
+def test_motion_on_one_side_does_not_use_the_other(scenario):
+    still = {"excitation": {"kind": "rest"}, "measure": {"duration": 0.01}}
+    found = drysim.run(scenario({"limit": 0.02}, start={"x_r": 0.01}, **still)).metrics
+    assert found["x_r_max"] == 0.01
+    assert found["x_r_min"] == 0.0
+    assert str(found["stroke_used"]) == "0.5"
 
 
 def test_warning_names_the_side_that_is_exceeded_most(scenario):

@@ -20,9 +20,12 @@ _exit_lock = Lock()
 
 
 @contextmanager
-def at_forced_exit(one: CleanUp) -> Iterator[None]:
-    """Call a function before a forced exit that comes while the block runs."""
-    _clean_ups.append(one)
+def at_forced_exit(one: CleanUp, last: bool = False) -> Iterator[None]:
+    """Call a function before a forced exit that comes while the block runs.
+
+    `last` is for what may block, such as a terminal: all others are called before.
+    """
+    _clean_ups.insert(0 if last else len(_clean_ups), one)
     try:
         yield
     finally:

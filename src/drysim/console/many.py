@@ -147,11 +147,10 @@ def _describe_scatter(
         yield f"{which} seeds: {format_number(low)} to {format_number(high, unit)}"
     if found.seeds < len(ensemble.rows):
         yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
-    if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
-        value, seed = found.greatest
-        used = format_percent(value / min(stroke.limits))
-        which = "" if stroke.limits.up == stroke.limits.down else "smaller "
-        yield f"largest with seed {seed}, {used} of the {which}stroke limit"
+    used = ensemble.statistics.get("stroke_used")
+    if metric == "x_r_peak" and used:
+        share, seed = used.greatest
+        yield f"largest with seed {seed}, {format_percent(share)} of the stroke limit"
 
 
 def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:

@@ -269,7 +269,7 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
         return
     bar = _ProgressBar(total, label, blocks)
     try:
-        with at_forced_exit(bar.stop):
+        with at_forced_exit(bar.stop, last=True):
             yield bar.advance
     finally:
         bar.stop()

@@ -403,6 +403,8 @@ def march(scene, end, last_length, state, segments, log, capacity):
             n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
             if at >= full:
                 break
+            if n > here.n:
+                a_carried = math.nan
         length = last_length if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         u_0, t = u_dd[n] + slope * s, n * dt + s

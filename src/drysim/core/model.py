@@ -123,10 +123,6 @@ class StrokeLimits(NamedTuple):
         """Return 1 where displacements [m] are at or beyond `up`, -1 for `down`, else 0."""
         return np.subtract(x_r >= self.up, x_r <= -self.down, dtype=np.int8)
 
-    def used(self, lowest: Any, highest: Any) -> Any:
-        """Return the share of the stroke used between two displacements [-]."""
-        return abs(np.maximum(highest / self.up, -lowest / self.down))  # not -0.0
-
 
 NO_LIMITS = StrokeLimits(math.inf, math.inf)
 

@@ -61,7 +61,7 @@ class Measured:
     begin, end : State
         At both ends of the window.
     lowest, highest : float
-        Extremes of x_r in the window [m].
+        Extremes of x_r in the window [m], or 0 where x_r stays on the other side.
     reached : float
         Largest |x_r| from the start to the end of the window [m].
     upcrossings : int
@@ -273,15 +273,31 @@ METRICS = (
     ),
     Metric("x_r_rms", "m", "RMS relative displacement, mean included", lambda m: m.x_r),
     Metric("x_r_peak", "m", "stroke: largest |x_r| in the window", lambda m: m.peak),
-    Metric("x_r_max", "m", "largest x_r in the window", lambda m: m.highest, (), SIGNED, True),
-    Metric("x_r_min", "m", "smallest x_r in the window", lambda m: m.lowest, (), SIGNED, True),
+    Metric(
+        "x_r_max",
+        "m",
+        "largest x_r in the window, at least 0",
+        lambda m: m.highest,
+        (),
+        SIGNED,
+        True,
+    ),
+    Metric(
+        "x_r_min",
+        "m",
+        "smallest x_r in the window, at most 0",
+        lambda m: m.lowest,
+        (),
+        SIGNED,
+        True,
+    ),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
     Metric(
         "stroke_used",
         "-",
         "x_r_peak over the stroke limit; of unequal limits the larger share",
-        lambda m: m.limits.used(m.lowest, m.highest),
+        lambda m: maximum(m.highest / m.limits.up, abs(m.lowest) / m.limits.down),
         (LIMITS,),
     ),
     Metric(
@@ -566,8 +582,8 @@ def measure(
             end - begin,
             trajectory.totals(begin, end),
             *states,
-            lowest=float(inside.min()),
-            highest=float(inside.max()),
+            lowest=min(float(inside.min()), 0.0),
+            highest=max(float(inside.max()), 0.0),
             reached=peak_displacement(trajectory, path, (0.0, end)) if begin else peak,
             upcrossings=count_upcrossings(inside),
             chatter=trajectory.chatter(begin, end),

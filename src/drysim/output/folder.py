@@ -272,8 +272,8 @@ def release_partial(partial: Path) -> None:
 def abandon_partial(folder: Path, partial: Path) -> str:
     """Leave `<name>.partial` in order before a forced exit; return what is kept, if anything.
 
-    Files of a result that is not complete are removed. The work is still running, but creates
-    no further files, as it has been interrupted, too.
+    Files of a result that is not complete are removed. The work may still be running, but it
+    cannot put the folder in place any more.
     """
     listed = _listed_files(_read_marker(partial))
     for file in result_files(partial):

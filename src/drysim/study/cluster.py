@@ -228,7 +228,7 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
 
     with (
         TemporaryDirectory(prefix="drysim-", ignore_cleanup_errors=True) as folder,
-        at_forced_exit(partial(rmtree, folder, ignore_errors=True)),
+        at_forced_exit(partial(rmtree, folder, ignore_errors=True), last=True),
         dask.config.set({"logging": QUIET_LOGGING} | LOCAL_CLUSTER_CONFIG),
         distributed.LocalCluster(
             n_workers=workers or system.processor_count(),

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf, log2, nan
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
@@ -29,7 +29,7 @@ from drysim.study.case import Case, prepare, require_scenario
 from drysim.study.outcome import format_repr
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
-from drysim.study.table import Table, Tally
+from drysim.study.table import Table, Tally, stroke_limits
 from drysim.study.warnings import format_at
 from drysim.units import closest_match, shorten
 from drysim.wording import (
@@ -261,7 +261,7 @@ def solve(
     compared = list(scenarios.values())
     choose_engine(case, compared)
     batches = [batch for _, batch in solve_ranges(compared, case, workers, finished=finished)]
-    tallies = Tally.of(batches, scenario.checks, reference)
+    tallies = Tally.of(batches, partial(stroke_limits, scenario), scenario.checks, reference)
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
     table = make_table(scenario, case, Rows.of(batches), tallies, omissions)

@@ -377,8 +377,8 @@ def orbit_metrics(
     scene, result = scenes.T, results.T
     none = np.full(len(status), np.nan)
     limits, first = StrokeLimits(scene[o.UP], scene[o.DOWN]), result[o.T_FIRST]
-    lowest, highest = result[o.LOWEST], result[o.HIGHEST]
-    peak = np.maximum(abs(lowest), abs(highest))
+    lowest, highest = np.minimum(result[o.LOWEST], 0.0), np.maximum(result[o.HIGHEST], 0.0)
+    peak = np.maximum(abs(lowest), highest)
     measured = Measured(
         Plant(*scene[[M, K_X, B]]),
         scene[F_FK],

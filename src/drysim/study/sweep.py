@@ -8,6 +8,7 @@ are not solved again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -36,7 +37,7 @@ from drysim.study.statistics import (
     max_seeds,
 )
 from drysim.study.store import Store, StoredBatches
-from drysim.study.table import Table, Tally
+from drysim.study.table import Table, Tally, stroke_limits
 from drysim.study.warnings import (
     status_warnings,
     table_interval_warnings,
@@ -198,7 +199,9 @@ def gather(
                 in_memory.append(batch)
             yield batch
 
-    tallies = Tally.of(collect(), scenario.checks, scenario.label)
+    tallies = Tally.of(
+        collect(), partial(stroke_limits, scenario), scenario.checks, scenario.label
+    )
     all_in_memory = len(in_memory) == len(ranges)
     batches: Sequence[Batch] = (
         in_memory if all_in_memory or store is None else StoredBatches(store, ranges)

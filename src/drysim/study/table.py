@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -105,7 +105,8 @@ class Table:
     @cached_property
     def tallies(self) -> Mapping[str, Tally]:
         """Statistics of the cases by approach, in the order of the request."""
-        return self.summary or Tally.of(as_batches(self.rows))
+        limits_of = partial(stroke_limits, self.scenario)
+        return self.summary or Tally.of(as_batches(self.rows), limits_of)
 
     def exit_code(self, strict: bool = False) -> int:
         """Return 3 if a case failed, 1 if a check failed, else 0.
@@ -161,6 +162,9 @@ class Extreme(NamedTuple):
     row: Row
 
 
+LimitsOf = Callable[[Mapping[str, Any]], StrokeLimits | None]
+"""Function that returns the stroke limits at a point, or columns of them."""
+
 RowAt = Callable[[int], Row]
 """Function that returns a row by its index in a batch."""
 
@@ -174,6 +178,8 @@ class Tally:
     approach : str
     checks : sequence of Check
         Checks that apply to these cases.
+    limits_of : callable
+        Returns the stroke limits at a point, or None.
     cases, beyond : int
         Number of cases, and of those that exceed the stroke limit.
     lost : dict
@@ -184,7 +190,7 @@ class Tally:
     quantiles : dict
         `Quantiles` of the `QUANTILE_METRICS` over the cases with numbers.
     worst : Row or None
-        The case that exceeds its stroke limit by the largest share.
+        The case that exceeds its stroke limit by most.
     seeds : SeedSummary or None
         Statistics of the means, if the cases have several seeds.
     forces : list of float
@@ -193,6 +199,7 @@ class Tally:
 
     approach: str
     checks: Sequence[Check] = ()
+    limits_of: LimitsOf = lambda _: None
     cases: int = 0
     beyond: int = 0
     lost: dict[str, Count] = field(default_factory=dict)
@@ -203,19 +210,23 @@ class Tally:
     worst: Row | None = None
     seeds: SeedSummary | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
-    _most_used: float = -np.inf
+    _most_beyond: float = -np.inf
     _verdicts: dict[int, Verdict] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, batches: Iterable[Batch], checks: Sequence[Check] = (), checked: str = ""
+        cls,
+        batches: Iterable[Batch],
+        limits_of: LimitsOf,
+        checks: Sequence[Check] = (),
+        checked: str = "",
     ) -> dict[str, Self]:
         """Return the tally of each approach, in order; `checks` apply to one of them."""
         found: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach
             if name not in found:
-                found[name] = cls(name, checks if name == checked else ())
+                found[name] = cls(name, checks if name == checked else (), limits_of)
             found[name].add(batch)
         return found
 
@@ -288,10 +299,18 @@ class Tally:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
-            used = np.nan_to_num(batch.metrics["stroke_used"][met])
-            if self.worst is None or used.max() > self._most_used:
-                self._most_used = float(used.max())
-                self.worst = row(int(met[np.argmax(used)]))
+            beyond = np.nan_to_num(self._beyond_limits(batch)[met])
+            if self.worst is None or beyond.max() > self._most_beyond:
+                self._most_beyond = float(beyond.max())
+                self.worst = row(int(met[np.argmax(beyond)]))
+
+    def _beyond_limits(self, batch: Batch) -> NDArray[np.float64]:
+        """Return how far the cases move beyond their stroke limits [m]."""
+        up, down = self.limits_of(batch.points) or (0.0, 0.0)
+        if np.array_equal(up, down):
+            return batch.metrics["x_r_peak"] - up
+        high, low = batch.metrics["x_r_max"], batch.metrics["x_r_min"]
+        return np.asarray(np.maximum(high - up, -low - down))
 
     def _judge(
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt

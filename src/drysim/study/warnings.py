@@ -193,10 +193,11 @@ def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
     # Only |x_r| is known before the motion settles, not on which side.
     if limits is not None and orbit.run_up_peak >= min(limits):
         when = "before the motion settles" if orbit.settled else "in this time"
-        which = "" if limits.up == limits.down else "smaller "
+        same = limits.up == limits.down
+        exceeds = "exceeds the" if same else "may exceed the smaller"
         sentence = (
-            f"{when} |x_r| reaches {format_length(orbit.run_up_peak)} and exceeds "
-            f"the {which}stroke limit of {format_length(min(limits), orbit.run_up_peak)}"
+            f"{when} |x_r| reaches {format_length(orbit.run_up_peak)} and {exceeds} "
+            f"stroke limit of {format_length(min(limits), orbit.run_up_peak)}"
         )
         numbers = {"limit": min(limits), "run_up_peak": orbit.run_up_peak}
         yield WarningMessage("stroke-violated-settling", sentence, numbers)
