@@ -275,12 +275,14 @@ def abandon_partial(folder: Path, partial: Path) -> str:
     Files of a result that is not complete are removed. The work may still be running, but it
     cannot put the folder in place any more.
     """
-    listed = _listed_files(_read_marker(partial))
-    for file in result_files(partial):
-        if file.relative_to(partial).as_posix() not in listed:
-            file.unlink(missing_ok=True)
+    kept = _has_finished_work(partial)
+    with suppress(OSError):  # the work may remove a file at the same time
+        listed = _listed_files(_read_marker(partial))
+        for file in result_files(partial):
+            if file.relative_to(partial).as_posix() not in listed:
+                file.unlink(missing_ok=True)
     release_partial(partial)
-    if not _has_finished_work(partial):
+    if not kept:
         return ""
     return (
         f"interrupted: what is finished is kept in {sanitise(str(folder))}.partial; the same "
