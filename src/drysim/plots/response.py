@@ -258,13 +258,15 @@ def draw_limit(
     hits = stop_impacts(motion)
     axes.autoscale(axis="y")
     what = "end stops" if hits else "stroke limit"
-    for level in (-limits.down, limits.up):
-        if abs(level) > max_ratio * peak > 0:
-            continue
-        label = wording.format_number(level * unit.units_per_metre, unit.symbol)
-        if limits.up == limits.down:
-            label = f"±{label.removeprefix('-')}"
-        axes.axhline(level * unit.units_per_metre, **LIMIT_STYLE, label=f"{what} {label}")
+    near = [
+        level for level in (-limits.down, limits.up) if not abs(level) > max_ratio * peak > 0
+    ]
+    texts = [wording.format_number(level * unit.units_per_metre) for level in near]
+    if limits.up == limits.down:
+        texts = [f"±{texts[-1]}"]
+    label = f"{what} {' and '.join(texts)} {unit.symbol}"  # one entry of the legend
+    for level in near:
+        axes.axhline(level * unit.units_per_metre, **LIMIT_STYLE, label=label)
     begin, end = axes.get_xlim()
     marked = np.array(hits or excursions(motion, limits), dtype=float).reshape(-1, 2)
     marked = marked[(marked[:, 0] >= begin) & (marked[:, 0] <= end)] * (
