@@ -97,6 +97,7 @@ SIDE_KEYS = ("stroke.limit.up", "stroke.limit.down", "stroke.offset")
 
 LIMIT_KEYS = ("stroke.limit", *SIDE_KEYS)
 """Keys of the stroke limits; each case has its own limits where one of them is swept."""
+
 CLOSED_FORM_LAWS = tuple(
     name for name, law in LAWS.items() if getattr(law, "closed_form", False)
 )
