@@ -49,8 +49,8 @@ cli.command()
 """A command in which functions never return once they have been called a number of times."""
 
 
-def hears():
-    """Take every signal as a terminal does; a session begun by nohup hands down deaf ones."""
+def reset_signals():
+    """Handle signals by default: below nohup, a process inherits that SIGHUP is ignored."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
 
@@ -64,20 +64,20 @@ def interrupted(folder, setup, *words, number=signal.SIGINT, times=1):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=hears,
+        preexec_fn=reset_signals,
     ) as running:
         try:
             begun = running.stdout.readline()
             for _ in range(times):
                 running.send_signal(number)
-            _, said = running.communicate(timeout=60)
+            _, stderr = running.communicate(timeout=60)
         finally:
             running.kill()
-    assert begun == "endless\n", said
+    assert begun == "endless\n", stderr
     assert running.returncode == 130
-    assert "Traceback" not in said
-    assert said.count("interrupted") == 1
-    return said
+    assert "Traceback" not in stderr
+    assert stderr.count("interrupted") == 1
+    return stderr
 
 
 def files(folder):
@@ -166,8 +166,8 @@ def test_sweep_in_an_endless_kernel_keeps_its_cases(folder, stage):
     setup, options = RESUMED[stage]
     words = ("sweep", "seat.yaml", "--set", SWEEP)
     whole = completed(folder, *words).rename(folder / "whole")
-    said = interrupted(folder, setup, *words, *options, times=3)
-    assert "--resume" in said
+    stderr = interrupted(folder, setup, *words, *options, times=3)
+    assert "--resume" in stderr
     partial = folder / "out/seat.partial"
     assert output.is_resumable(folder / "out/seat")
     assert (partial / "drysim.json").exists()
@@ -195,8 +195,8 @@ def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
             "    return whole(*_)\n"
             "ensemble.solve_seed = row\n"
         )
-    said = interrupted(folder, setup, *words)
-    assert "--resume" in said
+    stderr = interrupted(folder, setup, *words)
+    assert "--resume" in stderr
     partial = folder / "out/seat.partial"
     assert [path for path in files(partial) if path.endswith(".csv")] == []
     again = completed(folder, *words, "--resume") / "ensemble.csv"
@@ -243,16 +243,16 @@ def test_clean_ups_run_latest_first_and_only_within_their_block(exit_lock):
     def fail():
         raise OSError
 
-    told = []
+    calls = []
     with (
-        forced_exit.at_forced_exit(lambda: told.append(1) or "kept"),
+        forced_exit.at_forced_exit(lambda: calls.append(1) or "kept"),
         forced_exit.at_forced_exit(fail),
     ):
-        with forced_exit.at_forced_exit(lambda: told.append(2)):
+        with forced_exit.at_forced_exit(lambda: calls.append(2)):
             pass
-        with forced_exit.at_forced_exit(lambda: told.append(3)):
+        with forced_exit.at_forced_exit(lambda: calls.append(3)):
             assert forced_exit.clean_up() == "kept"
-    assert told == [3, 1]
+    assert calls == [3, 1]
 
 
 def test_forced_exit_waits_for_what_it_must_not_divide(exit_lock):
