@@ -16,6 +16,7 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.manual import pages
 from drysim.metrics.table import METRICS
 from drysim.scenario import schema
+from drysim.scenario.reading import TAG_KEYS
 from drysim.study.gallery import list_scenarios
 from drysim.units import closest_match
 from drysim.yaml_document import dump, read_document
@@ -160,9 +161,6 @@ def closest_word(word: str) -> str | None:
 
 
 # The keys of a scenario, from its JSON schema.
-
-DISCRIMINATOR_KEYS = {"const", "default"}
-"""A key whose schema has `const` but no `default` is a discriminator of kinds of block."""
 
 
 class Block(NamedTuple):
@@ -320,12 +318,8 @@ def _default(block: Any, key: str, field: Any) -> str:
 
 def _discriminators(block: Any) -> list[tuple[str, Any]]:
     """Return the keys whose value names the kind of block, with their schema."""
-    properties = block["properties"].items()
-    return [
-        (key, field)
-        for key, field in properties
-        if {"const"} == field.keys() & DISCRIMINATOR_KEYS
-    ]
+    fields = block["properties"]
+    return [(key, fields[key]) for key in TAG_KEYS if "const" in fields.get(key, ())]
 
 
 def _inner_blocks(root: Any, field: Any) -> Iterator[tuple[str, Any]]:

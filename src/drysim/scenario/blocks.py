@@ -290,9 +290,29 @@ else:
 class SpectraOptions(Block):
     """Which spectra a run computes, in place of `true`."""
 
-    bands: Literal["third-octave"] | None = None
+    bands: Literal["third-octave"]
     """RMS acceleration of base and mass in one-third-octave bands from 0.5 to 80 Hz, with the
     weighting, too, if there is one."""
+
+
+def _check_spectra(value: object) -> object:
+    """Return a boolean; the message on any other word names the block."""
+    if not isinstance(value, bool):
+        form = "true, false or `{bands: third-octave}`"
+        raise ValueError(f"must be {form}, not {format_value(value)}")
+    return value
+
+
+class DailyExposure(Quantity):
+    """Duration that is usually stated in hours, which a bare number does not mean."""
+
+    def read(self, value_in: object) -> float:
+        """Return the duration [s]; the message on a small bare number names hours."""
+        if isinstance(value_in, int | float) and value_in is not True and 0 < value_in <= 24:
+            least = f"must be at least {self.at_least:g} s, not {format_value(value_in)}"
+            hint = f"a number is in seconds: write `{value_in:g} h` for hours"
+            raise ValueError(f"{least}; {hint}")
+        return super().read(value_in)
 
 
 class Measure(Block):
@@ -317,7 +337,8 @@ class Measure(Block):
     """Duration of exposure a day [s], such as `4 h`; adds the daily exposure A_8, which needs a
     weighting."""
     spectra: Annotated[
-        Annotated[StrictBool, Tag("plain")] | Annotated[SpectraOptions, Tag("block")],
+        Annotated[bool, BeforeValidator(_check_spectra), Tag("plain")]
+        | Annotated[SpectraOptions, Tag("block")],
         Discriminator(plain_or_block),
     ] = False
     """Whether a run computes the spectra of base and mass and the transmissibility H1; for
@@ -345,7 +366,7 @@ class Measure(Block):
     @property
     def bands(self) -> bool:
         """Whether RMS values in one-third-octave bands are computed."""
-        return isinstance(self.spectra, SpectraOptions) and self.spectra.bands is not None
+        return isinstance(self.spectra, SpectraOptions)
 
     @property
     def weights(self) -> tuple[str, float] | None:

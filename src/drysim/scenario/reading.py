@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 from types import UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
@@ -40,6 +40,9 @@ from drysim.yaml_document import UNREAD_KEYS, Document, KeyPath
 
 Model = type[Block]
 
+TAG_KEYS = ("kind", "law")
+"""Keys whose value selects a member of a union of models."""
+
 
 def fields_by_key(model: Model) -> dict[str, FieldInfo]:
     """Return the fields of a model by the key used in a file."""
@@ -62,11 +65,11 @@ def allows_list(annotation: Any) -> bool:
 
 def discriminator(model: Model) -> tuple[str, str] | None:
     """Return the tag key of a model in a union and its value; None if it has none."""
-    for key, field in fields_by_key(model).items():
-        if field.is_required() and get_origin(field.annotation) is Literal:
-            words = get_args(field.annotation)
-            if len(words) == 1:
-                return key, words[0]
+    for key in TAG_KEYS:
+        field = model.model_fields.get(key)
+        words = get_args(field.annotation) if field and field.is_required() else ()
+        if len(words) == 1:
+            return key, words[0]
     return None
 
 
@@ -563,6 +566,8 @@ def _field_description(model: Model, field: FieldInfo) -> str:
     clause = " ".join(
         re.split(r"[;.](?:\s|$)", field_descriptions(model).get(name, ""))[0].split()
     )
+    if clause[1:2].isupper():  # an abbreviation, such as RMS
+        return f": {clause}"
     return f": {clause[0].lower()}{clause[1:]}" if clause else ""
 
 
