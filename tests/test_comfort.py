@@ -275,6 +275,7 @@ def test_daily_exposure_is_a_w_over_eight_hours(drysim, seat):
     )
     heading = (seat.parent / "out/transmissibility.csv").read_text().splitlines()[0]
     assert heading.endswith(",crest_factor [-],A_8 [m/s2]")
-    assert re.search(r"A_8 +[0-9.]+ m/s² +daily exposure A.8.", drysim("run", *words).out)
+    row = r"A_8 +[0-9.]+ m/s² +daily exposure A.8. for 2 h a day"
+    assert re.search(row, drysim("run", *words).out)
     lone = drysim("validate", seat, "--set", "measure.exposure=2 h")
     assert "measure.exposure requires `direction` or `weighting`" in lone.out

@@ -24,7 +24,7 @@ from drysim.core.model import AnyLaw, EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import METRICS, UNITS, WEIGHTING
+from drysim.metrics.table import EXPOSURE, METRICS, UNITS, WEIGHTING
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import common_period
 from drysim.wording import (
@@ -204,7 +204,10 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         value = metrics[metric.name]
         if WEIGHTING in metric.needs and metric.name not in COMFORT_ROWS and value is not None:
             text = format_number(value, format_unit(metric.unit))
-            yield SummaryRow(metric.name, text, metric.about.partition(":")[0])
+            about, exposure = metric.about.partition(":")[0], outcome.scenario.measure.exposure
+            if EXPOSURE in metric.needs and exposure is not None:
+                about += f" for {format_number(exposure / 3600, 'h')} a day"
+            yield SummaryRow(metric.name, text, about)
 
 
 def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:

@@ -333,9 +333,9 @@ class Measure(Block):
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
     """Frequency weighting of ISO 2631-1, with k = 1; with `direction` it must be the weighting
     of that direction."""
-    exposure: Annotated[float, Quantity("s", above=0, at_most=86400)] | None = None
-    """Duration of exposure a day [s], such as `4 h`; adds the daily exposure A_8, which needs a
-    weighting."""
+    exposure: Annotated[float, DailyExposure("s", at_least=60, at_most=86400)] | None = None
+    """Duration of exposure a day [s], such as `4 h`, at least 60 s; adds the daily exposure
+    A_8, which needs a weighting."""
     spectra: Annotated[
         Annotated[bool, BeforeValidator(_check_spectra), Tag("plain")]
         | Annotated[SpectraOptions, Tag("block")],
