@@ -241,8 +241,11 @@ def test_contacts_are_told_apart(scenario):
 @pytest.mark.parametrize(
     ("stroke", "words"),
     [
-        ({"limit": 0.005, "offset": 0.005}, "must be between -0.005 and 0.005 m"),
-        ({"limit": {"up": 0.01, "down": 0.02}, "offset": -0.03}, "between -0.02 and 0.01 m"),
+        ({"limit": 0.005, "offset": 0.005}, "must be above -0.005 m and below 0.005 m"),
+        (
+            {"limit": {"up": 0.01, "down": 0.02}, "offset": -0.03},
+            "must be above -0.02 m and below 0.01 m",
+        ),
         ({"limit": {"up": 0.0, "down": 0.02}}, "stroke.limit.up must be above 0"),
         ({"limit": {"up": 0.01}}, "stroke.limit.down is required"),
         ({"offset": 0.01}, "stroke.limit is required"),
@@ -258,7 +261,10 @@ def test_offset_that_leaves_no_room_in_one_case_of_a_sweep_is_refused(scenario):
     swept = {"stroke.offset": [0.0, 0.004, 0.006]}
     with pytest.raises(ScenarioError) as caught:
         scenario({"limit": 0.005}, sweep=swept)
-    assert "stroke.offset must be between -0.005 and 0.005 m" in str(caught.value.problems[0])
+    sentence = (
+        "stroke.offset must be above -0.005 m and below 0.005 m, the limits of the stroke"
+    )
+    assert sentence in str(caught.value.problems[0])
     assert "(at stroke.offset = 0.006)" in str(caught.value.problems[0])
 
 

@@ -8,7 +8,7 @@ blocks are in `model`.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -22,8 +22,10 @@ from pydantic import (
     PrivateAttr,
     StrictBool,
     Tag,
+    ValidationInfo,
     WithJsonSchema,
     create_model,
+    field_validator,
     model_validator,
 )
 
@@ -182,6 +184,11 @@ class LimitBySide(Block):
     """Limit of x_r < 0 [m], above 0."""
 
 
+def _both_sides(limit: Any) -> tuple[float, float]:
+    """Return the limits of x_r > 0 and x_r < 0."""
+    return (limit.up, limit.down) if isinstance(limit, LimitBySide) else (limit, limit)
+
+
 class Stroke(Block):
     """Permitted motion of the mass on its base."""
 
@@ -189,33 +196,38 @@ class Stroke(Block):
         Annotated[Travel, Tag("plain")] | Annotated[LimitBySide, Tag("block")],
         Discriminator(plain_or_block),
     ]
-    """Stroke limit x_rM [m] to either side, half of the total travel: |x_r| must stay below it.
-    One value, or `{up: ..., down: ...}` for x_r > 0 and x_r < 0. Without `stops` it is only
-    checked."""
+    """Stroke limit x_rM [m], below which the mass must stay on either side: one value, half of
+    the total travel, or `{up: ..., down: ...}` for x_r > 0 and x_r < 0. Without `stops` it is
+    only checked."""
     offset: Length | None = None
-    """Position of the working point x_r = 0 above the point from which `limit` counts [m], as
-    under a load that is lighter than intended: the limits are `up` - offset and `down` +
-    offset. Default: 0."""
+    """Position of the working point x_r = 0 above the point from which `limit` counts [m]:
+    positive under a load that is lighter than intended, negative under a heavier one. The
+    limits are `up` - offset and `down` + offset. Default: 0."""
     stops: Stops | None = None
-    """End stops at the limit; without this block the mass moves beyond it. Supported for the
-    laws `coulomb`, `jenkins` and `petrov-ewins`, and without friction."""
+    """End stops at the limit, elastic bumpers (`stiffness` or `stages`) or rigid stops
+    (`restitution`); without this block the mass moves beyond it. Supported for the laws
+    `coulomb`, `jenkins` and `petrov-ewins`, and without friction."""
 
-    @model_validator(mode="after")
-    def _leave_room_to_move(self) -> Self:
-        up, down = self.limits
-        if min(up, down) <= 0.0 and self.offset is not None:
-            raise InvalidValue(
-                f"must be between {self.offset - down:.12g} and {self.offset + up:.12g} m, the "
-                f"limits of the stroke, not {self.offset:.12g}",
-                "offset",
-            )
-        return self
+    @field_validator("offset", mode="wrap")
+    @classmethod
+    def _leave_room_to_move(
+        cls, value: object, read: Callable[[object], float | None], info: ValidationInfo
+    ) -> float | None:
+        offset = read(value)
+        if offset is not None and "limit" in info.data:
+            up, down = _both_sides(info.data["limit"])
+            if not -down < offset < up:
+                bounds = f"above {-down:.12g} m and below {up:.12g} m"
+                raise ValueError(
+                    f"must be {bounds}, the limits of the stroke, not {format_value(value)}"
+                )
+        return offset
 
     @property
     def limits(self) -> StrokeLimits:
         """Limits as seen from the working point."""
-        limit, offset = self.limit, 0.0 if self.offset is None else self.offset
-        up, down = (limit.up, limit.down) if isinstance(limit, LimitBySide) else (limit, limit)
+        up, down = _both_sides(self.limit)
+        offset = 0.0 if self.offset is None else self.offset
         return StrokeLimits(up - offset, down + offset)
 
     @property
