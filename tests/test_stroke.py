@@ -275,3 +275,25 @@ def test_start_beyond_the_nearer_rigid_stop_is_refused(scenario):
     assert "must be between -0.008 and 0.002 m with rigid stops" in str(
         caught.value.problems[0]
     )
+
+
+@pytest.mark.parametrize(
+    ("stroke", "key", "typed"),
+    [
+        ({"limit": 40.0, "offset": 5.0}, "stroke.limit", "40"),
+        ({"limit": {"up": 0.04, "down": 50.0}, "offset": -5.0}, "stroke.limit.down", "50"),
+        ({"limit": {"up": 30.0, "down": 0.05}, "offset": 7.0}, "stroke.limit.up", "30"),
+    ],
+)
+def test_limit_that_looks_like_millimetres_is_shown_as_typed(scenario, stroke, key, typed):
+    (warning,) = drysim.scenario.scenario_warnings(scenario(stroke))
+    assert warning.slug == "looks-like-millimetres"
+    assert warning.sentence.startswith(f"{key} is {typed} m; ")
+    assert warning.sentence.endswith(f"write `{typed} mm`")
+    assert warning.numbers == {key: float(typed)}
+
+
+def test_limits_of_both_sides_that_look_like_millimetres_are_both_named(scenario):
+    limits = {"up": 30.0, "down": 50.0}
+    found = drysim.scenario.scenario_warnings(scenario({"limit": limits}))
+    assert [[*one.numbers] for one in found] == [["stroke.limit.up"], ["stroke.limit.down"]]

@@ -25,6 +25,7 @@ from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS
 from drysim.scenario.axes import Axis, axis_groups, count_points, point_columns
+from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.units import Block
@@ -301,19 +302,32 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of lengths that look like millimetres."""
     m, k_x, _ = scenario.oscillator.plant()
     start = abs(scenario.start.x_r)
-    limit = max(scenario.stroke.limits) if scenario.stroke else 0.0
-    pulled = start if k_x * start / m >= HIGH_ACCELERATION else 0.0
-    unitless = [
+    found = [(key, key, value) for key, value in _typed_limits(scenario.stroke)]
+    if k_x * start / m >= HIGH_ACCELERATION:
+        found.append(("start.x_r", "start.x_r", start))
+    found += [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
         if not check.unit and UNITS[check.metric] == "m"
     ]
-    keys = (("stroke.limit", limit), ("start.x_r", pulled))
-    for what, key, value in (*((key, key, value) for key, value in keys), *unitless):
+    for what, key, value in found:
         if value >= LONG_TRAVEL:
             typed = value / 1e6 if value >= MEGAMETRE_TYPO else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
             yield WarningMessage("looks-like-millimetres", sentence, {key: value})
+
+
+def _typed_limits(stroke: Stroke | None) -> Iterator[tuple[str, float]]:
+    """Yield the stroke limits by key, as in the scenario: not shifted by the offset."""
+    if stroke is None:
+        return
+    if isinstance(stroke.limit, LimitBySide):
+        yield from (
+            ("stroke.limit.up", stroke.limit.up),
+            ("stroke.limit.down", stroke.limit.down),
+        )
+    else:
+        yield "stroke.limit", stroke.limit
 
 
 def _remote_limit_warnings(
