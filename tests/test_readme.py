@@ -251,6 +251,14 @@ def test_symbols_and_labels_of_summaries_are_explained():
     assert explain("Coulomb")[0].word == "coulomb"
 
 
+def test_options_and_words_of_the_manual_are_explained(drysim):
+    meant = {"A(8)": "A_8", "bands": "measure.spectra.bands", "bumper": "stroke.stops"}
+    for word, meaning in meant.items():
+        assert [one.word for one in explain(word)] == [meaning]
+    assert {one.where for one in explain("resume")} == {"drysim run", "drysim sweep"}
+    assert drysim("explain", "--resume").out.startswith("--resume: option\n  Continue")
+
+
 def test_word_that_ends_keys_lists_them_and_a_misspelled_one_is_suggested():
     assert {one.word for one in explain("kinetic")} == {"friction.kinetic"}
     assert explain("frequancy") == []

@@ -114,7 +114,9 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
 
 
 for one_command in COMMANDS:
-    app.command(cls=MetavarCommand)(one_command)
+    # `explain --resume` explains the option.
+    settings = {"ignore_unknown_options": one_command is explain}
+    app.command(cls=MetavarCommand, context_settings=settings)(one_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -22,7 +22,10 @@ Word = Annotated[
     typer.Argument(
         metavar="WORD",
         autocompletion=options.complete_words,
-        help="Scenario key, metric, symbol, column, warning, exit code, approach, law, event.",
+        help=(
+            "Scenario key, metric, symbol, column, warning, exit code, approach, law, event, "
+            "option."
+        ),
     ),
 ]
 

@@ -1,8 +1,8 @@
 """Glossary of drysim's keys, metrics, columns and other words, for `drysim explain`.
 
 Keys come from the JSON schema, metrics from their table, laws, approaches and kinds of base
-motion from their classes; symbols, columns, events, warnings and exit codes from tables of the
-manual.
+motion from their classes; symbols, columns, events, warnings, exit codes and options of the
+commands from tables of the manual.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Entry(NamedTuple):
 
 KEY, METRIC, COLUMN, WARNING = "scenario key", "metric", "column", "warning"
 EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
-EXCITATION, SYMBOL = "kind of base motion", "symbol"
+EXCITATION, SYMBOL, OPTION = "kind of base motion", "symbol", "option"
 
 TABLES = ((COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"))
 """Kinds of word that are read from tables of the manual, with the page."""
@@ -76,8 +76,10 @@ TERMS = {
     "stops hit": "contacts",
     "energy": "energy_residual",
     "crest factor": "crest_factor",
+    "A(8)": "A_8",
+    "bumper": "stroke.stops",
 }
-"""Labels of summaries that differ from the name of the metric they stand for."""
+"""Labels of summaries and other words, with the entry that explains them."""
 
 EXAMPLES = {
     METRIC: "checks: [{word} < 1 {unit}]",
@@ -105,6 +107,7 @@ def _entries() -> Iterator[Entry]:
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page in TABLES:
         yield from _table_entries(kind, page)
+    yield from _options()
 
 
 def _symbols() -> Iterator[Entry]:
@@ -136,6 +139,19 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
             yield Entry(word, kind, fields[0], example=example)
 
 
+def _options() -> Iterator[Entry]:
+    """Yield the options of the commands; those with the same meaning once."""
+    commands: dict[tuple[str, str], list[str]] = {}
+    for section in pages()["commands"].text.split("\n## `")[1:]:
+        command = " ".join(section.split()[:2]).strip("`")
+        for names, meaning in ROW.findall(section):
+            if names.startswith("--"):
+                option = names.split(", ")[0].split(" ")[0]
+                commands.setdefault((option, meaning), []).append(command)
+    for (option, meaning), where in commands.items():
+        yield Entry(option, OPTION, meaning, where=", ".join(where))
+
+
 def explain(word: str) -> list[Entry]:
     """Return the entries of a word: exact matches, else keys that end with it."""
     word = re.sub(r"^exit[ -](?:code )?", "", word.strip().strip("`"))
@@ -149,6 +165,8 @@ def explain(word: str) -> list[Entry]:
         found = explain(TERMS[word])
     if not found:
         found = [one for one in entries() if one.word.lower() == word.lower()]
+    if not found and not word.startswith("-"):
+        found = explain(f"--{word}")
     return found
 
 
