@@ -153,10 +153,6 @@ STEP_TOLERANCE = Fraction(1, 10**9)
 """Tolerance, in steps, within which the end of a range is reached: 30 deg in rad is not a
 decimal number."""
 
-LOG_BLOCK = 4096
-"""Block length for log-spaced values. A value is the product of two of about 2·4096 cached
-ratios, instead of one exponential for each of up to 1e7 values."""
-
 _DECIMAL_CONTEXT = Context(prec=25)
 """Precision at which log-spaced values round to the closest double: 0.1, 1, 10, 100."""
 
@@ -193,44 +189,22 @@ class EvenlySpaced(LazySequence[float]):
         return self.at([number])[0]
 
     def at(self, numbers: Sequence[int]) -> list[float]:
-        """Return values by distinct indices."""
-        if self.fraction is None:
-            values = self._geometric(numbers)
-        else:
+        """Return values by index."""
+        ends = {0: self.low, self.steps: self.high}
+        return [ends[i] if i in ends else self._inner(i) for i in numbers]
+
+    def _inner(self, i: int) -> float:
+        if self.fraction is not None:
             first, width, common = self.fraction
-            values = [(first + i * width) / common for i in numbers]
-        for i in {0, self.steps} & set(numbers):
-            values[numbers.index(i)] = self.high if i else self.low
-        return values
-
-    def _geometric(self, numbers: Sequence[int]) -> list[float]:
-        low, times, ratio = (
-            Decimal(repr(self.low)),
-            _DECIMAL_CONTEXT.multiply,
-            self._partial_ratio,
-        )
-        firsts = {at: times(low, ratio(at)) for at in {i - i % LOG_BLOCK for i in numbers}}
-        return [float(times(firsts[i - i % LOG_BLOCK], ratio(i % LOG_BLOCK))) for i in numbers]
-
-    def _partial_ratio(self, i: int) -> Decimal:
-        """Return (high/low)^(i/n), cached."""
-        found = self._ratio_cache.get(i)
-        if found is None:
-            share = _DECIMAL_CONTEXT.divide(
-                _DECIMAL_CONTEXT.multiply(self._log_span, Decimal(i)), Decimal(self.steps)
-            )
-            found = self._ratio_cache[i] = _DECIMAL_CONTEXT.exp(share)
-        return found
+            return (first + i * width) / common
+        low, ratio = self._logarithms
+        return float(_DECIMAL_CONTEXT.exp(_DECIMAL_CONTEXT.fma(ratio, i, low)))
 
     @cached_property
-    def _ratio_cache(self) -> dict[int, Decimal]:
-        return {}
-
-    @cached_property
-    def _log_span(self) -> Decimal:
-        """Logarithm of high/low."""
-        low, high = Decimal(repr(self.low)), Decimal(repr(self.high))
-        return _DECIMAL_CONTEXT.ln(_DECIMAL_CONTEXT.divide(high, low))
+    def _logarithms(self) -> tuple[Decimal, Decimal]:
+        """Logarithms of the first value and of the ratio of two neighbours."""
+        low, high = (_DECIMAL_CONTEXT.ln(Decimal(repr(end))) for end in (self.low, self.high))
+        return low, _DECIMAL_CONTEXT.divide(high - low, self.steps)
 
 
 def decimal_arange(low: float, high: float, step: float, n: int) -> Sequence[float]:
