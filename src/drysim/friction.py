@@ -58,20 +58,16 @@ Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
 Coefficient = Annotated[float, Quantity("", at_least=0)]
 
 
-class KineticForce(Block):
-    """Kinetic friction, given as a force or by a coefficient and the normal force."""
+class FrictionLaw(Block):
+    """Base class of the friction laws."""
 
     law: str
     """Name of the law."""
-    kinetic: Force | None = None
-    """Kinetic friction force F_fk [N]."""
-    mu_kinetic: Coefficient | None = None
-    """Coefficient of kinetic friction [-], in place of `kinetic`."""
-    normal: Force | None = None
-    """Normal force [N] for the coefficients; default: 9.81 m/s² times the mass."""
 
-    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
-    needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
+    by_default: ClassVar[bool] = False
+    """Whether a block without `law` means this one."""
+    closed_form: ClassVar[bool] = False
+    """Whether the law is solved in closed form."""
     symbols: ClassVar[dict[str, str]] = {}
     """Symbols of the source for keys of the law; other keys are shown by name."""
 
@@ -84,6 +80,44 @@ class KineticForce(Block):
     def frequencies(self) -> tuple[float, ...]:
         """Frequencies of a periodic normal force [Hz]."""
         return ()
+
+    def with_defaults(self, m: float) -> dict[str, Any]:
+        """Return the keys and values of the block with all defaults; m is the mass [kg]."""
+        return self.model_dump(exclude_none=True)
+
+    def describe(self, swept: Collection[str] = ()) -> Iterator[str]:
+        """Yield the name of the law, then its own keys as `v_s 0.005 m/s`.
+
+        Defaults and swept keys are left out.
+        """
+        yield f"law {self.law}"
+        for key, field in type(self).model_fields.items():
+            value = getattr(self, key)
+            if key in NOT_LISTED or f"friction.{key}" in swept or value == field.default:
+                continue
+            if isinstance(value, int | float):
+                symbol = self.symbols.get(key, key.replace("_", " "))
+                # Where a key may be left out its quantity is within its annotation.
+                inner = (
+                    getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation)
+                )
+                every = chain(field.metadata, *inner)
+                unit = next((part.unit for part in every if isinstance(part, Quantity)), "")
+                yield f"{symbol} {format_number(value, unit)}"
+
+
+class KineticForce(FrictionLaw):
+    """Kinetic friction, given as a force or by a coefficient and the normal force."""
+
+    kinetic: Force | None = None
+    """Kinetic friction force F_fk [N]."""
+    mu_kinetic: Coefficient | None = None
+    """Coefficient of kinetic friction [-], in place of `kinetic`."""
+    normal: Force | None = None
+    """Normal force [N] for the coefficients; default: 9.81 m/s² times the mass."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
+    needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
 
     def kinetic_force(self, m: float) -> float:
         """Return F_fk [N]; the mass m [kg] gives the default normal force."""
@@ -100,7 +134,7 @@ class KineticForce(Block):
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""
-        words = self.model_dump(exclude_none=True)
+        words = super().with_defaults(m)
         if self.mu_kinetic is not None and self.normal is None:
             words["normal"] = GRAVITY * m
         return words
@@ -206,11 +240,13 @@ class NormalRecord(Recorded):
         stamp = None
         with suppress(OSError):
             stamp = system.file_signature(self.path)
-        return _pressure(self, stamp)
+        return _cached_force_record(self, stamp)
 
 
 @lru_cache(maxsize=4)  # neighbouring cases of a sweep share their record
-def _pressure(record: NormalRecord, stamp: system.FileSignature | None) -> NormalForceRecord:
+def _cached_force_record(
+    record: NormalRecord, stamp: system.FileSignature | None
+) -> NormalForceRecord:
     from drysim.records.record import read_normal_force
 
     return read_normal_force(record)
@@ -292,6 +328,10 @@ class Coulomb(FrictionLimits):
             else mu * record.force_record().mean
         )
 
+    def describe(self, swept: Collection[str] = ()) -> Iterator[str]:
+        """Yield nothing: the forces describe the law."""
+        return iter(())
+
     def in_direction(self, i: int) -> Self:
         """Return the block with the forces of extension (0) or compression (1) alone."""
         forces = {"kinetic": self.kinetic, "static": self.static}
@@ -369,7 +409,7 @@ class NormalMotion(Block):
     """Phase at t = 0 [rad]."""
 
 
-class PetrovEwins(Block):
+class PetrovEwins(FrictionLaw):
     """Contact with tangential and normal stiffness, whose surfaces may separate.
 
     Not to be confused with `jenkins`, whose normal load is constant.
@@ -406,11 +446,6 @@ class PetrovEwins(Block):
     }
 
     @property
-    def static_given(self) -> bool:
-        """True: the law has a single limit."""
-        return True
-
-    @property
     def frequencies(self) -> tuple[float, ...]:
         """Frequency of a varying normal load [Hz]."""
         moved = self.normal_motion
@@ -427,10 +462,6 @@ class PetrovEwins(Block):
         return PiecewiseLaw(
             F_fk, F_fk, self.tangential_stiffness, variation, omega, moved.phase
         )
-
-    def with_defaults(self, m: float) -> dict[str, Any]:
-        """Return the keys and values of the block with all defaults."""
-        return self.model_dump(exclude_none=True)
 
 
 # Dynamic friction models: rate-dependent friction, or a differential equation for a state.
@@ -605,7 +636,7 @@ class Leuven(BristleLaw):
         return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)
 
 
-# All laws, and their description.
+# All laws.
 
 FRICTION_LAWS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
@@ -614,24 +645,3 @@ Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
 
 NOT_LISTED = frozenset({*Coulomb.model_fields, "tolerance"})
 """Keys described as forces, and the tolerance, which is not part of the law."""
-
-
-def law_terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
-    """Yield the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
-
-    Defaults and swept keys are left out.
-    """
-    if isinstance(friction, Coulomb):
-        return
-    yield f"law {friction.law}"
-    for key, field in type(friction).model_fields.items():
-        value = getattr(friction, key)
-        if key in NOT_LISTED or f"friction.{key}" in swept or value == field.default:
-            continue
-        if isinstance(value, int | float):
-            symbol = friction.symbols.get(key, key.replace("_", " "))
-            # Where a key may be left out its quantity is within its annotation.
-            inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
-            every = chain(field.metadata, *inner)
-            unit = next((part.unit for part in every if isinstance(part, Quantity)), "")
-            yield f"{symbol} {format_number(value, unit)}"

@@ -29,7 +29,7 @@ from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
-from drysim.friction import Coulomb, Friction, law_terms
+from drysim.friction import Coulomb, Friction
 from drysim.metrics.table import METRICS_BY_NAME, Need
 from drysim.scenario.axes import Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
@@ -98,9 +98,7 @@ SIDE_KEYS = ("stroke.limit.up", "stroke.limit.down", "stroke.offset")
 LIMIT_KEYS = ("stroke.limit", *SIDE_KEYS)
 """Keys of the stroke limits; each case has its own limits where one of them is swept."""
 
-CLOSED_FORM_LAWS = tuple(
-    name for name, law in LAWS.items() if getattr(law, "closed_form", False)
-)
+CLOSED_FORM_LAWS = tuple(name for name, law in LAWS.items() if law.closed_form)
 """Friction laws that go with end stops and with damping by direction."""
 
 
@@ -197,7 +195,7 @@ class Scenario(FromFile):
     def terms(self) -> tuple[str, ...]:
         """Name of a law other than Coulomb, and its parameters that are not swept."""
         swept = {axis.key for axis in self.sweep}
-        return tuple(law_terms(self.active_friction, swept)) if self.active_friction else ()
+        return tuple(self.active_friction.describe(swept)) if self.active_friction else ()
 
     @property
     def ratios(self) -> dict[str, float]:

@@ -242,7 +242,7 @@ LAWS: dict[str, type[Friction]] = {
 LAW_KEY = "law"
 """Tag key of the friction block."""
 
-DEFAULT_LAW = next(name for name, law in LAWS.items() if getattr(law, "by_default", False))
+DEFAULT_LAW = next(name for name, law in LAWS.items() if law.by_default)
 """Law of a friction block without tag."""
 
 
