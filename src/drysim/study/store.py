@@ -167,18 +167,26 @@ class Store:
 
 
 class StoredBatches(LazySequence[Batch]):
-    """Batches of a store, read on access."""
+    """Batches of a store, read on access, except for the first ones, which stay in memory.
 
-    def __init__(self, store: Store, ranges: Sequence[CaseRange]) -> None:
+    A summary of the first cases is shown when the store is already removed.
+    """
+
+    def __init__(
+        self, store: Store, ranges: Sequence[CaseRange], in_memory: Sequence[Batch] = ()
+    ) -> None:
         self._store = store
         self._ranges = ranges
+        self._in_memory = in_memory
 
     def __len__(self) -> int:
         """Return the number of batches."""
         return len(self._ranges)
 
     def one(self, number: int) -> Batch:
-        """Read one batch."""
+        """Return one batch."""
+        if number < len(self._in_memory):
+            return self._in_memory[number]
         batch = self._store.read(self._ranges[number])
         if batch is None:
             raise OutputError(

@@ -202,10 +202,7 @@ def gather(
     tallies = Tally.of(
         collect(), partial(stroke_limits, scenario), scenario.checks, scenario.label
     )
-    all_in_memory = len(in_memory) == len(ranges)
-    batches: Sequence[Batch] = (
-        in_memory if all_in_memory or store is None else StoredBatches(store, ranges)
-    )
+    batches = in_memory if store is None else StoredBatches(store, ranges, in_memory)
     rows = Rows.of(batches, [case_range.end - case_range.begin for case_range in ranges])
     return make_table(scenario, case, rows, tallies, complete=complete)
 

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
+from itertools import islice
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -119,7 +120,8 @@ class Table:
     @property
     def own(self) -> tuple[Row, ...]:
         """Rows of the scenario's own approach, without those of its reference."""
-        return tuple(self.of(self.approaches[0])) if self.rows else ()
+        cases = next((tally.cases for tally in self.tallies.values()), 0)
+        return tuple(islice(self, cases))
 
     def of(self, approach: str) -> Iterator[Row]:
         """Yield the rows of one approach."""
