@@ -4,9 +4,10 @@ A table has one row per sample, with cells delimited by tabs, semicolons, commas
 with decimal points or commas. A preamble (skipped by `skip`), a header with names and units, or
 a row of units may precede the numbers. Delimiter, header and units are detected from the rows.
 
-Reading is done in two passes. The fast pass parses blocks of bytes with numpy and accepts only
-perfectly regular blocks. If it fails, a second pass goes through the cells one by one and
-reports the first fault by row and column.
+Reading is done in two passes. The fast pass parses blocks of bytes with `numpy.loadtxt` and
+accepts only perfectly regular blocks. If it fails, a second pass goes through the cells one by
+one and reports the first fault by row and column. It does not use the `csv` module, which does
+not tell in which column a cell begins.
 
 An AT2 file is an accelerogram of the PEER ground motion database: a header of four lines with
 NPTS and DT, followed by one series of numbers.
@@ -22,16 +23,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import partial
+from io import StringIO
 from itertools import islice, pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.core.model import Signal
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.columns import (
+    FLOAT64_SIZE,
     GAP_HINT,
     INFINITE_HINT,
     KNOWN_STEP,
@@ -526,25 +528,20 @@ TIME_OF_DAY = re.compile(
 
 def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats] | None:
     """Return columns of a table; None unless all rows are regular and all numbers finite."""
-    text, at, last, done = table.file.text, table.start, _end_of_rows(table), 0
-    found: list[Floats] = [np.empty(0) for _ in wanted]
+    text, at, last = table.file.text, table.start, _end_of_rows(table)
+    found = [array("d") for _ in wanted]
     while at < last:
         end = min(text.find(b"\n", min(at + PARSE_SIZE, last)) + 1 or last, last)
         rows = _parse_block(text[at:end], table, decimal)
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
-        if done + len(rows) > len(found[0]):
-            # Estimate the remaining rows from the remaining bytes, plus 5 %.
-            count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
-            require_memory(table.display_path, count * found[0].itemsize * len(found))
-            for column in found:
-                column.resize(count, refcheck=False)
+        if not found[0]:  # estimate the size of all rows from the first ones
+            count = len(rows) * (last - at) / (end - at)
+            require_memory(table.display_path, count * FLOAT64_SIZE * len(found))
         for index, column in zip(wanted, found, strict=True):
-            column[done : done + len(rows)] = rows[:, index]
-        at, done = end, done + len(rows)
-    for column in found:
-        column.resize(done, refcheck=False)
-    return found
+            column.frombytes(rows[:, index].tobytes())
+        at = end
+    return [np.frombuffer(column) for column in found]
 
 
 def _end_of_rows(table: TextTable) -> int:
@@ -564,53 +561,27 @@ def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
         block = COMMENT_LINE.sub(b"", block)
-    if decimal == "," and b"." in block:
-        return None  # the slow pass determines in which columns
+    if decimal == ",":
+        if b"." in block:
+            return None  # the slow pass determines in which columns
+        block = block.replace(b",", b".")
     block = block.removesuffix(b"\n")
-    lines = block.count(b"\n") + 1
     if not block:
         return np.empty((0, table.width))
-    if not _is_regular(np.frombuffer(block, np.uint8), lines, table):
-        return None
-    if table.delimiter:
-        # Make one comma-separated sequence of the block. A decimal comma becomes a point; a
-        # comma that is neither decimal mark nor delimiter becomes invalid.
-        comma = "." if decimal == "," else "?"
-        given, plain = f",{table.delimiter}\n", f"{comma},,"  # the last duplicate counts
-        block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
-    elif decimal == ",":
-        block = block.replace(b",", b".")
-    found = _parse_numbers(block, " , " if table.delimiter else " ")
-    if found is None or found.size != lines * table.width:
-        return None
-    return found.reshape(lines, -1)
+    rows = _parse_rows(block, table.delimiter)
+    lines = block.count(b"\n") + 1  # more than there are rows if one is blank
+    return rows if rows is not None and rows.shape == (lines, table.width) else None
 
 
-def _parse_numbers(text: bytes, separator: str) -> Floats | None:
-    """Parse numbers; None if the text contains anything else."""
+def _parse_rows(text: bytes, delimiter: str) -> Floats | None:
+    """Parse lines of equally many numbers; None if the text contains anything else."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)  # numpy 1 warns, numpy 2 raises
-            return np.fromstring(text, sep=separator)
-    except (ValueError, DeprecationWarning):
+            warnings.simplefilter("ignore", UserWarning)  # text that is blank
+            lines = StringIO(text.decode("ascii"))
+            return np.loadtxt(lines, delimiter=delimiter or None, comments=None, ndmin=2)
+    except ValueError:
         return None
-
-
-def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
-    """Return whether every line has as many delimiters, or words, as the table has columns."""
-    if table.delimiter:
-        marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
-    else:
-        inside = ~np.isin(codes, np.frombuffer(b" \t\v\f\n", np.uint8))
-        marks = np.flatnonzero(inside & ~np.concatenate(([False], inside[:-1])))
-        each = table.width
-    if marks.size != lines * each:
-        return False
-    # The counts agree in total; the last mark of each line must precede its end, and the first
-    # mark of the next line must follow it.
-    ends = np.flatnonzero(codes == ord("\n"))
-    per_line = marks.reshape(lines, each)
-    return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
 
 
 def _read_by_cell(
@@ -788,8 +759,8 @@ def _read_at2_header(text: TextFile) -> At2Header:
 
 def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
     """Return all numbers below the header."""
-    values = _parse_numbers(text.text[header.end :], " ")
-    if values is None:
+    rows = _parse_rows(b" ".join(text.text[header.end :].split()), "")
+    if rows is None:
         for line, _, content in content_lines(text, header.end, header.line + 1):
             for word in re.finditer(r"\S+", content):
                 if not NUMBER_PATTERN.fullmatch(word[0]):
@@ -797,11 +768,11 @@ def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
                     sentence = f"row {line}: `{cell.quote}` is not a number"
                     raise record_error(text.display_path, sentence, line, cell)
         raise record_error(text.display_path, "the record contains no rows of numbers")
-    if len(values) != header.n:
-        more = "fewer: the file is truncated" if len(values) < header.n else "more"
-        sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
+    if rows.size != header.n:
+        more = "fewer: the file is truncated" if rows.size < header.n else "more"
+        sentence = f"the header says NPTS= {header.n}, but there are {rows.size} samples"
         raise _at2_error(text, header.line, f"{sentence}, {more}")
-    return values
+    return rows.ravel()
 
 
 def _at2_error(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
