@@ -33,7 +33,7 @@ def march(
     n = len(u_dd)
     # What the march leaves unwritten shows.
     x_r, v_r, d = np.full(n, np.nan), np.full(n, np.nan), np.full(n, 9, dtype=np.int64)
-    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])
+    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])[0]
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)
     out = kernel.sampled.march(
@@ -86,7 +86,9 @@ def march_sines(
     core_plant, core_law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(*law)
     u_dd = sum(A * math.sin(phase) for A, _, phase in sines)
     mode = (
-        kernel.events.initial_direction(core_plant, core_law, *start, u_dd) if d is None else d
+        kernel.events.initial_direction(core_plant, core_law, *start, u_dd)[0]
+        if d is None
+        else d
     )
     log = log_of(kernel)
     waves = waves_of(kernel, sines, core_law)

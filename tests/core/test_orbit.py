@@ -26,7 +26,7 @@ def orbit(
     law = kernel.model.CoulombLaw(phi * M, ratio * phi * M)
     waves = waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law)
     log = log_of(kernel)
-    d = kernel.events.initial_direction(plant, law, *start, 0.0)
+    d = kernel.events.initial_direction(plant, law, *start, 0.0)[0]
     period = 2 * math.pi / omega
     scene = kernel.orbit.SineScene(plant, law, waves, log)
     state, multiple, closure, periods, _ = kernel.orbit.iterate_period_map(
@@ -199,7 +199,7 @@ def found_for(
     (x_r, v_r, _), multiple, closure, _, _, unique = kernel.orbit.find_orbit(
         scene, 1.0 / f, 0.0, 0.0, 300, period_starts(kernel)
     )
-    d = kernel.events.initial_direction(plant, law, x_r, v_r, 0.0)
+    d = kernel.events.initial_direction(plant, law, x_r, v_r, 0.0)[0]
     one = kernel.orbit.period_map(scene, 1.0 / f, kernel.orbit.PeriodState(x_r, v_r, d))
     return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[2])
 
@@ -297,7 +297,7 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     assert (multiple, unique) == (10, True)
     assert closure <= kernel.orbit.STAGNATION_TOLERANCE
     assert periods < 500
-    d = kernel.orbit.initial_direction_under_sines(plant, law, waves, x_r, v_r)
+    d = kernel.march.initial_slip_state(plant, law, waves, x_r, v_r, log).d
     state, seen = kernel.orbit.PeriodState(x_r, v_r, d), []
     for _ in range(10):
         state = kernel.orbit.period_map(scene, 1 / f, state)[0]
@@ -421,7 +421,7 @@ def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(*law)
     waves, log = waves_of(kernel, [(1.0, 1.1, 0.4), (0.9, 2.2, 1.0)], law), log_of(kernel)
     period, rate, h = 1 / 1.1, 10.0, 1e-7
-    d = kernel.orbit.initial_direction_under_sines(plant, law, waves, *start)
+    d = kernel.march.initial_slip_state(plant, law, waves, *start, log).d
 
     scene = kernel.orbit.SineScene(plant, law, waves, log)
 

@@ -72,7 +72,7 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
     """March from one end to the next; gives x_r and v_r."""
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
-    columns[2][0] = kernel.events.initial_direction(plant, law, 0.0, 0.0, u_dd[0])
+    columns[2][0] = kernel.events.initial_direction(plant, law, 0.0, 0.0, u_dd[0])[0]
     state = (0, 0.0, 0.0, int(columns[2][0]), math.nan)
     for end in ends:
         log = log_of(kernel)
@@ -241,7 +241,7 @@ def leap(
     """Leap over samples, step by step; gives x_r, v_r and the events."""
     core_plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(*F)
     x_r, v_r, d = np.zeros(len(u_dd)), np.zeros(len(u_dd)), np.zeros(len(u_dd), dtype=np.int64)
-    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])
+    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])[0]
     x_r[0], v_r[0] = start
     log = log_of(kernel)
     scene = kernel.march.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt)

@@ -69,7 +69,7 @@ EXPLAINED = {
         "trajectory.py",
         "if s != 1.0:",
     ): "at its own beginning the flow gives what is written there, to rounding",
-    ("sampled.py", "if abs(F_L) < stick_limit(plant, law, x_r):"): EDGE,
+    ("sampled.py", "if abs(F_L) < stick_limit(law.F_fs, plant.k_x * x_r):"): EDGE,
     (
         "oscillator.py",
         "if rate > -0.0625:",

@@ -77,6 +77,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
     Totals,
+    limit_force,
 )
 from drysim.core.modes import (
     APART,
@@ -173,7 +174,7 @@ def compute_trajectory(
     mode, xi, v_r, x_0 = initial_piecewise_state(
         plant, kernel_law, waves, origin, x_r, v_r, x_0
     )
-    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * x_r
+    F_L = limit_force(plant, x_r, initial_base_acceleration(motion))
     # Samples fill large buffers; sines often need little, such as one period of an orbit.
     least = STEPS_PER_CALL if last else INITIAL_STEP_CAPACITY
     size = int(STEPS_PER_SAMPLE * last) + least + 1

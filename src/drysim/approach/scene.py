@@ -20,7 +20,7 @@ from drysim.core.events import (
     MAX_EVENTS_PER_STEP,
     EventLog,
     Segments,
-    initial_mode,
+    initial_direction,
 )
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
@@ -225,7 +225,7 @@ def initial_event(
 
     The margin is infinite where no force acts.
     """
-    d, F_L, margin = initial_mode(
+    d, F_L, margin = initial_direction(
         plant, law, start.x_r, start.v_r, initial_base_acceleration(motion)
     )
     return EventLog(0, 0.0, d, start.x_r, F_L), margin

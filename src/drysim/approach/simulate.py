@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
 from drysim.approach.solution import Events, Floats, Numerics, Points, Response, StoredGrid
-from drysim.core.model import CoulombLaw, EndStops, PiecewiseLaw, Plant, Samples, State
+from drysim.core.model import (
+    CoulombLaw,
+    EndStops,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    State,
+    limit_force,
+)
 from drysim.errors import SolverError, UsageError
 from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE, shorten
 
@@ -156,7 +164,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     linear_recursion(plant, as_engine_array(u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
     if not math.isfinite(x_r[-1] + v_r[-1]):
         check_samples(u_dd)
-    F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
+    F_L = limit_force(plant, start.x_r, u_dd[0])
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: closed form in each step, no events"

@@ -28,6 +28,7 @@ from drysim.core.model import (
     Sines,
     StrokeLimits,
     Totals,
+    limit_force,
 )
 
 if TYPE_CHECKING:
@@ -487,8 +488,7 @@ class Response:
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
             )
-        F_L = self.plant.m * self.base(part) + self.plant.k_x * x_r
-        return np.where(d == 0, -F_L, kinetic)
+        return np.where(d == 0, -limit_force(self.plant, x_r, self.base(part)), kinetic)
 
     def acceleration(self, part: slice) -> Floats:
         """Return x_dd [m/s²] on a slice of the grid."""

@@ -70,6 +70,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     Totals,
+    limit_force,
 )
 from drysim.core.taylor import (
     ORDER,
@@ -152,7 +153,7 @@ def compute_trajectory(
     # Bristles never stick: a mass at rest takes the direction in which it moves first.
     waits = checkpoint.state.d == 0 and not law.can_stick
     d = events.kind[0] if waits and len(events) else checkpoint.state.d
-    F_L = plant.m * initial_base_acceleration(motion) + plant.k_x * start.x_r
+    F_L = limit_force(plant, start.x_r, initial_base_acceleration(motion))
     t, kind = np.append(0.0, events.t), np.append(np.sign(d), events.kind).astype(np.int8)
     x_r, every_F_L = np.append(start.x_r, events.x_r), np.append(F_L, events.F_L)
     return TaylorTrajectory(march, Events(t, kind, x_r, every_F_L), duration)

@@ -1,4 +1,4 @@
-"""Event kinds, the logs of events and segments, and the initial mode.
+"""Event kinds, the logs of events and segments, and the decision between stick and slip.
 
 A march writes its events to an `EventLog` and the start of each segment to `Segments`, or to
 `SeriesSegments` for Taylor series: parallel arrays that the caller allocates, because kernels
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from drysim.core import model
 from drysim.core.compile import compiled, inlined
 
 STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
@@ -148,26 +149,25 @@ def motion_direction(v_r, a, j):
     return sign(a) if a != 0.0 else sign(j)
 
 
-@compiled
-def limit_force(plant, x_r, u_dd):
-    """Return F_L, the force that the interface must carry to keep the mass stuck [N], Eq. (9).
-
-    Notes
-    -----
-    Valid at v_r = 0 only, as it has no damper term. Not to be confused with the friction force
-    F_f, which is -F_L while stuck.
-    """
-    return plant.m * u_dd + plant.k_x * x_r
+limit_force = inlined(model.limit_force)
+"""`model.limit_force` as a kernel."""
 
 
-@compiled
-def stick_limit(plant, law, x_r):
+@inlined
+def stick_limit(F_fs, F_k):
     """Return the greatest |F_L| at which the mass sticks [N]: F_fs plus the rounding of F_L.
 
-    Equality sticks, and an excess of a few roundings counts as equality. Otherwise a mass that
-    creeps up to its limit would stop and start at every rounding.
+    `F_k` is F_L without m ü. Equality sticks, and an excess of a few roundings counts as
+    equality. Otherwise a mass that creeps up to its limit would stop and start at every
+    rounding.
     """
-    return law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+    return F_fs + FORCE_ROUNDING * (F_fs + abs(F_k))
+
+
+@inlined
+def direction_from_rest(F_L, F_fs, F_k):
+    """Return the direction in which a mass at v_r = 0 slides on, 0 if it sticks, Eq. (4)."""
+    return 0 if abs(F_L) <= stick_limit(F_fs, F_k) else -sign(F_L)
 
 
 @compiled
@@ -179,24 +179,13 @@ def decision_margin(F_L, F_fs):
 
 @compiled
 def initial_direction(plant, law, x_r, v_r, u_dd):
-    """Return the direction of sliding at the start, 0 for stuck."""
-    if v_r != 0.0:
-        return sign(v_r)
-    F_L = limit_force(plant, x_r, u_dd)
-    return 0 if abs(F_L) <= stick_limit(plant, law, x_r) else -sign(F_L)
-
-
-@compiled
-def initial_mode(plant, law, x_r, v_r, u_dd):
-    """Return the mode at t = 0, F_L [N], and the margin of the decision [-].
+    """Return the direction of sliding at t = 0, F_L [N], and the margin of the decision [-].
 
     The friction limits may vary. The margin is infinite where v_r ≠ 0 or F_L = 0.
     """
-    load = 1.0 + law.variation * math.sin(law.phase)
     F_L = limit_force(plant, x_r, u_dd)
     if v_r != 0.0:
         return sign(v_r), F_L, math.inf
-    F_fs = law.F_fs * load
-    limit = F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    F_fs = law.F_fs * (1.0 + law.variation * math.sin(law.phase))
     margin = decision_margin(F_L, F_fs) if F_L != 0.0 else math.inf
-    return 0 if abs(F_L) <= limit else -sign(F_L), F_L, margin
+    return direction_from_rest(F_L, F_fs, plant.k_x * x_r), F_L, margin

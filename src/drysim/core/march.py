@@ -32,7 +32,6 @@ from typing import Any, NamedTuple
 from drysim.core.compile import compiled
 from drysim.core.events import (
     CONTACT,
-    FORCE_ROUNDING,
     IMPACT,
     LIFT,
     MAX_EVENTS_PER_STEP,
@@ -42,7 +41,8 @@ from drysim.core.events import (
     STICK,
     EventLog,
     decision_margin,
-    initial_mode,
+    direction_from_rest,
+    initial_direction,
     limit_force,
     motion_direction,
     record_event,
@@ -263,13 +263,9 @@ def march_sines(plant, law, waves, interval, state, log):
         F_L = limit_force(plant, x_r, u_dd)
         F_fs = law.F_fs * relative_normal_force(law, waves, stop)[0]
         closest = min(closest, decision_margin(F_L, F_fs))
-        # Equality sticks, to within the rounding of F_L.
-        if abs(F_L) <= F_fs + FORCE_ROUNDING * (F_fs + abs(k_x * x_r)):
-            d = 0
-            count = record_event(log, count, n, begin, STICK, x_r, F_L)
-        else:
-            d = -sign(F_L)
-            count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
+        d = direction_from_rest(F_L, F_fs, k_x * x_r)
+        kind = STICK if d == 0 else d * REVERSAL
+        count = record_event(log, count, n, begin, kind, x_r, F_L)
     return SlipState(begin, x_r, v_r, d, count, closest)
 
 
@@ -282,15 +278,20 @@ def march_sines_from_start(scene, end, log, kind):
     the margin of the initial mode.
     """
     plant, law, waves = unpack_scene(scene)
-    x_r, v_r = scene[X_R], scene[V_R]
     log = EventLog(log[0], log[1], kind, log[2], log[3])
+    state = initial_slip_state(plant, law, waves, scene[X_R], scene[V_R], log)
+    interval = Interval(0, 0.0, end, 0.0, 0.0)
+    return march_sines(plant, law, waves, interval, state, log)
+
+
+@compiled
+def initial_slip_state(plant, law, waves, x_r, v_r, log):
+    """Return the `SlipState` at t = 0 under waves alone; write it to the log as first event."""
     set_phases(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
-    d, F_L, margin = initial_mode(plant, law, x_r, v_r, u_dd)
+    d, F_L, margin = initial_direction(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
-    interval = Interval(0, 0.0, end, 0.0, 0.0)
-    state = SlipState(0.0, x_r, v_r, d, count, margin)
-    return march_sines(plant, law, waves, interval, state, log)
+    return SlipState(0.0, x_r, v_r, d, count, margin)
 
 
 @compiled
@@ -444,7 +445,7 @@ def march(scene, end, last_length, state, segments, log, capacity):
             v_r *= 1.0 - step / duration if duration > left else 0.0
             if duration <= left:
                 mode = mode_of(mode.contact, AT_REST, APART, mode.origin)
-                F_L = plant.m * u + plant.k_x * z
+                F_L = limit_force(plant, z, u)
                 then, ends = interval_time(n, s + step, length, end)
                 count = record_event(log, count, then, ends, STICK, z, F_L)
             n, s, stalled = next_time(n, s, step, length, t, stalled)
@@ -539,7 +540,7 @@ def march(scene, end, last_length, state, segments, log, capacity):
                     v = max(d * v_r, 0.0) * d
                     at = record_segment(segments, at, then, ends, xi, v, x_0, ARRIVAL)
                     xi, z = 0.0, origin_of(law, d)
-                    F_L = plant.k_x * z + plant.m * u
+                    F_L = limit_force(plant, z, u)
                     if law.k_s[0] > 0.0:
                         mode = mode_of(contact, d, d, d)
                         count = record_event(log, count, then, ends, d * CONTACT, z, F_L)

@@ -39,6 +39,17 @@ class Plant(NamedTuple):
     b: float
 
 
+def limit_force(plant: Plant, x_r: Any, u_dd: Any) -> Any:
+    """Return F_L, the force that the interface must carry to keep the mass stuck [N], Eq. (9).
+
+    Notes
+    -----
+    Valid at v_r = 0 only, as it has no damper term. Not to be confused with the friction force
+    F_f, which is -F_L while stuck.
+    """
+    return plant.m * u_dd + plant.k_x * x_r
+
+
 class PlainContact:
     """Constants of a contact without elasticity, separation, direction or end stops.
 

@@ -42,10 +42,11 @@ from typing import Any, NamedTuple
 from drysim.core.compile import compiled, inlined
 from drysim.core.events import (
     CONTACT,
-    FORCE_ROUNDING,
     RELEASE,
+    limit_force,
     motion_direction,
     sign,
+    stick_limit,
 )
 from drysim.core.forcing import (
     IN_PHASE,
@@ -398,7 +399,7 @@ def friction_and_stop_forces(plant, law, state, u_dd, load):
     friction = 0.0 if sticks else contact_force(law, mode, x_r, x_0, load)
     if mode.direction != AT_REST:
         return friction, stop
-    F_L = plant.m * u_dd + plant.k_x * x_r + stop
+    F_L = limit_force(plant, x_r, u_dd) + stop
     if wall_side(law, mode, xi) == 0:
         return -F_L, stop
     if sticks:
@@ -498,7 +499,7 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
     F_L = plant.m * u_dd + pull
     d, wall = -sign(F_L), wall_side(law, mode, xi)
     hold = side_of(law, d).F_fs * load if sticks else 0.0
-    if abs(F_L) <= hold + FORCE_ROUNDING * (hold + abs(pull)) or (d != 0 and d == wall):
+    if abs(F_L) <= stick_limit(hold, pull) or (d != 0 and d == wall):
         d = AT_REST
     if sticks:
         return mode_of(d, d, mode.stop, mode.origin)
@@ -1034,7 +1035,7 @@ def return_accelerations(plant, law, mode, x_0, u_dd, load):
     """Return the accelerations towards a rigid stop, p moving away and q moving back [m/s²]."""
     side = mode.origin
     x_r = origin_of(law, side)
-    F_L = plant.m * u_dd + plant.k_x * x_r
+    F_L = limit_force(plant, x_r, u_dd)
     away, back = side_of(law, -side).F_fk * load, side_of(law, side).F_fk * load
     if law.k_t > 0.0 or mode.contact == FREE:
         F_L += contact_force(law, mode, x_r, x_0, load)

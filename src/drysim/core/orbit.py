@@ -34,7 +34,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined, merged
-from drysim.core.events import direction_after, initial_direction
+from drysim.core.events import direction_after
 from drysim.core.forcing import (
     OMEGA,
     PHASE,
@@ -51,8 +51,8 @@ from drysim.core.forcing import (
     set_phases,
     set_wave,
 )
-from drysim.core.march import Interval, SlipState, march_sines
-from drysim.core.model import CoulombLaw, StrokeLimits
+from drysim.core.march import Interval, SlipState, initial_slip_state, march_sines
+from drysim.core.model import StrokeLimits
 from drysim.core.oscillator import flow
 from drysim.core.trajectory import (
     EventSolution,
@@ -85,7 +85,7 @@ CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range
 a state that is not finite, and more events per repetition than the log holds."""
 
 
-INTERVAL, NO_EVENTS, ONE_EVENT = 0, 0, 1
+INTERVAL, NO_EVENTS = 0, 0
 """Arguments of `march_sines`: the only interval, and the number of events in the log. Kernels
 pass them by `int`, because numba compiles a kernel anew for each literal integer."""
 
@@ -199,10 +199,8 @@ def scene_waves(scene, values, law):
 def measure_orbit(scene, x_r, v_r, length, limits, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     plant, law, waves, log = scene
-    d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
-    log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
     interval = Interval(int(INTERVAL), 0.0, length, 0.0, 0.0)
-    state = SlipState(0.0, x_r, v_r, d, int(ONE_EVENT), math.inf)
+    state = initial_slip_state(plant, law, waves, x_r, v_r, log)
     reached, x, v, _, count, _ = march_sines(plant, law, waves, interval, state, log)
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
@@ -275,10 +273,10 @@ def find_orbit(scene, period, x_r, v_r, most, past):
     Without dry friction the linear steady state replaces the start. The last two parameters are
     those of `solve_orbits`.
     """
-    plant, law, waves, _ = scene
+    plant, law, waves, log = scene
     if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
         x_r, v_r = linear_steady_state(plant, waves)
-    d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
+    d = initial_slip_state(plant, law, waves, x_r, v_r, log).d
     state, multiple, closure, periods, peak = iterate_period_map(
         scene, period, PeriodState(x_r, v_r, d), period_budget(plant, period, most), past
     )
@@ -289,18 +287,6 @@ def find_orbit(scene, period, x_r, v_r, most, past):
         if distance > MAX_ORBIT_DISTANCE:
             multiple = 0
     return FoundOrbit(state, multiple, closure, periods, peak, unique)
-
-
-@compiled
-def initial_direction_under_sines(plant, law, waves, x_r, v_r):
-    """Return the direction of sliding at t = 0, 0 for stuck."""
-    u_dd = 0.0
-    for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        u_dd += waves.values[at + A] * math.sin(waves.values[at + PHASE])
-    load = 1.0 + law.variation * math.sin(law.phase)
-    limits = CoulombLaw(law.F_fk * load, law.F_fs * load, law.variation, law.omega, law.phase)
-    return initial_direction(plant, limits, x_r, v_r, u_dd)
 
 
 @merged

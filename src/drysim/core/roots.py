@@ -33,7 +33,7 @@ import math
 from typing import NamedTuple
 
 from drysim.core.compile import compiled, inlined
-from drysim.core.events import FORCE_ROUNDING
+from drysim.core.events import stick_limit
 from drysim.core.forcing import (
     COSINE,
     OMEGA,
@@ -701,7 +701,7 @@ def break_away_margin(stuck, waves, side, s):
     load, load_d, load_dd = relative_normal_force(stuck, waves, s)
     hold = F_fs * load
     return (
-        hold + FORCE_ROUNDING * (hold + abs(stuck.F_k)) - side * (stuck.m * u_dd + stuck.F_k),
+        stick_limit(hold, stuck.F_k) - side * (stuck.m * u_dd + stuck.F_k),
         F_fs * load_d - side * stuck.m * rate,
         F_fs * load_dd - side * stuck.m * second_rate,
     )
@@ -719,7 +719,7 @@ def one_sine_exit_time(stuck, waves, side, h):
     values, F_k = waves.values, stuck.F_k
     F_fs, _ = stuck.rising if side > 0 else stuck.falling
     force = side * stuck.m * values[A]
-    level = F_fs + FORCE_ROUNDING * (F_fs + abs(F_k)) - side * F_k
+    level = stick_limit(F_fs, F_k) - side * F_k
     if force * values[SINE] > level:
         return 0.0
     if abs(force) <= level:

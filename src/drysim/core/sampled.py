@@ -290,7 +290,7 @@ def all_finite(u_dd):
 def advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
     """Stick up to sample `until`, or to the step at whose end |F_L| exceeds the limit."""
     F_k = plant.k_x * x_r
-    hold = stick_limit(plant, law, x_r)
+    hold = stick_limit(law.F_fs, F_k)
     if n < 0:
         # Never true; tells the compiler that no index counts from the end.
         return n
@@ -610,7 +610,7 @@ def step_through_events(
     while count < max_count:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
-            if abs(F_L) <= stick_limit(plant, law, x_r):
+            if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
                 return x_r, 0.0, math.nan, 0, count, closest
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
             d = -sign(F_L)
@@ -649,7 +649,7 @@ def step_through_events(
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
         closest = min(closest, decision_margin(F_L, law.F_fs))
-        if abs(F_L) <= stick_limit(plant, law, x_r):
+        if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
             d = 0
             count = record_event(log, count, n, begin, STICK, x_r, F_L)
             continue

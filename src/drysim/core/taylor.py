@@ -56,6 +56,7 @@ from drysim.core.events import (
     LOG_RESERVE,
     REVERSAL,
     SLIP,
+    direction_from_rest,
     limit_force,
     record_event,
     record_segment,
@@ -341,8 +342,7 @@ def motion_direction_at(plant, law, series, x_r, v_r, z):
         return sign(v_r)
     if law.kind == STRIBECK:
         F_L = limit_force(plant, x_r, series.u[0])
-        hold = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
-        return 0 if abs(F_L) <= hold else -sign(F_L)
+        return direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
     a = series.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
     if abs(a) > equilibrium_tolerance(plant, law, series, x_r, z):
         return -sign(a)
