@@ -30,6 +30,7 @@ from drysim.scenario.load import load
 from drysim.wording import describe_scene
 
 LIMIT = 0.004
+LIMITS = StrokeLimits(LIMIT, LIMIT)
 RECORD = NormalForceRecord(1.0 + 1.1 * np.sin(np.arange(400) * 0.07), 0.01, 100.0)
 CONTACTS = {"rigid": (45.0, 54.0, 0.0), "elastic": (45.0, 45.0, 1e5)}
 LOADS = {
@@ -39,11 +40,11 @@ LOADS = {
     "recorded": {"force_record": RECORD},
 }
 STOPS = {
-    "bumper": EndStops(LIMIT, LIMIT, ((0.0, 2e5),)),
-    "damped bumper": EndStops(LIMIT, LIMIT, ((0.0, 2e5),), 300.0),
-    "staged bumper": EndStops(LIMIT, LIMIT, ((0.0, 5e4), (2e-4, 1e5), (4e-4, 4e5)), 400.0),
-    "rigid": EndStops(LIMIT, LIMIT, e=0.5),
-    "dead": EndStops(LIMIT, LIMIT, e=0.0),
+    "bumper": EndStops(LIMITS, ((0.0, 2e5),)),
+    "damped bumper": EndStops(LIMITS, ((0.0, 2e5),), 300.0),
+    "staged bumper": EndStops(LIMITS, ((0.0, 5e4), (2e-4, 1e5), (4e-4, 4e5)), 400.0),
+    "rigid": EndStops(LIMITS, e=0.5),
+    "dead": EndStops(LIMITS, e=0.0),
 }
 COMBINATIONS = [
     (contact, load, stops)
@@ -124,7 +125,7 @@ def test_long_hold_under_a_directed_damper_loses_what_its_direction_takes():
 @pytest.mark.parametrize("f", np.arange(1.1, 2.75, 0.15).tolist())
 def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
     """It arrived yielding: as it leaves, the contact holds from its very limit."""
-    law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(0.005, 0.005, e=e))
+    law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(StrokeLimits(0.005, 0.005), e=e))
     base, plant = Sines((8.0**0.5,), (f,), (0.0,)), Plant(2.0, 200.0, 10.0)
     trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 1e-3, 6.0)
     assert (
@@ -241,7 +242,7 @@ def stepped(law: PiecewiseLaw, motion: Sines | Samples, span: float, h: float) -
     t = np.arange(n + 1) * h
     u_dd = acceleration_at(motion, t).tolist()
     limits = (law.F_fk * law.load(t)).tolist()
-    stages, b_s, limit = law.stops.stages, law.stops.b_s, law.stops.up
+    stages, b_s, limit = law.stops.stages, law.stops.b_s, law.stops.limits.up
     x, v, F, kept = 0.0, 0.0, 0.0, [0.0]
 
     def stop_force(x, v):
@@ -283,9 +284,9 @@ def test_elastic_contact_between_bumpers_follows_small_steps(load, stops, motion
 
 def test_stages_that_continue_the_line_are_a_single_bumper():
     motion, start, t = MOTIONS["sines"], State(0.0, 0.0), np.linspace(0.0, SPAN, 999)
-    single = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMIT, LIMIT, ((0.0, 2e5),), 300.0))
+    single = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMITS, ((0.0, 2e5),), 300.0))
     stages = ((0.0, 2e5), (1e-4, 0.0), (3e-4, 0.0))
-    staged = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMIT, LIMIT, stages, 300.0))
+    staged = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMITS, stages, 300.0))
     one, other = (
         StickSlip().trajectory(PAPER, law, motion, start, 1e-3, SPAN)
         for law in (single, staged)

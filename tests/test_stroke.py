@@ -231,7 +231,7 @@ def test_contacts_are_told_apart(scenario):
     ).metrics
     assert values["contacts"] == values["contacts_up"] > 0
     assert values["contacts_down"] == 0
-    law = PiecewiseLaw(15.0, 18.0, stops=EndStops(0.003, 0.05, ((0.0, 2e5),)))
+    law = PiecewiseLaw(15.0, 18.0, stops=EndStops(StrokeLimits(0.003, 0.05), ((0.0, 2e5),)))
     trajectory = trajectory_of(law, MOTIONS["noise"])
     hits = trajectory.hits()[1]
     values = measure(trajectory, (0.0, END), law.stops.limits)

@@ -619,9 +619,10 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
     if law.stops is None:
         return ""
     stops = law.stops
-    sides = f"±{format_length(stops.up, peak)}"
-    if stops.up != stops.down:
-        sides = f"{format_length(-stops.down, peak)} and {format_length(stops.up, peak)}"
+    up, down = stops.limits
+    sides = f"±{format_length(up, peak)}"
+    if up != down:
+        sides = f"{format_length(-down, peak)} and {format_length(up, peak)}"
     parts = [("limit", f"at {sides}")]
     if stops.rigid:
         parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(stops.e)}")]

@@ -18,6 +18,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
+    StrokeLimits,
 )
 
 PAPER = Plant(75.0, 7500.0, 500.0)
@@ -37,7 +38,7 @@ def separating_law(F_fk, F_fs, variation=0.0, omega=0.0, phase=0.0, force_record
 
 def stopped_law(F_fk, F_fs, limit, k_s=0.0, b_s=0.0, e=0.0, wave=(0.0, 0.0, 0.0)):
     """Return Coulomb friction between end stops, rigid without a stiffness."""
-    stops = EndStops(limit, limit, ((0.0, k_s),) if k_s else (), b_s, e)
+    stops = EndStops(StrokeLimits(limit, limit), ((0.0, k_s),) if k_s else (), b_s, e)
     return PiecewiseLaw(F_fk, F_fs, 0.0, *wave, stops=stops)
 
 

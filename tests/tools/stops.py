@@ -19,7 +19,7 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTO
     """
     from scipy.integrate import solve_ivp
 
-    (m, k_x, b), limit = plant, law.stops.up
+    (m, k_x, b), limit = plant, law.stops.limits.up
     k_s = 0.0 if law.stops.rigid else law.stops.stages[0][1]
     t, y, touch, pieces, hits = 0.0, np.array(state, dtype=float), 0, [], []
 

@@ -136,7 +136,7 @@ def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
     """Return whether x_r reaches a stop, at an extreme point of the path or at its end."""
     path = trajectory.path((0.0, trajectory.end), stops.limits).x_r
     end = trajectory.state(trajectory.end).x_r
-    return bool(stops.reaches(path).any() or stops.reaches(end))
+    return bool(stops.limits.side(np.append(path, end)).any())
 
 
 def unreached_numerics(unstopped: Response) -> Numerics:

@@ -143,7 +143,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     approach = "stick-slip"
     if law.stops is not None and law.F_fs == 0.0:
         # As without stops, turning points are no events here; rest at a stop is one.
-        kind, at_stop = np.abs(events.kind), law.stops.reaches(events.x_r)
+        kind, at_stop = np.abs(events.kind), law.stops.limits.side(events.x_r) != 0
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
         events, approach = events.select(stays), "viscous"
     compute_numerics = partial(
@@ -393,14 +393,14 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     record, step = as_engine_array(np.ones(2)), 0.0
     if law.force_record is not None:
         record, step = law.force_record.kernel_input, law.force_record.step
-    stops = law.stops or EndStops(math.inf, math.inf)
+    stops = law.stops or EndStops(NO_LIMITS)
     stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
     if not stops.stages:
         stages[0] = 0.0, 0.0
     (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
     b_up, b_down = law.damping or (plant.b, plant.b)
-    up = Side(law.F_fk, law.F_fs, b_up, stops.up)
-    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.down)
+    up = Side(law.F_fk, law.F_fs, b_up, stops.limits.up)
+    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.limits.down)
     wave = law.variation, law.omega, law.phase
     k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
     return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
@@ -417,7 +417,7 @@ def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
     decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
     decided[0] &= law.stops is not None
     if law.stops is not None and law.stops.rigid:
-        decided &= ~law.stops.reaches(events.x_r)
+        decided &= law.stops.limits.side(events.x_r) == 0
     larger = np.maximum(F_fs, F_L)[decided]
     return float((np.abs(F_L - F_fs)[decided] / larger).min(initial=math.inf))
 

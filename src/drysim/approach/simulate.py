@@ -21,6 +21,7 @@ from drysim.core.model import (
     Plant,
     Samples,
     State,
+    StrokeLimits,
     limit_force,
 )
 from drysim.errors import SolverError, UsageError
@@ -146,7 +147,7 @@ def stop_law(
     if e is not None and abs(start.x_r) > x_rM:
         raise UsageError(f"x_r = {start.x_r:g} m is beyond the rigid stops at {x_rM:g} m")
     stages = () if k_s is None else ((0.0, k_s),)
-    stops = EndStops(x_rM, x_rM, stages, b_s, e or 0.0)
+    stops = EndStops(StrokeLimits(x_rM, x_rM), stages, b_s, e or 0.0)
     return PiecewiseLaw(law.F_fk, law.F_fs, stops=stops)
 
 

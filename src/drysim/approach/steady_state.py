@@ -101,7 +101,7 @@ def find_orbit_with_stops(
     assert law.stops is not None, "only called with end stops"
     inner = law.without_stops
     without_stops = find_orbit(plant, inner, motion, start, period)
-    nearest = min(law.stops.up, law.stops.down)
+    nearest = min(law.stops.limits)
     if without_stops.settled and without_stops.run_up_peak < nearest:
         decay = 0.5 * plant.b / plant.m * period
         periods = (

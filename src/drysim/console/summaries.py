@@ -214,7 +214,7 @@ def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> Summar
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
     how = "reached once an hour, extrapolated from the largest peaks"
     stops = law.stops
-    if stops is not None and stops.rigid and stroke == max(stops.up, stops.down):
+    if stops is not None and stops.rigid and stroke == max(stops.limits):
         how = "limited by the rigid stops"
     return SummaryRow("hourly peak", format_length(stroke, peak), how)
 

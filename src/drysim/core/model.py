@@ -143,8 +143,8 @@ class EndStops(NamedTuple):
 
     Attributes
     ----------
-    up, down : float
-        Distance of the stops at positive and at negative x_r [m], above 0.
+    limits : StrokeLimits
+        Positions of the stops.
     stages : tuple of (float, float)
         Stages of a bumper: penetration at which each begins [m], 0 for the first, and the
         stiffness that it adds [N/m]. Rigid stops have none.
@@ -154,38 +154,25 @@ class EndStops(NamedTuple):
         Coefficient of restitution of a rigid stop [-], 0 to 1.
     """
 
-    up: float
-    down: float
+    limits: StrokeLimits
     stages: tuple[tuple[float, float], ...] = ()
     b_s: float = 0.0
     e: float = 0.0
-
-    @property
-    def limits(self) -> StrokeLimits:
-        """Positions of the stops."""
-        return StrokeLimits(self.up, self.down)
 
     @property
     def rigid(self) -> bool:
         """Whether the stops are rigid."""
         return not self.stages
 
-    def limit(self, x_r: float) -> float:
-        """Return the distance of the stop on the side of x_r [m]."""
-        return self.up if x_r > 0.0 else self.down
-
     def elastic_force_and_energy(self, x_r: float) -> tuple[float, float]:
         """Return force [N] and energy [J] of a bumper at rest at x_r [m]; 0 if apart."""
-        depth, force, energy = abs(x_r) - self.limit(x_r), 0.0, 0.0
+        depth = abs(x_r) - (self.limits.up if x_r > 0.0 else self.limits.down)
+        force, energy = 0.0, 0.0
         for begin, stiffness in self.stages:
             squeezed = max(depth - begin, 0.0)
             force += stiffness * squeezed
             energy += 0.5 * stiffness * squeezed**2
         return force, energy
-
-    def reaches(self, x_r: Any) -> Any:
-        """Return whether displacements [m] are at a stop or beyond."""
-        return (x_r >= self.up) | (x_r <= -self.down)
 
 
 class PiecewiseLaw(NamedTuple):

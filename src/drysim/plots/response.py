@@ -291,7 +291,9 @@ def stop_impacts(response: Response) -> list[tuple[float, float]]:
     t, v_r = trajectory.hits()
     return list(
         zip(
-            t.tolist(), np.where(v_r > 0.0, law.stops.up, -law.stops.down).tolist(), strict=True
+            t.tolist(),
+            np.where(v_r > 0.0, law.stops.limits.up, -law.stops.limits.down).tolist(),
+            strict=True,
         )
     )
 

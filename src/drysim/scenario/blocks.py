@@ -168,7 +168,9 @@ class Stops(Block):
         for stage in self.stages or ():
             stages = (*stages, (stage.begin, stage.stiffness - below))
             below = stage.stiffness
-        stops = EndStops(*limits, stages, self.damping or 0.0, self.restitution or 0.0)
+        stops = EndStops(
+            StrokeLimits(*limits), stages, self.damping or 0.0, self.restitution or 0.0
+        )
         return law.as_piecewise()._replace(stops=stops)
 
 
