@@ -303,7 +303,7 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
     )
     scene = core.Scene(plant, law, waves, u_dd, DT)
     state = core.MarchState(0, 0.0, xi, start[1], x_0, mode, 0, 0)
-    state = core.march(scene, len(u_dd) - 2, DT, state, segments, log, room)
+    state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, room)
     at, count = state.used, state.events
     written = [column[:at] for column in segments] + [column[:count] for column in log]
     return at, count, written
@@ -344,7 +344,7 @@ def test_mode_is_one_number_from_which_it_is_read_again(kernel):
 def test_place_tells_how_a_mass_is_to_a_bumper(kernel, x_r, v_r, touch):
     F_fk, F_fs, _, *rest = LAWS["dead bumper"]
     law = stop_law(kernel, (F_fk, F_fs, 0.004, *rest))
-    origin, xi, found = kernel.modes.stop_coordinates(law, x_r, v_r)
+    origin, xi, found = kernel.modes.end_stop_coordinates(law, x_r, v_r)
     assert kernel.modes.origin_of(law, origin) + xi == x_r
     assert found == touch
 
@@ -384,7 +384,7 @@ def contact_march(kernel, u_dd, k_t, calls=1):
     state = core.MarchState(0, 0.0, xi, 0.0, x_0, mode, 0, 0)
     for call in range(1, calls + 1):
         full = size * call // calls
-        state = core.march(scene, len(u_dd) - 2, DT, state, segments, log, full)
+        state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, full)
     assert state.n == len(u_dd) - 1
     return [column[: state.used] for column in segments], log.kind[: state.events]
 

@@ -62,7 +62,7 @@ from drysim.approach.solution import (
 from drysim.core.compile import as_engine_array
 from drysim.core.events import CONTACT, LIFT, RELEASE, REVERSAL, SLIP, STICK, Segments
 from drysim.core.forcing import Waves
-from drysim.core.march import MarchState, Scene, march
+from drysim.core.march import MarchState, Scene, march_modes
 from drysim.core.model import (
     MAX_STAGES,
     NO_LIMITS,
@@ -187,7 +187,7 @@ def compute_trajectory(
         full = most + min(max(most, least), STEPS_PER_CALL)
         if len(segments.n) < full:
             segments, log = enlarge_columns(segments, 2 * full), enlarge_columns(log, 2 * full)
-        state = march(scene, last, length, state, segments, log, full)
+        state = march_modes(scene, last, length, state, segments, log, full)
         t = state.n * dt + state.s
         check_progress(state.events, t, (state.xi, state.v_r))
         check_event_count(state.events, intervals, t)
@@ -256,7 +256,7 @@ class PiecewiseTrajectory(EventDriven):
         x_r = self.path((0.0, self.end), None).x_r
         if self.law.stops is not None and not self.law.is_elastic:
             return x_r, self.segments.v_r
-        return x_r, self.segments.v_r, self.segments.z
+        return x_r, self.segments.v_r, self.segments.x_0
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
@@ -342,7 +342,7 @@ class PiecewiseTrajectory(EventDriven):
         in_step = np.zeros(codes.max() + 2, dtype=bool)
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
             mode = decode_mode(code - 1)
-            if code - 1 == ARRIVAL or mode.direction == AT_REST or mode.stop != APART:
+            if code - 1 == ARRIVAL or mode.direction == AT_REST or mode.end_stop != APART:
                 continue
             in_step[code] = True
             at = np.flatnonzero(whole & (codes == code - 1))

@@ -59,7 +59,7 @@ class Segments(NamedTuple):
     ----------
     x_r, v_r : array of float
         State at the start [m, m/s]; x_r counts from the origin of the mode.
-    z : array of float
+    x_0 : array of float
         x_r at which an elastic contact carries no force [m].
     d : array of int
         Mode, encoded; with Coulomb friction alone the direction of sliding.
@@ -69,7 +69,7 @@ class Segments(NamedTuple):
     s: Any
     x_r: Any
     v_r: Any
-    z: Any
+    x_0: Any
     d: Any
 
 
@@ -118,13 +118,13 @@ def record_event(log, count, n, s, kind, x_r, F_L):
 
 
 @inlined
-def record_segment(segments, at, n, s, x_r, v_r, z, d):
-    """Write the start of a segment; return the new number of segments."""
-    segments.n[at] = n
-    segments.s[at] = s
-    segments.x_r[at] = x_r
-    segments.v_r[at] = v_r
-    segments.z[at] = z
+def record_segment(segments, at, time, state, d):
+    """Write the start of a segment; return the new number of segments.
+
+    `time` has the columns n and s, `state` those between s and d.
+    """
+    segments[0][at], segments[1][at] = time
+    segments[2][at], segments[3][at], segments[4][at] = state
     segments.d[at] = d
     return at + 1
 

@@ -7,10 +7,11 @@ Problem
     missing an earlier one, and the solution continued in the mode that follows.
 
 Method
-    Each step of `march` finds the earliest exit of the current mode within the interval of ü
-    (`core.modes`, `core.roots`), propagates the closed-form motion to it, sets v_r = 0 exactly
-    at a stop, and decides the next mode there. An interval between two samples without an event
-    is one step, or one affine map where the mass keeps its direction (`advance_samples`).
+    Each step of `march_modes` finds the earliest exit of the current mode within the interval
+    of ü (`core.modes`, `core.roots`), propagates the closed-form motion to it, sets v_r = 0
+    exactly at a stop, and decides the next mode there. An interval between two samples without
+    an event is one step, or one affine map where the mass keeps its direction
+    (`advance_samples`).
 
     `march_sines` is the same for Coulomb friction alone: its state is x_r, v_r and the
     direction of sliding, and its events are the solution. `core.sampled` is the march of
@@ -69,8 +70,8 @@ from drysim.core.modes import (
     FREE,
     HOLD,
     LEAVING,
+    REGULAR,
     RELEASED,
-    STEADY_BUMPER,
     UNKNOWN,
     Hold,
     Instant,
@@ -92,9 +93,9 @@ from drysim.core.modes import (
     mode_equation,
     mode_from_rest,
     mode_of,
-    next_stop_transition,
+    next_end_stop_transition,
     origin_of,
-    pass_stop,
+    pass_end_stop,
     rebound,
     rest_exit_time,
     return_accelerations,
@@ -113,8 +114,8 @@ from drysim.core.roots import (
     NEVER,
     Stuck,
     break_away_time,
-    slip_end_time,
-    slip_exit_time,
+    stop_time,
+    stop_under_waves,
     velocity_and_acceleration,
 )
 from drysim.core.sampled import rescale
@@ -249,7 +250,7 @@ def march_sines(plant, law, waves, interval, state, log):
         j = -rate - d * law.F_fk * load_d / m - c * a - w * v_r
         equation = slip_equation(plant, law, d, u_begin, slope)
         segment = Segment(equation, x_r, v_r, a, j, 0.0)
-        stop, x_stop = slip_exit_time(segment, waves, d, left)
+        stop, x_stop = stop_under_waves(segment, waves, d, left)
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
@@ -270,16 +271,16 @@ def march_sines(plant, law, waves, interval, state, log):
 
 
 @compiled
-def march_sines_from_start(scene, end, log, kind):
+def march_sines_from_start(row, end, log, kind):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
-    `scene` is an array as in `drysim.core.forcing` with its waves; `log` holds the rows of an
+    `row` is a scene as in `drysim.core.forcing`, with its waves; `log` holds the rows of an
     event log as one array and `kind` its kinds. Returns as `march_sines`; `closest` includes
     the margin of the initial mode.
     """
-    plant, law, waves = unpack_scene(scene)
+    plant, law, waves = unpack_scene(row)
     log = EventLog(log[0], log[1], kind, log[2], log[3])
-    state = initial_slip_state(plant, law, waves, scene[X_R], scene[V_R], log)
+    state = initial_slip_state(plant, law, waves, row[X_R], row[V_R], log)
     interval = Interval(0, 0.0, end, 0.0, 0.0)
     return march_sines(plant, law, waves, interval, state, log)
 
@@ -368,7 +369,7 @@ class MarchState(NamedTuple):
 
 
 @compiled
-def march(scene, end, last_length, state, segments, log, capacity):
+def march_modes(scene, end, last_length, state, segments, log, capacity):
     """Solve a motion from mode to mode, until a log is nearly full.
 
     Parameters
@@ -399,7 +400,7 @@ def march(scene, end, last_length, state, segments, log, capacity):
     # interval to interval instead, as in `advance_creep`.
     a_carried = math.nan
     while n <= end and at < full and count < full:
-        if affine and s == 0.0 and mode.stop == APART and moves_freely(law, mode, v_r):
+        if affine and s == 0.0 and mode.end_stop == APART and moves_freely(law, mode, v_r):
             here = MarchState(n, s, xi, v_r, x_0, mode, at, count)
             n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
             if at >= full:
@@ -413,28 +414,30 @@ def march(scene, end, last_length, state, segments, log, capacity):
         equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
         segment = start_segment(equation, waves, xi, v_r)
         free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
-        if mode.bumper == LEAVING:
+        if mode.entry == LEAVING:
             # The sum of forces is zero, and its rate leads away from the stop.
             j = segment.j + equation.c * segment.a
             segment = Segment(equation, xi, v_r, 0.0, j, segment.k)
         elif free:
             d = motion_direction(v_r, segment.a, segment.j)
             if d == -mode.direction:
-                mode = Mode(mode.contact, d, mode.stop, mode.origin, mode.poised, mode.bumper)
+                mode = Mode(
+                    mode.contact, d, mode.end_stop, mode.origin, mode.poised, mode.entry
+                )
                 equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
                 segment = start_segment(equation, waves, xi, v_r)
         c, w, g, r = equation
-        at = record_segment(segments, at, n, s, xi, v_r, x_0, encode_mode(mode))
+        at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
         left = min(length - s, ramp.left)
         lift = separation_time(law, waves, ramp, t, mode.contact)
         until = min(left, lift)
-        z = origin_of(law, mode.origin)
+        x_origin = origin_of(law, mode.origin)
         # Time and kind of the first exit. `stop` is a zero of v_r, or the end of rest.
         stop, change, transition = NEVER, NEVER, NEVER
-        side, after, direction = HOLD, mode.stop, 0
+        side, after, direction = HOLD, mode.end_stop, 0
         x, v = xi, v_r
         a, creeping = segment.a, False
-        if mode.bumper == CHATTERING:
+        if mode.entry == CHATTERING:
             # The impacts accumulate at a finite time and are solved as one segment.
             u = base_motion(waves, u_0, slope, 0.0)[0]
             load = load_at(law, waves, ramp, 0.0)[0]
@@ -445,9 +448,9 @@ def march(scene, end, last_length, state, segments, log, capacity):
             v_r *= 1.0 - step / duration if duration > left else 0.0
             if duration <= left:
                 mode = mode_of(mode.contact, AT_REST, APART, mode.origin)
-                F_L = limit_force(plant, z, u)
+                F_L = limit_force(plant, x_origin, u)
                 then, ends = interval_time(n, s + step, length, end)
-                count = record_event(log, count, then, ends, STICK, z, F_L)
+                count = record_event(log, count, then, ends, STICK, x_origin, F_L)
             n, s, stalled = next_time(n, s, step, length, t, stalled)
             if stalled > MAX_STALLED_EVENTS:
                 return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
@@ -479,20 +482,20 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 # It does not yield again by rounding of forces.
                 a, j = 0.0, j + c * a
             d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
-            d = mode.direction if mode.bumper == LEAVING else d
+            d = mode.direction if mode.entry == LEAVING else d
             segment = Segment(equation, xi, v_r, a, j, segment.k)
             if law.k_t == 0.0 or (turns_end and d != 0):
-                stop = slip_end_time(segment, waves, d, until)
+                stop = stop_time(segment, waves, d, until)
             rests = d == 0 and mode.poised != 0 and no_waves
             if law.k_t > 0.0 and mode.contact == HOLD and not rests:
-                hold = Hold(segment, waves, law, ramp, x_0 - z, mode.poised)
+                hold = Hold(segment, waves, law, ramp, x_0 - x_origin, mode.poised)
                 change, side, x, v = end_of_hold(hold, min(stop, until))
             elif law.k_t > 0.0 and abs(mode.contact) == 1:
                 change, x, v = end_of_yield(
                     segment, waves, law, ramp, mode.contact, min(stop, until)
                 )
             if turns_end and d != 0:
-                transition, after = next_stop_transition(
+                transition, after = next_end_stop_transition(
                     segment, waves, law, mode, min(stop, change, until)
                 )
         step = min(stop, change, transition, until)
@@ -513,7 +516,7 @@ def march(scene, end, last_length, state, segments, log, capacity):
             u = base_motion(waves, u_0, slope, step)[0]
             load, load_d = load_at(law, waves, ramp, step)
             load = max(load, 0.0)
-            x_r = z + xi
+            x_r = x_origin + xi
             F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
             d, contact = mode.direction, mode.contact
             if step == change:
@@ -521,7 +524,7 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 if contact == HOLD:
                     x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
                 poised = mode.contact if contact == HOLD else 0
-                mode = Mode(contact, d, mode.stop, mode.origin, poised, STEADY_BUMPER)
+                mode = Mode(contact, d, mode.end_stop, mode.origin, poised, REGULAR)
                 kind = STICK if contact == HOLD else contact * SLIP
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif d == AT_REST and step == stop:
@@ -529,45 +532,46 @@ def march(scene, end, last_length, state, segments, log, capacity):
                 if law.k_t > 0.0 and contact == HOLD:
                     poised = limit_side(law, x_r - x_0, load)
                 if law.k_t == 0.0 and contact == HOLD:
-                    contact, poised, start = direction, direction, STEADY_BUMPER
+                    contact, poised, start = direction, direction, REGULAR
                     kind = direction * SLIP
                     F_L = -direction * side_of(law, direction).F_fs * load
-                mode = Mode(contact, direction, mode.stop, mode.origin, poised, start)
+                mode = Mode(contact, direction, mode.end_stop, mode.origin, poised, start)
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif step in (transition, stop):
-                if step == transition and mode.stop == APART:
+                if step == transition and mode.end_stop == APART:
                     # Record the arrival with its velocity, then measure xi from the stop.
                     v = max(d * v_r, 0.0) * d
-                    at = record_segment(segments, at, then, ends, xi, v, x_0, ARRIVAL)
-                    xi, z = 0.0, origin_of(law, d)
-                    F_L = limit_force(plant, z, u)
+                    at = record_segment(segments, at, (then, ends), (xi, v, x_0), ARRIVAL)
+                    xi, x_origin = 0.0, origin_of(law, d)
+                    F_L = limit_force(plant, x_origin, u)
                     if law.k_s[0] > 0.0:
                         mode = mode_of(contact, d, d, d)
-                        count = record_event(log, count, then, ends, d * CONTACT, z, F_L)
+                        count = record_event(log, count, then, ends, d * CONTACT, x_origin, F_L)
                     else:
-                        count = record_event(log, count, then, ends, -d * IMPACT, z, F_L)
+                        count = record_event(log, count, then, ends, -d * IMPACT, x_origin, F_L)
                         if law.k_t > 0.0 and abs(contact) == 1:
-                            x_0 = z - contact_force(law, mode, z, x_0, load) / law.k_t
-                            contact = HOLD
+                            f = contact_force(law, mode, x_origin, x_0, load)
+                            x_0, contact = x_origin - f / law.k_t, HOLD
                         mode = mode_of(contact, d, APART, d)
                         state = ModeState(mode, xi, v_r, x_0)
                         rate = force_rate_bound(plant, law, waves, slope, ramp)
                         v_r, mode = rebound(plant, law, state, Instant(t + step, u, load), rate)
                 elif step == transition:
-                    xi, mode, kind = pass_stop(mode, after, xi)
+                    xi, mode, kind = pass_end_stop(mode, after, xi)
                     if kind != 0:
                         count = record_event(log, count, then, ends, kind, x_r, F_L)
                 else:
-                    mode = mode_of(contact, d, mode.stop, mode.origin)
+                    mode = mode_of(contact, d, mode.end_stop, mode.origin)
                 if mode.direction != AT_REST and (step == stop or v_r == 0.0):
-                    if abs(mode.stop) > RELEASED:
-                        touching = mode.stop - sign(mode.stop) * RELEASED
+                    if abs(mode.end_stop) > RELEASED:
+                        touching = mode.end_stop - sign(mode.end_stop) * RELEASED
                         mode = mode_of(contact, d, touching, mode.origin)
                     mode = mode_from_rest(plant, law, mode, x_0, xi, u, load)
-                    F_L = limit_force(plant, z + xi, u) + bumper_force(law, mode, xi, 0.0)
+                    x_r = x_origin + xi
+                    F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
                     if law.k_t == 0.0 or mode.direction == AT_REST:
                         kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
-                        count = record_event(log, count, then, ends, kind, z + xi, F_L)
+                        count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif contact == FREE:
                 x_0 = x_r
                 if law.k_t > 0.0:
@@ -576,26 +580,27 @@ def march(scene, end, last_length, state, segments, log, capacity):
                     contact = sign(v_r)
                 else:
                     contact = HOLD
-                mode = mode_of(contact, d, mode.stop, mode.origin)
+                mode = mode_of(contact, d, mode.end_stop, mode.origin)
                 if law.k_t == 0.0 and v_r == 0.0:
                     mode = mode_from_rest(plant, law, mode, x_0, xi, u, 0.0)
                 elif law.k_t == 0.0:
-                    mode = mode_of(contact, contact, mode.stop, mode.origin)
+                    mode = mode_of(contact, contact, mode.end_stop, mode.origin)
                 kind = STICK if mode.contact == HOLD else mode.contact * SLIP
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             else:
                 x_0 = x_r
-                mode = mode_of(FREE, d, mode.stop, mode.origin)
+                mode = mode_of(FREE, d, mode.end_stop, mode.origin)
                 if d == AT_REST:
                     mode = mode_from_rest(plant, law, mode, x_0, xi, u, 0.0)
                 count = record_event(log, count, then, ends, LIFT, x_r, F_L)
-        elif mode.poised != 0 or mode.bumper != STEADY_BUMPER:
-            mode = mode_of(mode.contact, mode.direction, mode.stop, mode.origin)
+        elif mode.poised != 0 or mode.entry != REGULAR:
+            mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         n, s, stalled = next_time(n, s, step, length, t, stalled)
         if stalled > MAX_STALLED_EVENTS:
             return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
     if n > end and turns_end:
-        at = record_segment(segments, at, end, last_length, xi, v_r, x_0, encode_mode(mode))
+        last = end, last_length
+        at = record_segment(segments, at, last, (xi, v_r, x_0), encode_mode(mode))
     return MarchState(n, s, xi, v_r, x_0, mode, at, count)
 
 
@@ -619,7 +624,7 @@ def interval_time(n, s, length, end):
 @compiled
 def ceases_to_yield(mode):
     """Return whether an elastic contact has just ceased to yield and is still at its limit."""
-    return mode.contact == HOLD and mode.poised != 0 and mode.bumper != LEAVING
+    return mode.contact == HOLD and mode.poised != 0 and mode.entry != LEAVING
 
 
 @compiled
@@ -638,7 +643,7 @@ def advance_samples(scene, end, state, segments, full):
     Parameters
     ----------
     scene, segments
-        As in `march`; no waves, and a constant normal force.
+        As in `march_modes`; no waves, and a constant normal force.
     end : int
         Number of the last step.
     state : MarchState
@@ -659,16 +664,17 @@ def advance_samples(scene, end, state, segments, full):
     plant, law, _, u_dd, dt = scene
     n, _, xi, v_r, x_0, mode, at, _ = state
     direction = sign(v_r)
-    side, z, code = side_of(law, direction), origin_of(law, mode.origin), encode_mode(mode)
-    low, high = -law.down.limit - z, law.up.limit - z
+    side, code = side_of(law, direction), encode_mode(mode)
+    x_origin = origin_of(law, mode.origin)
+    low, high = -law.down.limit - x_origin, law.up.limit - x_origin
     if mode.contact == HOLD:
         x_limit = law.up.F_fk / law.k_t
-        low, high = max(low, x_0 - x_limit - z), min(high, x_0 + x_limit - z)
+        low, high = max(low, x_0 - x_limit - x_origin), min(high, x_0 + x_limit - x_origin)
         c, w = side.b / plant.m, (plant.k_x + law.k_t) / plant.m
-        f = (plant.k_x * z + law.k_t * (z - x_0)) / plant.m
+        f = (plant.k_x * x_origin + law.k_t * (x_origin - x_0)) / plant.m
     else:
         c, w = side.b / plant.m, plant.k_x / plant.m
-        f = mode.contact * side.F_fk / plant.m + w * z
+        f = mode.contact * side.F_fk / plant.m + w * x_origin
     if characteristic_rate(c, w) * dt > FINE_STEP:
         return n, xi, v_r, at
     x_x, x_v, x_f, v_x, v_v, v_f = affine_map(c, w, f, dt)
@@ -685,7 +691,7 @@ def advance_samples(scene, end, state, segments, full):
         is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
         if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
             break
-        at = record_segment(segments, at, n, 0.0, xi, v_r, x_0, code)
+        at = record_segment(segments, at, (n, 0.0), (xi, v_r, x_0), code)
         n += 1
         xi, v_r, a = x, v, a_end
     return n, xi, v_r, at

@@ -24,7 +24,7 @@ Method
       lies within an exponentially decaying envelope, which it touches once per half period.
       `end_of_hold` searches only near these peaks, and only where the envelope does not prove
       that the contact holds.
-    - At an end stop the state is xi = x_r - z, with z the position of the stop. A penetration
+    - At an end stop the state is xi = x_r - x_origin, with x_origin its position. A penetration
       or rebound of any size then keeps all its digits, next to a limit however large.
     - At a rigid stop infinitely many rebounds may end in finite time (Zeno). Those below the
       resolution of x_r are not followed one by one: their duration and their contribution to
@@ -76,8 +76,8 @@ from drysim.core.roots import (
     first_root,
     parabola_root,
     safeguarded_newton,
-    slip_exit_time,
     stick_exit_time,
+    stop_under_waves,
 )
 
 # Law and mode, as kernels read them.
@@ -145,14 +145,14 @@ AT_REST, UNKNOWN = 0, 2
 direction, where nothing depends on it."""
 
 APART, RELEASED = 0, 3
-"""With respect to a stop, besides touching stage 1, 2 or 3 of it: within the limits; or beyond
-the stage, plus RELEASED: separated there, because a bumper only pushes and relaxes more slowly
-than the mass moves away. All but APART carry the sign of the side."""
+"""With respect to an end stop, besides touching stage 1, 2 or 3 of it: within the limits; or
+beyond the stage, plus RELEASED: separated there, because a bumper only pushes and relaxes more
+slowly than the mass moves away. All but APART carry the sign of the side."""
 
-STEADY_BUMPER, BUMPER_AT_ZERO, CHATTERING, LEAVING = 0, 1, 2, 3
-"""How a segment begins at a stop: in regular motion; with a bumper force that is exactly zero;
-as the rest of a chatter against a rigid stop, with v_r of the first rebound; or as the mass
-leaves a rigid stop where the force that pressed it there is exactly zero."""
+REGULAR, BUMPER_AT_ZERO, CHATTERING, LEAVING = 0, 1, 2, 3
+"""How a segment begins at an end stop: in regular motion; with a bumper force that is exactly
+zero; as the rest of a chatter against a rigid stop, with v_r of the first rebound; or as the
+mass leaves a rigid stop where the force that pressed it there is exactly zero."""
 
 
 class Mode(NamedTuple):
@@ -164,23 +164,23 @@ class Mode(NamedTuple):
         HOLD, ±1 or FREE.
     direction : int
         Direction of motion: ±1, AT_REST or UNKNOWN.
-    stop : int
+    end_stop : int
         APART; ±stage while touching; ±(stage + RELEASED).
     origin : int
-        Side of the stop from which xi is measured; 0 where xi is x_r.
+        Side of the end stop from which xi is measured; 0 where xi is x_r.
     poised : int
         Side at whose limit a hold starts exactly, or direction in which a slip breaks away; 0
         for neither.
-    bumper : int
-        How the segment begins at a stop, see `STEADY_BUMPER`.
+    entry : int
+        How the segment begins at an end stop, see `REGULAR`.
     """
 
     contact: int
     direction: int
-    stop: int
+    end_stop: int
     origin: int
     poised: int
-    bumper: int
+    entry: int
 
 
 class ModeState(NamedTuple):
@@ -207,10 +207,10 @@ ARRIVAL = -1
 @compiled
 def encode_mode(mode):
     """Return a mode as one integer, at least 0."""
-    code = mode.bumper
+    code = mode.entry
     code = 3 * code + mode.poised + 1
     code = 3 * code + mode.origin + 1
-    code = 13 * code + mode.stop + 6
+    code = 13 * code + mode.end_stop + 6
     code = 4 * code + mode.direction + 1
     return 4 * code + mode.contact + 1
 
@@ -220,15 +220,15 @@ def decode_mode(code):
     """Return the mode of an integer from `encode_mode`."""
     contact, code = code % 4 - 1, code // 4
     direction, code = code % 4 - 1, code // 4
-    stop, code = code % 13 - 6, code // 13
+    end_stop, code = code % 13 - 6, code // 13
     origin, code = code % 3 - 1, code // 3
-    return Mode(contact, direction, stop, origin, code % 3 - 1, code // 3)
+    return Mode(contact, direction, end_stop, origin, code % 3 - 1, code // 3)
 
 
 @compiled
-def mode_of(contact, direction, stop, origin):
+def mode_of(contact, direction, end_stop, origin):
     """Return a mode that begins in regular motion."""
-    return Mode(contact, direction, stop, origin, 0, STEADY_BUMPER)
+    return Mode(contact, direction, end_stop, origin, 0, REGULAR)
 
 
 @compiled
@@ -297,7 +297,7 @@ def mode_equation(plant, law, waves, mode, x_0, base):
     """
     t, u_0, slope = base
     m = plant.m
-    effective, z = effective_plant(plant, law, mode), origin_of(law, mode.origin)
+    effective, x_origin = effective_plant(plant, law, mode), origin_of(law, mode.origin)
     d = mode.contact if abs(mode.contact) == 1 else 0
     limits, ramp = coulomb_limits(law, d), load_ramp_at(law, t)
     g, r = -u_0, -slope
@@ -306,11 +306,11 @@ def mode_equation(plant, law, waves, mode, x_0, base):
         g -= f * ramp.load
         r -= f * ramp.rate
     elif mode.contact == HOLD:
-        g -= law.k_t * (z - x_0) / m
-    if z != 0.0:
-        g -= plant.k_x / m * z
+        g -= law.k_t * (x_origin - x_0) / m
+    if x_origin != 0.0:
+        g -= plant.k_x / m * x_origin
     if touches_bumper(law, mode):
-        g += sign(mode.stop) * bumper_line(law, abs(mode.stop))[1] / m
+        g += sign(mode.end_stop) * bumper_line(law, abs(mode.end_stop))[1] / m
     w = effective.k_x / m
     set_phases(waves, effective, limits, t, d)
     if law.k_t > 0.0:
@@ -331,7 +331,7 @@ def effective_plant(plant, law, mode):
     if mode.contact == HOLD:
         k += law.k_t
     if touches_bumper(law, mode):
-        k += bumper_line(law, abs(mode.stop))[0]
+        k += bumper_line(law, abs(mode.end_stop))[0]
         b += law.b_s
     return Plant(plant.m, k, b)
 
@@ -349,7 +349,7 @@ def contact_force(law, mode, x_r, x_0, load):
 @compiled
 def touches_bumper(law, mode):
     """Return whether a bumper exerts a force."""
-    return 0 < abs(mode.stop) <= RELEASED and law.k_s[0] > 0.0
+    return 0 < abs(mode.end_stop) <= RELEASED and law.k_s[0] > 0.0
 
 
 @compiled
@@ -375,8 +375,8 @@ def bumper_force(law, mode, xi, v_r):
     """
     if not touches_bumper(law, mode):
         return 0.0
-    stiffness, offset = bumper_line(law, abs(mode.stop))
-    return stiffness * xi - sign(mode.stop) * offset + law.b_s * v_r
+    stiffness, offset = bumper_line(law, abs(mode.end_stop))
+    return stiffness * xi - sign(mode.end_stop) * offset + law.b_s * v_r
 
 
 @compiled
@@ -424,7 +424,7 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
     set_phases(waves, plant, coulomb_limits(law, 1), 0.0, 0)
     load, load_d = load_at(law, waves, load_ramp_at(law, 0.0), 0.0)
     u_dd = base_motion(waves, base.u_0, base.slope, 0.0)[0]
-    origin, xi, stop = stop_coordinates(law, x_r, v_r)
+    origin, xi, end_stop = end_stop_coordinates(law, x_r, v_r)
     # A normal force that only touches zero does not separate the surfaces.
     lifts = law.step > 0.0 or law.variation > 1.0
     contact = HOLD
@@ -442,11 +442,11 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
             contact = side
     elif v_r != 0.0:
         contact = sign(v_r)
-    mode = mode_of(contact, sign(v_r), stop, origin)
+    mode = mode_of(contact, sign(v_r), end_stop, origin)
     if v_r == 0.0:
         mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
     elif law.k_t > 0.0 and not ends_at_turns(law):
-        mode = mode_of(contact, UNKNOWN, stop, origin)
+        mode = mode_of(contact, UNKNOWN, end_stop, origin)
     return ModeState(mode, xi, v_r, x_0)
 
 
@@ -467,8 +467,8 @@ def closing_contact(law, v_r, rate):
 
 
 @compiled
-def stop_coordinates(law, x_r, v_r):
-    """Return the origin of xi, xi [m] and the state at the stops of a motion at x_r, v_r."""
+def end_stop_coordinates(law, x_r, v_r):
+    """Return the origin of xi, xi [m] and the state at the end stops at x_r, v_r."""
     side = 1 if x_r > 0.0 else -1
     limit = side_of(law, side).limit
     if not abs(x_r) >= limit:
@@ -502,12 +502,12 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
     if abs(F_L) <= stick_limit(hold, pull) or (d != 0 and d == wall):
         d = AT_REST
     if sticks:
-        return mode_of(d, d, mode.stop, mode.origin)
+        return mode_of(d, d, mode.end_stop, mode.origin)
     if wall == 0 and d == AT_REST:
         d = mode.direction if mode.direction != AT_REST else 1
     if wall == 0 and law.k_t > 0.0 and not ends_at_turns(law):
         d = UNKNOWN
-    return mode_of(mode.contact, d, mode.stop, mode.origin)
+    return mode_of(mode.contact, d, mode.end_stop, mode.origin)
 
 
 # Elastic contact: exits from hold and yield.
@@ -829,7 +829,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
         return first_root(segment, waves, law, excess, 0, 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, segment.x_r, 0.0
-    stop, x = slip_exit_time(segment, waves, d, h)
+    stop, x = stop_under_waves(segment, waves, d, h)
     return stop, x, 0.0
 
 
@@ -875,11 +875,11 @@ def bumper_zero_time(segment, waves, law, mode, side, h):
     h : float
         Length of the segment [s].
     """
-    own, stage = sign(mode.stop), abs(mode.stop)
+    own, stage = sign(mode.end_stop), abs(mode.end_stop)
     if stage > RELEASED:
         stage -= RELEASED
     stiffness, offset = bumper_line(law, stage)
-    at_zero = mode.bumper == BUMPER_AT_ZERO
+    at_zero = mode.entry == BUMPER_AT_ZERO
     constant = -side * own * offset
     if (
         not at_zero
@@ -891,23 +891,23 @@ def bumper_zero_time(segment, waves, law, mode, side, h):
 
 
 @compiled
-def next_stop_transition(segment, waves, law, mode, until):
+def next_end_stop_transition(segment, waves, law, mode, until):
     """Return when the mass reaches or leaves a stop or a stage of it, else infinity.
 
     Returns also the state at the stops that follows. The velocity keeps its sign up to `until`
     [s].
     """
-    d, z = mode.direction, origin_of(law, mode.origin)
-    if mode.stop == APART:
-        distance = side_of(law, d).limit - d * z
+    d, x_origin = mode.direction, origin_of(law, mode.origin)
+    if mode.end_stop == APART:
+        distance = side_of(law, d).limit - d * x_origin
         if distance == NEVER:
             return NEVER, APART
         return arrival_time(segment, waves, d, distance, until), d
-    side, stage = sign(mode.stop), abs(mode.stop)
+    side, stage = sign(mode.end_stop), abs(mode.end_stop)
     if side == d:
         begin = law.begins[stage] if stage < MAX_STAGES else NEVER
         if begin == NEVER:
-            return NEVER, mode.stop
+            return NEVER, mode.end_stop
         return arrival_time(segment, waves, d, begin, until), side * (stage + 1)
     # A released bumper is ahead of a mass that moves outwards, so this one moves inwards.
     released = stage > RELEASED
@@ -920,7 +920,7 @@ def next_stop_transition(segment, waves, law, mode, until):
         begin = -law.begins[stage - 1]
         passed = arrival_time(segment, waves, d, begin, min(force, until))
     if passed < force:
-        return passed, APART if stage == 1 else mode.stop - side
+        return passed, APART if stage == 1 else mode.end_stop - side
     return force, side * (stage if released else stage + RELEASED)
 
 
@@ -955,10 +955,10 @@ def rest_exit_time(plant, law, waves, state, base, ramp, left):
 
 
 @compiled
-def pass_stop(mode, after, xi):
+def pass_end_stop(mode, after, xi):
     """Return xi and mode after a change of the state at a bumper, and the event kind or 0."""
     d, kind = mode.direction, 0
-    touched, touches = 0 < abs(mode.stop) <= RELEASED, 0 < abs(after) <= RELEASED
+    touched, touches = 0 < abs(mode.end_stop) <= RELEASED, 0 < abs(after) <= RELEASED
     if abs(after) > RELEASED and d * xi >= 0.0:
         after = APART
     if touched and not touches:
@@ -967,7 +967,7 @@ def pass_stop(mode, after, xi):
         kind = d * CONTACT
     if after == APART:
         return 0.0, mode_of(mode.contact, d, APART, mode.origin), kind
-    at_zero = BUMPER_AT_ZERO if touched != touches else STEADY_BUMPER
+    at_zero = BUMPER_AT_ZERO if touched != touches else REGULAR
     return xi, Mode(mode.contact, d, after, mode.origin, 0, at_zero), kind
 
 

@@ -318,7 +318,7 @@ def iterate_period_map(scene, period, state, most, past):
     step_before = math.inf
     smallest = math.inf
     smallest_at = 0
-    wait, pause = 0, NEWTON_PAUSE
+    pause_left, pause_length = 0, NEWTON_PAUSE
     refined = False
     fallback = state
     closure = math.inf
@@ -340,7 +340,7 @@ def iterate_period_map(scene, period, state, most, past):
             state = fallback
             for i in range(MAX_MULTIPLE):
                 past.x_r[i] = math.inf
-            refined, wait, pause = False, pause, 2 * pause
+            refined, pause_left, pause_length = False, pause_length, 2 * pause_length
             continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0
@@ -361,15 +361,15 @@ def iterate_period_map(scene, period, state, most, past):
             is_distinct = multiple == 1 or step > STAGNATION_TOLERANCE * scale
             if is_distinct and (change <= CLOSURE_TOLERANCE or stagnant):
                 return state, multiple, change, n + 1, highest
-        wait -= 1
-        if wait <= 0 and step < NEWTON_RADIUS * scale and same_events:
+        pause_left -= 1
+        if pause_left <= 0 and step < NEWTON_RADIUS * scale and same_events:
             # With F_fs > F_fk the rest position depends on the path. A failed sequence of
             # Newton steps must then not change the state from which the iteration resumes.
             if not refined or law.F_fs <= law.F_fk:
                 fallback = state
             refined, state = newton_step(scene, period, rate, before, state, events)
             if not refined:
-                wait = NEWTON_PAUSE
+                pause_left = NEWTON_PAUSE
         step_before = step
         events_before = events
     return state, 0, closure, most, highest

@@ -10,9 +10,9 @@ Method
     1. Linear forcing (`locate_stop`): the acceleration obeys the free equation, so the extrema
        of the velocity are known in closed form. Between two of them the velocity is monotone,
        and Newton's method safeguarded by bisection finds its root.
-    2. Forcing by waves (`first_root` for any `Observable`; `slip_exit_time` for v_r): a Taylor
-       polynomial of y minus a bound on its remainder is a lower envelope P(s) <= y(s). The
-       first root of P is a step that cannot skip a root of y (`safe_step`). Step there and
+    2. Forcing by waves (`first_root` for any `Observable`; `stop_under_waves` for v_r): a
+       Taylor polynomial of y minus a bound on its remainder is a lower envelope P(s) <= y(s).
+       The first root of P is a step that cannot skip a root of y (`safe_step`). Step there and
        repeat: the root is approached from one side, and a near miss is passed at its own
        distance. Once the bound proves that y decreases monotonically to its root
        (`is_monotone_to_zero`), Newton's method on the cubic Taylor polynomial converges in
@@ -327,7 +327,7 @@ def has_converged(h, a, fourth, s):
 
 
 @compiled
-def slip_exit_time(segment, waves, d, h):
+def stop_under_waves(segment, waves, d, h):
     """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
 
     The time is infinite if the mass does not stop. This is `first_root` for v_r, in fewer
@@ -433,14 +433,14 @@ class Derivatives(NamedTuple):
 
 
 @compiled
-def slip_end_time(segment, waves, direction, h):
+def stop_time(segment, waves, direction, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity."""
     if direction == 0:
         return NEVER
     if waves.size == 0:
         (c, w, _, r), _, v_r, a, _, _ = segment
         return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-    return slip_exit_time(segment, waves, direction, h)[0]
+    return stop_under_waves(segment, waves, direction, h)[0]
 
 
 @compiled
@@ -508,7 +508,7 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         value, rate, curvature, _ = derivatives
         step = safe_step(value, rate, curvature, third_bound, growth, max_step)
         if value > 0.0 and curvature > 0.0 and step < max_step:
-            # The bound also holds without a positive curvature, see `slip_exit_time`.
+            # The bound also holds without a positive curvature, see `stop_under_waves`.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and s + step >= h:
             return NEVER, now.x_r, now.v_r

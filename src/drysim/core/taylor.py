@@ -193,15 +193,15 @@ class StepControl(NamedTuple):
         Time scale of waves and oscillator [s].
     requested : float
         Longest step of a full series [s].
-    pause, wait : int
+    pause_left, pause_length : int
         Steps left before the next attempt at a quasi-steady series, and the length of that
         pause.
     """
 
     time_scale: float
     requested: float
-    pause: int
-    wait: int
+    pause_left: int
+    pause_length: int
 
 
 # The march from series to series.
@@ -249,7 +249,7 @@ def march_taylor(scene, until, state, series, segments, log):
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
         if d == 0 and not bristles:
-            used = record_segment(segments, used, n, s, x_r, v_r, z, d)
+            used = record_segment(segments, used, (n, s), (x_r, v_r, z), d)
             limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
             set_phases(waves, plant, limits, t, 0)
             horizon = min(left, wave_scale)
@@ -286,7 +286,7 @@ def march_taylor(scene, until, state, series, segments, log):
                 code = direction * (QUASI_STEADY + iterations)
             elif creeping and abs(d) != 2:
                 code = direction * CREEPING
-            used = record_segment(segments, used, n, s, x_r, v_r, z, code)
+            used = record_segment(segments, used, (n, s), (x_r, v_r, z), code)
             segments.terms[used - 1] = last
             if law.kind == LEUVEN:
                 segments.rise[used - 1] = series.slope[0]
@@ -305,7 +305,7 @@ def march_taylor(scene, until, state, series, segments, log):
             if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
                 return SeriesState(n, s, x_r, v_r, z, d, used, -1)
             requested = 4.0 * step if step < left else NEVER
-            control = StepControl(time_scale, requested, control.pause, control.wait)
+            control = StepControl(time_scale, requested, *control[2:])
             step = min(event, step)
             s = length if step == left else min(s + step, length)
             x_r, v_r, z = series_state(series, last, step)
@@ -400,21 +400,21 @@ def begin_step(plant, law, series, start, left, tolerances, control):
         0 for a full one.
     control : StepControl
     """
-    time_scale, requested, pause, wait = control
+    time_scale, requested, pause_left, pause_length = control
     relaxation = relaxation_rate(law, start.v, start.z) if law.kind != STRIBECK else 0.0
     if relaxation * min(left, time_scale) > STIFF_RATIO:
-        if pause == 0:
+        if pause_left == 0:
             last, step, iterations = solve_quasi_steady(
                 plant, law, series, start, left, tolerances
             )
             if iterations > 0:
                 return last, step, iterations, StepControl(time_scale, requested, 0, 0)
-            wait = min(2 * wait + 1, MAX_QUASI_STEADY_PAUSE)
-            pause = wait
+            pause_length = min(2 * pause_length + 1, MAX_QUASI_STEADY_PAUSE)
+            pause_left = pause_length
         else:
-            pause -= 1
+            pause_left -= 1
     last, step = extend_series(plant, law, series, start, min(left, requested), tolerances)
-    return last, step, 0, StepControl(time_scale, requested, pause, wait)
+    return last, step, 0, StepControl(time_scale, requested, pause_left, pause_length)
 
 
 @inlined

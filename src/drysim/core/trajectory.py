@@ -95,7 +95,7 @@ from drysim.core.oscillator import (
     free_response,
     sine_response,
 )
-from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, slip_end_time
+from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, stop_time
 
 # A solution, and a segment of it.
 
@@ -108,8 +108,7 @@ class Solution(NamedTuple):
     scene : Scene
         As of `core.march`.
     segments : Segments
-        With encoded modes; z is the x_r at which an elastic contact carries no force [m]. With
-        Coulomb friction d is the direction of sliding.
+        With encoded modes; with Coulomb friction d is the direction of sliding.
     """
 
     scene: Any
@@ -145,7 +144,7 @@ class ResumedSegment(NamedTuple):
     mode, equation, ramp, forces
         Its mode and equation of motion, the course of the normal force, and the forces in this
         mode.
-    z, xi, v_r : float
+    x_origin, xi, v_r : float
         Origin of xi [m], and state at the start.
     u_0, slope : float
         ü besides the waves at the start [m/s²], and its rate [m/s³].
@@ -155,7 +154,7 @@ class ResumedSegment(NamedTuple):
     equation: Any
     ramp: Any
     forces: Any
-    z: float
+    x_origin: float
     xi: float
     v_r: float
     u_0: float
@@ -238,12 +237,12 @@ def segment_window(segments, dt, i, begin, end):
 def resume_segment(solution, i):
     """Return segment i of a solution, ready for evaluation."""
     (plant, law, waves, u_dd, dt), segments = solution
-    mode, x_0 = decode_mode(segments.d[i]), segments.z[i]
+    mode, x_0 = decode_mode(segments.d[i]), segments.x_0[i]
     base = segment_base(u_dd, dt, segments, i)
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
-    forces, z = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
+    forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
     xi, v_r = segments.x_r[i], segments.v_r[i]
-    return ResumedSegment(mode, equation, ramp, forces, z, xi, v_r, base.u_0, base.slope)
+    return ResumedSegment(mode, equation, ramp, forces, x_origin, xi, v_r, base.u_0, base.slope)
 
 
 @compiled
@@ -254,8 +253,8 @@ def mode_forces(plant, law, mode, x_0):
     F = mode.contact * side_of(law, mode.contact).F_fk if abs(mode.contact) == 1 else 0.0
     k_s, offset, b_s = 0.0, 0.0, 0.0
     if touches_bumper(law, mode):
-        k_s, offset = bumper_line(law, abs(mode.stop))
-        offset, b_s = sign(mode.stop) * offset, law.b_s
+        k_s, offset = bumper_line(law, abs(mode.end_stop))
+        offset, b_s = sign(mode.end_stop) * offset, law.b_s
     reference = max(law.up.F_fk, law.down.F_fk)
     return Forces(damped, k_t, x_0, F, k_s, offset, b_s, reference)
 
@@ -339,7 +338,7 @@ def evaluate_segments(solution, t, out):
         s = t[k] - (segments.n[i] * dt + segments.s[i])
         mode = part.mode
         xi, v = motion_in_segment(waves, part, s)
-        x_r = part.z + xi
+        x_r = part.x_origin + xi
         u = base_motion(waves, part.u_0, part.slope, s)[0]
         load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
         state = ModeState(mode, xi, v, part.forces.x_0)
@@ -511,7 +510,7 @@ def sample_elastic_grid(solution, first, dt, tables, out):
         until = last
         if i + 1 < len(segments.s):
             until = min(last, grid_index_before(segments.s[i + 1], dt) + 1)
-        t, x_0, mode = segments.s[i], segments.z[i], decode_mode(segments.d[i])
+        t, x_0, mode = segments.s[i], segments.x_0[i], decode_mode(segments.d[i])
         d = mode.contact if abs(mode.contact) == 1 else 0
         limits, effective = coulomb_limits(law, d), effective_plant(plant, law, mode)
         g = -d * limits.F_fk / plant.m
@@ -845,7 +844,7 @@ def integrate_segments(solution, begin, end):
         if hi <= lo or segments.d[i] == ARRIVAL:
             continue
         part = resume_segment(solution, i)
-        if part.mode.bumper == CHATTERING:
+        if part.mode.entry == CHATTERING:
             more = integrate_chatter(plant, law, waves, part, lo, hi)
         elif part.mode.direction == AT_REST:
             more = integrate_rest(waves, part, lo, hi, law.k_t == 0.0)
@@ -904,8 +903,8 @@ def integrate_chatter(plant, law, waves, part, lo, hi):
     u = base_motion(waves, part.u_0, part.slope, 0.0)[0]
     p, q = return_accelerations(plant, law, part.mode, part.forces.x_0, u, load)
     x_dd2 = chatter_mean_square(u, part.mode.origin, p, q)
-    length = hi - lo
-    return SegmentSums(part.z * part.z * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
+    x, length = part.x_origin, hi - lo
+    return SegmentSums(x * x * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -922,7 +921,7 @@ def integrate_rest(waves, part, lo, hi, sticks):
             u = base_motion(waves, part.u_0, part.slope, at)[0]
             x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
         s = s + length if length < hi - s else hi
-    x2 = (part.z + part.xi) ** 2 * (hi - lo)
+    x2 = (part.x_origin + part.xi) ** 2 * (hi - lo)
     stuck = hi - lo if sticks else 0.0
     return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0)
 
@@ -953,7 +952,7 @@ def integrate_panel(law, waves, part, rule, s, length):
         xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
         u = base_motion(waves, part.u_0, part.slope, at)[0]
         load = max(load_at(law, waves, ramp, at)[0], 0.0)
-        x = part.z + xi
+        x = part.x_origin + xi
         F_f = k_t * (x - x_0) + F * load
         F_stop = k_s * xi - offset + b_s * v
         x_dd = (k_x * x + b * v + F_f + F_stop) / m
@@ -1120,9 +1119,9 @@ def integrate_whole_steps(plant, k_t, dt, steps, reference):
 @compiled
 def is_long_hold(law, waves, part):
     """Return whether a holding segment is a sum of exponentials, with ü by waves alone."""
-    if law.k_t == 0.0 or part.mode.contact != HOLD or part.mode.stop != APART:
+    if law.k_t == 0.0 or part.mode.contact != HOLD or part.mode.end_stop != APART:
         return False
-    if part.u_0 != 0.0 or part.slope != 0.0 or part.z != 0.0:
+    if part.u_0 != 0.0 or part.slope != 0.0 or part.x_origin != 0.0:
         return False
     return is_sum_of_exponentials(part.equation.c, part.equation.w, waves)
 
@@ -1265,11 +1264,11 @@ def peak_bumper_force(solution, begin, end):
 @compiled
 def bumper_force_and_rate(law, waves, part, s):
     """Return the force of a bumper [N] and its rate [N/s] at time s of a segment."""
-    side = sign(part.mode.stop)
+    side = sign(part.mode.end_stop)
     if part.mode.direction == AT_REST:
         return side * bumper_force(law, part.mode, part.xi, 0.0), 0.0
     x, v, a, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, s)
-    stiffness, offset = bumper_line(law, abs(part.mode.stop))
+    stiffness, offset = bumper_line(law, abs(part.mode.end_stop))
     return side * (stiffness * x + law.b_s * v) - offset, side * (stiffness * v + law.b_s * a)
 
 
@@ -1483,11 +1482,11 @@ def write_turning_points(solution, whole, limits, at, out):
         n = segments.n[i]
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         base = SegmentBase(t + s, u_dd[n] + slope * (segments.s[i] + s), slope)
-        equation, _ = mode_equation(plant, law, waves, mode, segments.z[i], base)
+        equation, _ = mode_equation(plant, law, waves, mode, segments.x_0[i], base)
         segment = start_segment(equation, waves, x_r, v_r)
         left = segment_length(segments, dt, i) - s
         direction = motion_direction(segment.v_r, segment.a, segment.j)
-        s_turn = slip_end_time(segment, waves, direction, left)
+        s_turn = stop_time(segment, waves, direction, left)
         if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
@@ -1532,7 +1531,7 @@ def is_hold_uneventful(law, segments, i, limits):
     side = sign(segments.x_r[i])
     low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], limits)
     reach = law.up.F_fk / law.k_t * (1.0 + law.variation)
-    return low <= segments.z[i] - reach and segments.z[i] + reach <= high
+    return low <= segments.x_0[i] - reach and segments.x_0[i] + reach <= high
 
 
 @compiled
