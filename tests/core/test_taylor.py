@@ -125,4 +125,4 @@ def test_two_turns_whose_neighbours_are_most_like_them_are_forgotten(kernel):
 def test_series_that_holds_for_no_time_has_no_zero_in_it(kernel):
     # One had ended in a division by zero: bristles and a force at the end of double precision.
     series = kernel.compile.as_engine_array(np.array([0.5, -1.0, 0.3, 0.1]))
-    assert kernel.taylor.first_velocity_zero(series, 3, 1, 0.0) == np.inf
+    assert kernel.roots.first_series_root(series, 3, 0.0) == np.inf

@@ -21,7 +21,7 @@ Method
 
 Why nothing is missed
     The first zero of v_r within a step is approached from below by steps that a bound on the
-    second derivative proves safe (`first_velocity_zero`); likewise the ends of the hysteresis
+    second derivative proves safe (`first_series_root`); likewise the ends of the hysteresis
     branches (`core.dynamic_friction`). A step ends early where the last coefficients do not yet
     reflect the rise of the Stribeck curve.
 
@@ -64,7 +64,7 @@ from drysim.core.events import (
 )
 from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_phases
 from drysim.core.model import LEUVEN, STRIBECK, CoulombLaw
-from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, parabola_root
+from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, first_series_root
 from drysim.core.trajectory import (
     TWELVE_NODES,
     TWELVE_WEIGHTS,
@@ -441,7 +441,7 @@ def step_extent(plant, law, series, start, found, slow, v_tolerance):
     last, step, iterations = found
     d = start.d
     step = curve_valid_length(law, series, last, d, step, slow)
-    stop = first_velocity_zero(series.v, last, d, step)
+    stop = speed_crossing_time(series, last, d, 0.0, step)
     if iterations > 0 and stop != NEVER:
         # Near v_r = 0 the slow manifold does not exist: approach it, then use the full series.
         step, stop = 0.5 * stop, NEVER
@@ -834,47 +834,6 @@ roundings add up."""
 
 
 @compiled
-def first_velocity_zero(coefficients, n, d, h):
-    """Return the first zero in (0, h] of a velocity in direction d, or infinity.
-
-    A bound on the second derivative gives steps that cannot skip a root, so the first root is
-    approached from below. Leading zero coefficients, a root at 0 itself, are divided out.
-    Simpler than `roots.first_series_root`, which scales and shifts the series.
-    """
-    first = 0
-    while first <= n and coefficients[first] == 0.0:
-        first += 1
-    if first >= n:
-        return NEVER
-    rest = 0.0
-    bend = 0.0
-    power_before, power = 0.0, 1.0
-    for k in range(1, n - first + 1):
-        size = abs(coefficients[first + k])
-        rest += size * power * h
-        bend += k * (k - 1) * size * power_before
-        power_before, power = power, power * h
-    # The first coefficient exceeds the sum of all others on (0, h]: no root.
-    if abs(coefficients[first]) > rest:
-        return NEVER
-    s = 0.0
-    while True:
-        v = 0.0
-        a = 0.0
-        for k in range(n, first - 1, -1):
-            a = a * s + v
-            v = v * s + d * coefficients[k]
-        if v <= 0.0:
-            return s
-        step = parabola_root(v, a, bend)
-        if s + step > h:
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-
-
-@compiled
 def curve_valid_length(law, series, n, d, h, slow):
     """Return the length [s], at most h, over which a series represents the Stribeck curve.
 
@@ -894,12 +853,14 @@ def curve_valid_length(law, series, n, d, h, slow):
 
 @compiled
 def speed_crossing_time(series, n, d, level, h):
-    """Return when within h [s] the velocity in direction d decreases to a level [m/s]."""
-    v = series.v[0]
-    series.v[0] = v - d * level
-    arrives = first_velocity_zero(series.v, n, d, h)
-    series.v[0] = v
-    return arrives
+    """Return when within h [s] the velocity in direction d decreases to a level [m/s].
+
+    Infinite for never. `series.share` is used as work space.
+    """
+    for k in range(n + 1):
+        series.share[k] = d * series.v[k]
+    series.share[0] -= level
+    return first_series_root(series.share, n, h)
 
 
 @compiled
