@@ -14,11 +14,11 @@ the rules they can violate.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import gcd, lcm
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, ValidationInfo, WithJsonSchema, field_validator
@@ -31,7 +31,7 @@ from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction
 from drysim.metrics.table import METRICS_BY_NAME, Need
-from drysim.scenario.axes import Sweep, count_points, iter_points
+from drysim.scenario.axes import Axis, Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
     ApproachName,
@@ -268,16 +268,9 @@ class Scenario(FromFile):
             If there is no such approach.
         """
         member = APPROACHES_BY_NAME[validate_approach(name)]
-        changed: dict[str, Any] = {
-            "solver": self.solver.model_copy(update={"approach": name}),
-            "friction": _friction_for_approach(member, self.friction),
-            "sweep": tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key)),
-            "reference": None,
-        }
-        if not member.supports_direction:
-            changed["oscillator"] = self.oscillator.without_direction()
-        if self.stroke is not None and not member.supports_stops:
-            changed["stroke"] = self.stroke.model_copy(update={"stops": None})
+        used = tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key))
+        changed = self._without(name, used, member.supports_direction, member.supports_stops)
+        changed["friction"] = _friction_for_approach(member, self.friction)
         return self.copy_with(changed)
 
     def with_law(self, name: str) -> Scenario:
@@ -299,24 +292,30 @@ class Scenario(FromFile):
         """
         found = [*_law_problems(self, name)]
         if not found:
-            changed: dict[str, Any] = {
-                "solver": self.solver.model_copy(update={"approach": EXACT}),
-                "sweep": tuple(
-                    axis for axis in self.sweep if law_uses_key(self, name, axis.key)
-                ),
-                "reference": None,
-            }
-            if name not in CLOSED_FORM_LAWS:
-                changed["oscillator"] = self.oscillator.without_direction()
-            if self.stroke is not None and name not in CLOSED_FORM_LAWS:
-                changed["stroke"] = self.stroke.model_copy(update={"stops": None})
-            scene = self.copy_with(changed, law=name)
+            used = tuple(axis for axis in self.sweep if law_uses_key(self, name, axis.key))
+            closed = name in CLOSED_FORM_LAWS
+            scene = self.copy_with(self._without(EXACT, used, closed, closed), law=name)
             found = first_conflict(scene)
             if not found:
                 return scene
         file, count = self.origin["file"] or self.name, format_count(len(found), "error")
         sentence = f"{file} under law {name}: {count}"
         raise ScenarioError(sentence, tuple(found))
+
+    def _without(
+        self, approach: str, used: tuple[Axis, ...], directed: bool, stops: bool
+    ) -> dict[str, Any]:
+        """Return the fields that change for an approach that supports some features only."""
+        changed: dict[str, Any] = {
+            "solver": self.solver.model_copy(update={"approach": approach}),
+            "sweep": used,
+            "reference": None,
+        }
+        if not directed:
+            changed["oscillator"] = self.oscillator.without_direction()
+        if self.stroke is not None and not stops:
+            changed["stroke"] = self.stroke.model_copy(update={"stops": None})
+        return changed
 
     def variant(self, label: str) -> Scenario:
         """Return the scenario for an approach or a friction law, by name."""
@@ -554,61 +553,103 @@ def asks_for(scenario: Scenario, need: Need) -> bool:
     return any(value is not None for value in found)
 
 
-def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
-    """Yield the faults of values that the approach does not support."""
-    name, law = scenario.solver.approach, scenario.nominal_law()
-    member, friction = APPROACHES_BY_NAME[name], scenario.friction
+class Feature(NamedTuple):
+    """Something that not every approach supports."""
+
+    flag: str
+    """Attribute of an approach that says whether it does."""
+    fault: str
+    """Message on a scenario that needs it, without the name of the approach."""
+    omission: str
+    """What the approach does in a comparison instead."""
+
+
+END_STOPS = Feature(
+    "supports_stops",
+    "does not support end stops; remove them or choose stick-slip",
+    "ignores end stops: the mass moves beyond the stroke limit",
+)
+DIRECTED_DAMPING = Feature(
+    "supports_direction",
+    "does not support damping that depends on direction; give one value or choose stick-slip",
+    "uses the mean of oscillator.damping in both directions",
+)
+DIRECTED_FRICTION = Feature(
+    "supports_direction",
+    "does not support friction that depends on direction; give one value or choose stick-slip",
+    "uses the mean of the friction forces in both directions",
+)
+STATIC_LIMIT = Feature(
+    "supports_static",
+    "does not support a static limit above kinetic friction; remove it or choose stick-slip",
+    "has no static limit above kinetic friction and uses F_fs = F_fk",
+)
+OTHER_LAW = Feature(
+    "supports_dynamic",
+    "supports Coulomb friction only; choose law coulomb or approach stick-slip",
+    "uses Coulomb friction with the forces of the law",
+)
+VARYING_FORCE = Feature(
+    "supports_variation",
+    "does not support a varying normal force; remove it or choose stick-slip",
+    "uses a constant normal force",
+)
+
+
+def _unsupported_features(
+    scenario: Scenario, member: type[Approach], swept: Collection[str] = ()
+) -> Iterator[tuple[Feature, KeyPath]]:
+    """Yield what an approach does not support, and its key; also if swept keys introduce it."""
+    law, friction = scenario.nominal_law(), scenario.friction
+    found: list[tuple[Feature, KeyPath]] = []
     if scenario.stops is not None:
-        yield from _stop_faults(scenario, scenario.stops)
+        found.append((END_STOPS, ("stroke", "stops")))
     if scenario.oscillator.damping_pair is not None:
-        keys, remedy = ("oscillator", "damping"), "give one value or choose"
-        if not member.supports_direction:
-            sentence = f"approach {name} does not support damping that depends on direction"
-            yield keys, f"{sentence}; {remedy} stick-slip"
-        elif isinstance(law, DynamicLaw):
-            sentence = "damping that depends on direction supports the laws "
-            yield keys, f"{sentence}{', '.join(CLOSED_FORM_LAWS)}; {remedy} one of them"
-    if not member.supports_friction or friction is None:
+        found.append((DIRECTED_DAMPING, ("oscillator", "damping")))
+    if friction is not None and member.supports_friction:
+        if law.compression is not None:
+            directed = isinstance(getattr(friction, "kinetic", None), ByDirection)
+            found.append((DIRECTED_FRICTION, ("friction", "kinetic" if directed else "static")))
+        if law.F_fs > law.F_fk or _STATIC_PATHS & {*swept}:
+            given = (key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
+            found.append((STATIC_LIMIT, ("friction", next(given, "static"))))
+        if law.is_elastic or isinstance(law, DynamicLaw):
+            found.append((OTHER_LAW, ("friction", LAW_KEY)))
+        recorded = _has_recorded_normal_force(friction)
+        if law.variation or recorded or any(k.startswith(_VARIATION_PREFIXES) for k in swept):
+            key = "normal_record" if recorded else "normal_variation"
+            found.append((VARYING_FORCE, ("friction", key)))
+    yield from (one for one in found if not getattr(member, one[0].flag))
+
+
+def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
+    """Yield the faults of values that the approach or the law does not support."""
+    name, laws = scenario.solver.approach, ", ".join(CLOSED_FORM_LAWS)
+    member = APPROACHES_BY_NAME[name]
+    for feature, keys in _unsupported_features(scenario, member):
+        yield keys, f"approach {name} {feature.fault}"
+    dynamic = isinstance(scenario.nominal_law(), DynamicLaw)
+    if scenario.stops is not None:
+        if member.supports_stops and dynamic:
+            remedy = "choose one of them or remove the stops"
+            yield ("stroke", "stops"), f"end stops support the laws {laws}; {remedy}"
+        yield from _rigid_stop_faults(scenario, scenario.stops)
+    if scenario.oscillator.damping_pair is not None and member.supports_direction and dynamic:
+        remedy = "give one value or choose one of them"
+        sentence = f"damping that depends on direction supports the laws {laws}; {remedy}"
+        yield ("oscillator", "damping"), sentence
+
+
+def _rigid_stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
+    """Yield the faults of rigid stops: unsupported law, start beyond a stop."""
+    if stops.restitution is None or scenario.stroke is None:
         return
-    if law.compression is not None and not member.supports_direction:
-        key = (
-            "kinetic"
-            if isinstance(getattr(friction, "kinetic", None), ByDirection)
-            else "static"
-        )
-        sentence = f"approach {name} does not support friction that depends on direction"
-        yield ("friction", key), f"{sentence}; give one value or choose stick-slip"
-    if law.F_fs > law.F_fk and not member.supports_static:
-        key = next(key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
-        sentence = f"approach {name} does not support a static limit above kinetic friction"
-        yield ("friction", key), f"{sentence}; remove it or choose stick-slip"
-    if (law.is_elastic or isinstance(law, DynamicLaw)) and not member.supports_dynamic:
-        sentence = f"approach {name} supports Coulomb friction only"
-        yield ("friction", "law"), f"{sentence}; choose law coulomb or approach stick-slip"
-    recorded = _has_recorded_normal_force(friction)
-    if (law.variation or recorded) and not member.supports_variation:
-        key = "normal_record" if recorded else "normal_variation"
-        sentence = f"approach {name} does not support a varying normal force"
-        yield ("friction", key), f"{sentence}; remove it or choose stick-slip"
-
-
-def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
-    """Yield the faults of end stops: unsupported approach or law, start beyond a stop."""
-    name, stroke = scenario.solver.approach, scenario.stroke
-    assert stroke is not None, "stops are at the ends of a stroke"
-    if not APPROACHES_BY_NAME[name].supports_stops:
-        sentence = f"approach {name} does not support end stops"
-        yield ("stroke", "stops"), f"{sentence}; remove them or choose stick-slip"
-    elif isinstance(scenario.nominal_law(), DynamicLaw):
-        sentence = f"end stops support the laws {', '.join(CLOSED_FORM_LAWS)}"
-        yield ("stroke", "stops"), f"{sentence}; choose one of them or remove the stops"
     law = scenario.nominal_law()
-    elastic = isinstance(law, PiecewiseLaw) and law.is_elastic and law.varies
-    if stops.restitution is not None and elastic:
+    if isinstance(law, PiecewiseLaw) and law.is_elastic and law.varies:
         sentence = "rigid stops do not go with an elastic contact under a varying normal force"
         yield ("stroke", "stops"), f"{sentence}; use bumpers (`stiffness`)"
-    up, down = stroke.limits
-    if stops.restitution is not None and not -down <= scenario.start.x_r <= up:
+    up, down = scenario.stroke.limits
+    if not -down <= scenario.start.x_r <= up:
         within = f"between {-down:.12g} and {up:.12g} m"
         if up == down:
             within = f"within ±stroke.limit = ±{up:.12g} m"
@@ -865,27 +906,13 @@ def approach_uses_key(name: str, key: str) -> bool:
 
 def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """Yield a message for everything that an approach leaves out."""
-    member, law = APPROACHES_BY_NAME[validate_approach(name)], scenario.law()
-    if scenario.stops is not None and not member.supports_stops:
-        yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
-    if scenario.oscillator.damping_pair is not None and not member.supports_direction:
-        yield f"{name} uses the mean of oscillator.damping in both directions"
+    member = APPROACHES_BY_NAME[validate_approach(name)]
     swept = {axis.key for axis in scenario.sweep}
-    rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
-    if not member.supports_friction:
-        if rubs:
-            yield f"{name} ignores dry friction"
-        return
-    if law.compression is not None and not member.supports_direction:
-        yield f"{name} uses the mean of the friction forces in both directions"
-    if not member.supports_static and (law.F_fs > law.F_fk or swept & _STATIC_PATHS):
-        yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
-    if (law.is_elastic or isinstance(law, DynamicLaw)) and not member.supports_dynamic:
-        yield f"{name} uses Coulomb friction with the forces of the law"
-    varies = law.may_separate or law.variation
-    varies = varies or any(key.startswith(_VARIATION_PREFIXES) for key in swept)
-    if not member.supports_variation and varies:
-        yield f"{name} uses a constant normal force"
+    rubs = scenario.nominal_law().F_fk > 0 or any(key.startswith("friction.") for key in swept)
+    if rubs and not member.supports_friction:
+        yield f"{name} ignores dry friction"
+    for feature, _ in _unsupported_features(scenario, member, swept):
+        yield f"{name} {feature.omission}"
 
 
 # The scenario under another friction law, and what that law leaves out
@@ -925,13 +952,13 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
     if scenario.stops is not None and name not in CLOSED_FORM_LAWS:
-        yield f"{name} ignores end stops: the mass moves beyond the stroke limit"
+        yield f"{name} {END_STOPS.omission}"
     if scenario.oscillator.damping_pair is not None and name not in CLOSED_FORM_LAWS:
-        yield f"{name} uses the mean of oscillator.damping in both directions"
+        yield f"{name} {DIRECTED_DAMPING.omission}"
     if friction is None or friction.law == name:
         return
     if scenario.law().compression is not None:
-        yield f"{name} uses the mean of the friction forces in both directions"
+        yield f"{name} {DIRECTED_FRICTION.omission}"
     known = LAWS[name].model_fields
     used = {key.split(".")[1] for key in swept if key.startswith("friction.")}
     used |= {key for key, value in friction if value is not None}
@@ -941,7 +968,7 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
             yield f"{name} {verb} friction.{key}"
     law, other = scenario.law(), scenario.with_law(name).law()
     if not known.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
-        yield f"{name} has no static limit above kinetic friction and uses F_fs = F_fk"
+        yield f"{name} {STATIC_LIMIT.omission}"
 
 
 # The resolved scenario as plain values
