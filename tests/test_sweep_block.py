@@ -608,3 +608,12 @@ def test_swept_friction_is_a_loss_even_when_the_base_has_none(points_scenario):
 def test_approach_that_is_not_on_the_shelf_is_refused(points_scenario):
     with pytest.raises(ValueError, match="did you mean `signum`"):
         points_scenario().with_approach("signun")
+
+
+def test_fractional_values_of_a_whole_number_in_a_zip_name_the_key(fault):
+    half = {"from": 1, "to": 2, "step": 0.5}
+    zipped = {"excitation.seed": half, "excitation.rms": [1, 2, 3]}
+    (sentence,) = fault({"zip": zipped}, NOISE)
+    assert sentence == (
+        "sweep.zip.excitation.seed.step gives 1.5, but excitation.seed takes whole numbers"
+    )

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
@@ -417,6 +418,18 @@ class Reading:
         if len(self.problems) > MAX_PROBLEMS:
             raise TooManyProblems
 
+    def report_value(self, sentence: str, keys: KeyPath, at_key: bool = False) -> None:
+        """Add an error of a value; its key precedes the message."""
+        self.fault(with_subject(keys, sentence), keys, at_key)
+
+    @contextmanager
+    def reporting(self, at: KeyPath) -> Iterator[None]:
+        """Report a ValueError on the value at a path, or below it if the error says where."""
+        try:
+            yield
+        except ValueError as fault:
+            self.report_value(str(fault), (*at, *getattr(fault, "at", ())))
+
     def block(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> dict[str, Any]:
         """Return the values of a block whose keys the model has."""
         fields, words = fields_by_key(model), {}
@@ -623,11 +636,6 @@ def validation_faults(
             keys = (*keys, *cause.at)
         text = str(cause) if cause is not None else validation_message(error)
         yield keys, with_subject(keys, text)
-
-
-def report_value(reading: Reading, sentence: str, keys: KeyPath, at_key: bool = False) -> None:
-    """Report a problem of a value; its key precedes the message."""
-    reading.fault(with_subject(keys, sentence), keys, at_key)
 
 
 def with_subject(keys: KeyPath, text: str) -> str:

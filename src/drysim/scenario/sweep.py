@@ -1,10 +1,10 @@
 """Read the sweep block of a file: grids, zips and samples become axes.
 
 A sweep names keys of the scenario in dotted form. `numeric_keys` knows their types and units,
-so values follow the rules of their keys. A key takes the values of a list or a range
-(`AxisReader`), alone or together with others (`zip`), or random values (`sample`, with a design
-of `sampling`). `sweep_fault` explains why a key cannot be swept. Checks with an `at` condition
-are read here as well, because they name keys too.
+so values follow the rules of their keys. A key takes the values of a list or a range, alone or
+together with others (`zip`), or random values (`sample`, with a design of `sampling`).
+`sweep_fault` explains why a key cannot be swept. Checks with an `at` condition are read here as
+well, because they name keys too.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ from drysim.scenario.reading import (
     NumericKey,
     Reading,
     discriminator,
+    dotted_name,
     fields_by_key,
     get_block,
     numeric_keys,
-    report_value,
 )
 from drysim.scenario.sampling import (
     Design,
@@ -53,7 +53,7 @@ from drysim.scenario.sampling import (
     Triangular,
     Uniform,
 )
-from drysim.units import Quantity, closest_match, did_you_mean, format_value
+from drysim.units import InvalidValue, Quantity, closest_match, did_you_mean, format_value
 from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
@@ -122,13 +122,13 @@ def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
         groups = [((SWEEP_KEY, ZIP_KEY, i), group) for i, group in enumerate(value)]
     for at, group in groups:
         if not isinstance(group, Mapping) or len(group) < 2:
-            report_value(reading, f"must be at least two {form}; not {format_value(group)}", at)
+            reading.report_value(f"must be at least two {form}; not {format_value(group)}", at)
             continue
         numerals = _read_keys(reading, known, at, group)
         found = [
             axis
             for key, numeral in numerals.items()
-            if (axis := AxisReader(reading, (*at, key), numeral).axis(key, group[key]))
+            if (axis := _read_values(reading, (*at, key), numeral, key, group[key]))
         ]
         uneven = next((one for one in found if len(one.values) != len(found[0].values)), None)
         if uneven is not None:
@@ -136,7 +136,7 @@ def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
                 f"has {len(uneven.values)} values, but {found[0].key} has "
                 f"{len(found[0].values)}; keys of a zip need equally many"
             )
-            report_value(reading, sentence, (*at, uneven.key))
+            reading.report_value(sentence, (*at, uneven.key))
             continue
         name = ".".join(map(str, at[1:]))
         yield from (replace(one, group=name, location=(*at, one.key)) for one in found)
@@ -147,7 +147,7 @@ def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axi
     at = (SWEEP_KEY, SAMPLE_KEY)
     if not isinstance(value, Mapping):
         form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
-        report_value(reading, f"must be {form}; not {format_value(value)}", at)
+        reading.report_value(f"must be {form}; not {format_value(value)}", at)
         return
     words = reading.block(Sample, value, at)
     over = words.get("over")
@@ -155,7 +155,7 @@ def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axi
         return
     if not isinstance(over, Mapping) or not over:
         sentence = "must be keys, each with {from, to} or a distribution"
-        report_value(reading, f"{sentence}; not {format_value(over)}", (*at, "over"))
+        reading.report_value(f"{sentence}; not {format_value(over)}", (*at, "over"))
         return
     numerals = _read_keys(reading, known, (*at, "over"), over)
     count = _read_whole_number(reading, at, words, "count", 1, MAX_SAMPLE_POINTS)
@@ -168,7 +168,7 @@ def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axi
         return
     if words["kind"] not in get_args(Sample.model_fields["kind"].annotation):
         sentence = f"must be latin, sobol or uniform, not {format_value(words['kind'])}"
-        report_value(reading, sentence, (*at, "kind"))
+        reading.report_value(sentence, (*at, "kind"))
         return
     design = Design(words["kind"], count, len(laws), seed)
     head = {name: words[name] for name in ("kind", "count", "seed")}
@@ -203,7 +203,7 @@ def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis
     if value is None:
         reading.fault(f"sweep.{key} has no values", at, at_key=True)
         return None
-    return AxisReader(reading, at, numeral).axis(key, value)
+    return _read_values(reading, at, numeral, key, value)
 
 
 def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:
@@ -250,136 +250,134 @@ def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
 # The values of an axis: a list or a range
 
 
-class InvalidAxis(Exception):
-    """Raised after an error of an axis was reported."""
-
-
-class AxisReader:
-    """Reader of the values of one axis."""
-
-    def __init__(self, reading: Reading, at: KeyPath, numeral: NumericKey) -> None:
-        self.reading = reading
-        self.at = at
-        self.numeral = numeral
-
-    def axis(self, key: str, value: Any) -> Axis | None:
-        """Return the axis; None if it has an error."""
-        known = len(self.reading.problems)
-        try:
-            values, words = self._read(value)
-        except InvalidAxis:
-            return None
-        if len(self.reading.problems) > known:
-            return None
-        return Axis(key, self.numeral.header, values, words)
-
-    def _read(self, value: Any) -> tuple[Sequence[float], Any]:
-        """Return the values, and the block they were read from in SI."""
+def _read_values(
+    reading: Reading, at: KeyPath, numeral: NumericKey, key: str, value: Any
+) -> Axis | None:
+    """Return the axis for the values of a key; None if they have an error."""
+    known = len(reading.problems)
+    values: Sequence[float] = ()
+    words: Any = None
+    with reading.reporting(at):
         if isinstance(value, list):
-            values = self._read_list(value)
-            return values, list(values)
-        if isinstance(value, Mapping):
-            return self._read_range(self.reading.block(Range, value, self.at))
-        form = "a list such as `[1, 2]`, or {from, to, step}"
-        raise self._fault(f"must be {form}; not {format_value(value)}")
+            values = _read_list(reading, at, numeral, value)
+            words = list(values)
+        elif isinstance(value, Mapping):
+            values, words = _read_range(reading, at, numeral, value)
+            if numeral.quantity is None:
+                values = _whole_values(key, values, "step" if "step" in value else "count")
+        else:
+            form = "a list such as `[1, 2]`, or {from, to, step}"
+            raise ValueError(f"must be {form}; not {format_value(value)}")
+    if len(reading.problems) > known or words is None:
+        return None
+    return Axis(key, numeral.header, values, words)
 
-    def _fault(self, sentence: str, *inner: str | int) -> InvalidAxis:
-        """Report an error of a value."""
-        keys = (*self.at, *inner)
-        report_value(self.reading, sentence, keys)
-        return InvalidAxis()
 
-    def _one(self, value: Any, *inner: str | int) -> float:
-        """Return a value; nan after an error."""
-        try:
-            return self.numeral.read(value)
-        except ValueError as fault:
-            self._fault(str(fault), *inner)
-            return nan
+def _read_list(
+    reading: Reading, at: KeyPath, numeral: NumericKey, entries: list[Any]
+) -> tuple[float, ...]:
+    """Return the values of a list."""
+    if not entries:
+        raise ValueError("has no values")
+    values: dict[float, None] = {}  # in order
+    for i, entry in enumerate(entries):
+        with reading.reporting((*at, i)):
+            value = numeral.read(entry)
+            if value in values:
+                raise ValueError(f"is a duplicate: {format_value(entry)}")
+            values[value] = None
+    return tuple(values)
 
-    def _read_list(self, entries: list[Any]) -> tuple[float, ...]:
-        """Return the values of a list."""
-        if not entries:
-            raise self._fault("has no values")
-        values = tuple(self._one(value, i) for i, value in enumerate(entries))
-        seen: set[float] = set()
-        for i, value in enumerate(values):
-            if value in seen and value == value:
-                self._fault(f"is a duplicate: {format_value(entries[i])}", i)
-            seen.add(value)
-        return values
 
-    def _read_range(self, words: Mapping[str, Any]) -> tuple[Sequence[float], Any]:
-        """Return the values of a range, and the range in SI."""
-        if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
-            raise InvalidAxis  # reported when the block was read
-        low, high = self._one(words["from"], "from"), self._one(words["to"], "to")
-        if low != low or high != high:
-            raise InvalidAxis
-        if low >= high:
-            raise self._fault(f"must be above `from`, {format_value(words['from'])}", "to")
-        ends = {"from": low, "to": high}
-        if "step" in words:
-            step, values = self._read_step(low, high, words["step"])
-            return self._whole(values, "step"), {**ends, "step": step}
-        scale = words.get("scale", "linear")
-        values = self._read_count(low, high, words["count"], scale)
-        whole = self._whole(values, "count")
-        return whole, {**ends, "count": words["count"], "scale": scale}
-
-    def _read_step(self, low: float, high: float, value: Any) -> tuple[float, Sequence[float]]:
-        """Return the step and the values of a range with a step."""
-        unit = self.numeral.unit
-        try:
-            step = Quantity(unit, above=0).read(value)
-        except ValueError as fault:
-            raise self._fault(str(fault), "step") from None
-        self._limit_count((high - low) / step + 1, "step")
-        n, end = nearest_steps(low, high, step)
-        if end != high:
-            first, width, last = (f"{x:.12g} {unit}".strip() for x in (low, step, end))
-            sentence = (
-                f"is not reached by steps of {width} from {first}; the nearest value is {last}"
-            )
-            raise self._fault(sentence, "to")
-        return step, decimal_arange(low, high, step, n)
-
-    def _read_count(self, low: float, high: float, count: Any, scale: Any) -> Sequence[float]:
-        """Return the values of a range with a count."""
-        count = as_integer(count)
-        if isinstance(count, bool) or not isinstance(count, int):
-            raise self._fault(f"must be a whole number, not {format_value(count)}", "count")
-        if count < 2:
-            sentence = f"must be at least 2, not {count}: both ends are included"
-            raise self._fault(sentence, "count")
-        if scale not in ("linear", "log"):
-            raise self._fault(f"must be linear or log, not {format_value(scale)}", "scale")
-        if scale == "log" and low <= 0:
-            raise self._fault(f"must be above 0 on a log scale, not {low:.12g}", "from")
-        self._limit_count(count, "count")
-        return (
-            decimal_geomspace(low, high, count)
-            if scale == "log"
-            else decimal_linspace(low, high, count)
+def _read_range(
+    reading: Reading, at: KeyPath, numeral: NumericKey, block: Mapping[str, Any]
+) -> tuple[Sequence[float], Any]:
+    """Return the values of a range and the range in SI, which is None after an error."""
+    words = reading.block(Range, block, at)
+    ends: dict[str, float] = {}
+    if {"from", "to"} <= words.keys() and {"step", "count"} & words.keys():
+        ends = _read_numbers(
+            reading, at, numeral, {name: words[name] for name in ("from", "to")}
         )
+    if len(ends) < 2:
+        return (), None  # reported
+    low, high = ends["from"], ends["to"]
+    if low >= high:
+        raise InvalidValue(f"must be above `from`, {format_value(words['from'])}", "to")
+    if "step" in words:
+        step, values = _step_values(numeral.unit, low, high, words["step"])
+        return values, {**ends, "step": step}
+    scale = words.get("scale", "linear")
+    values = _count_values(low, high, words["count"], scale)
+    return values, {**ends, "count": words["count"], "scale": scale}
 
-    def _limit_count(self, count: float, key: str) -> None:
-        """Report an axis with too many values."""
-        if count > MAX_AXIS_VALUES:
-            sentence = f"gives {count:.4g} values; an axis can have at most {MAX_AXIS_VALUES}"
-            raise self._fault(sentence, key)
 
-    def _whole(self, values: Sequence[float], key: str) -> Sequence[float]:
-        """Return the values, converted to integers for an integer key."""
-        if self.numeral.quantity is not None:
-            return values
-        if fractional := next(
-            (value for value in values if not float(value).is_integer()), None
-        ):
-            raise self._fault(
-                f"gives {fractional:.6g}, but {self.at[1]} takes whole numbers", key
-            )
-        return tuple(int(value) for value in values)
+def _read_numbers(
+    reading: Reading, at: KeyPath, numeral: NumericKey, words: Mapping[str, Any]
+) -> dict[str, float]:
+    """Return the valid values of keys whose values are in the unit of a swept key."""
+    found = {}
+    for name, value in words.items():
+        with reading.reporting((*at, name)):
+            quantity = Quantity(numeral.unit, above=0) if name == "sd" else numeral
+            found[name] = quantity.read(value)
+    return found
+
+
+def _step_values(
+    unit: str, low: float, high: float, value: Any
+) -> tuple[float, Sequence[float]]:
+    """Return the step and the values of a range with a step."""
+    try:
+        step = Quantity(unit, above=0).read(value)
+    except ValueError as fault:
+        raise InvalidValue(str(fault), "step") from None
+    _limit_count((high - low) / step + 1, "step")
+    n, end = nearest_steps(low, high, step)
+    if end != high:
+        first, width, last = (f"{x:.12g} {unit}".strip() for x in (low, step, end))
+        sentence = f"is not reached by steps of {width} from {first}"
+        raise InvalidValue(f"{sentence}; the nearest value is {last}", "to")
+    return step, decimal_arange(low, high, step, n)
+
+
+def _count_values(low: float, high: float, value: Any, scale: Any) -> Sequence[float]:
+    """Return the values of a range with a count."""
+    count = _whole_number(value, "count")
+    if count < 2:
+        raise InvalidValue(f"must be at least 2, not {count}: both ends are included", "count")
+    _check_scale(scale, low)
+    _limit_count(count, "count")
+    space = decimal_geomspace if scale == "log" else decimal_linspace
+    return space(low, high, count)
+
+
+def _check_scale(scale: Any, low: float) -> None:
+    if scale not in ("linear", "log"):
+        raise InvalidValue(f"must be linear or log, not {format_value(scale)}", "scale")
+    if scale == "log" and low <= 0:
+        raise InvalidValue(f"must be above 0 on a log scale, not {low:.12g}", "from")
+
+
+def _limit_count(count: float, key: str) -> None:
+    if count > MAX_AXIS_VALUES:
+        sentence = f"gives {count:.4g} values; an axis can have at most {MAX_AXIS_VALUES}"
+        raise InvalidValue(sentence, key)
+
+
+def _whole_number(value: Any, key: str) -> int:
+    """Return an integer, which may be written as 1e3."""
+    number = as_integer(value)
+    if isinstance(number, bool) or not isinstance(number, int):
+        raise InvalidValue(f"must be a whole number, not {format_value(number)}", key)
+    return number
+
+
+def _whole_values(key: str, values: Sequence[float], at: str) -> Sequence[float]:
+    """Return the values of an integer key as integers."""
+    if fractional := next((value for value in values if not float(value).is_integer()), None):
+        raise InvalidValue(f"gives {fractional:.6g}, but {key} takes whole numbers", at)
+    return tuple(int(value) for value in values)
 
 
 # Distributions of the keys of a sample
@@ -389,17 +387,14 @@ def _read_whole_number(
     reading: Reading, at: KeyPath, words: Mapping[str, Any], name: str, least: int, most: int
 ) -> int | None:
     """Return an integer within bounds; None if it has an error."""
-    value, location = as_integer(words.get(name)), (*at, name)
-    if value is None:
+    if words.get(name) is None:
         return None  # reported when the block was read
-    if isinstance(value, bool) or not isinstance(value, int):
-        report_value(reading, f"must be a whole number, not {format_value(value)}", location)
-        return None
-    if not least <= value <= most:
-        sentence = f"must be {least} to {most:.0e}, not {format_value(value)}"
-        report_value(reading, sentence, location)
-        return None
-    return value
+    with reading.reporting(at):
+        value = _whole_number(words[name], name)
+        if least <= value <= most:
+            return value
+        raise InvalidValue(f"must be {least} to {most:.0e}, not {format_value(value)}", name)
+    return None
 
 
 def _read_distribution(
@@ -407,91 +402,62 @@ def _read_distribution(
 ) -> tuple[Distribution, dict[str, Any]] | None:
     """Return a distribution and its block in SI; None if it has an error."""
     noted = len(reading.problems)
-    if not isinstance(value, Mapping):
-        form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
-        report_value(reading, f"must be {form}; not {format_value(value)}", at)
-        return None
-    if numeral.quantity is None:
-        report_value(
-            reading,
-            "takes whole numbers, which sample does not support; list them in sweep",
-            at,
-        )
-        return None
-    words = reading.block(Draw, value, at)
-    kind = words.get("distribution", "uniform")
-    if not isinstance(kind, str) or kind not in Draw.parameters:
-        sentence = f"must be {', '.join(Draw.parameters)}; not {format_value(kind)}"
-        report_value(reading, sentence, (*at, "distribution"))
-        return None
-    needed, allowed = Draw.parameters[kind]
-    for name in needed:
-        if name not in words:
-            reading.fault(f"{'.'.join(map(str, (*at, name)))} is required ({kind})", at)
-    for name in words.keys() - {*needed, *allowed, "distribution"}:
-        location = (*at, name)
-        report_value(reading, f"is not used for a {kind} distribution", location, at_key=True)
-    values = {
-        name: _read_parameter(reading, (*at, name), words[name], numeral, name)
-        for name in words
-        if name not in ("distribution", "scale")
-    }
-    if len(reading.problems) > noted:
-        return None
-    spec = {**values} | {n: words[n] for n in ("scale", "distribution") if n in words}
-    scale = words.get("scale", "linear")
-    if found := _distribution_fault(kind, values, scale):
-        sentence, name = found
-        report_value(reading, sentence, (*at, name))
-        return None
-    return _make_distribution(kind, values, scale, numeral.quantity), spec
-
-
-def _read_parameter(
-    reading: Reading, at: KeyPath, value: Any, numeral: NumericKey, name: str
-) -> float:
-    """Return a parameter of a distribution in the unit of its key."""
-    try:
-        if name == "sd":
-            return Quantity(numeral.unit, above=0).read(value)
-        return numeral.read(value)
-    except ValueError as fault:
-        report_value(reading, str(fault), at)
-        return float("nan")
-
-
-def _distribution_fault(
-    kind: str, values: Mapping[str, float], scale: Any
-) -> tuple[str, str] | None:
-    """Return the message and key of inconsistent parameters; None if consistent."""
-    low, high = values.get("from", float("nan")), values.get("to", float("nan"))
-    if low >= high:
-        return f"must be above `from`, {low:.12g}", "to"
-    if scale not in ("linear", "log"):
-        return f"must be linear or log, not {format_value(scale)}", "scale"
-    if scale == "log" and low <= 0:
-        return f"must be above 0 on a log scale, not {low:.12g}", "from"
-    if kind == "triangular" and not low <= values["mode"] <= high:
-        return f"must be between {low:.12g} and {high:.12g}", "mode"
-    if kind == "lognormal" and values["mean"] <= 0:
-        return "must be above 0 for a lognormal distribution", "mean"
+    with reading.reporting(at):
+        if not isinstance(value, Mapping):
+            form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
+            raise ValueError(f"must be {form}; not {format_value(value)}")
+        if numeral.quantity is None:
+            sentence = "takes whole numbers, which sample does not support"
+            raise ValueError(f"{sentence}; list them in sweep")
+        words = reading.block(Draw, value, at)
+        kind = words.get("distribution", "uniform")
+        if not isinstance(kind, str) or kind not in Draw.parameters:
+            sentence = f"must be {', '.join(Draw.parameters)}; not {format_value(kind)}"
+            raise InvalidValue(sentence, "distribution")
+        needed, allowed = Draw.parameters[kind]
+        for name in needed:
+            if name not in words:
+                reading.fault(f"{dotted_name((*at, name))} is required ({kind})", at)
+        for name in words.keys() - {*needed, *allowed, "distribution"}:
+            sentence = f"is not used for a {kind} distribution"
+            reading.report_value(sentence, (*at, name), at_key=True)
+        options = {n: words[n] for n in ("scale", "distribution") if n in words}
+        numbers = {n: words[n] for n in words if n not in options}
+        values = _read_numbers(reading, at, numeral, numbers)
+        if len(reading.problems) == noted:
+            scale = words.get("scale", "linear")
+            return _make_distribution(kind, values, scale, numeral.quantity), values | options
     return None
 
 
 def _make_distribution(
-    kind: str, values: Mapping[str, float], scale: str, quantity: Quantity
+    kind: str, values: Mapping[str, float], scale: Any, quantity: Quantity
 ) -> Distribution:
-    """Return a distribution; by default it is truncated to the bounds of the key."""
+    """Return a distribution; by default it is truncated to the bounds of the key.
+
+    Raises
+    ------
+    InvalidValue
+        If the parameters are inconsistent.
+    """
+    low, high = values.get("from", nan), values.get("to", nan)
+    if low >= high:
+        raise InvalidValue(f"must be above `from`, {low:.12g}", "to")
+    _check_scale(scale, low)
     if kind == "uniform":
-        return Uniform(values["from"], values["to"], scale == "log")
+        return Uniform(low, high, scale == "log")
     if kind == "triangular":
-        return Triangular(values["from"], values["mode"], values["to"])
+        if not low <= values["mode"] <= high:
+            raise InvalidValue(f"must be between {low:.12g} and {high:.12g}", "mode")
+        return Triangular(low, values["mode"], high)
     least, most = quantity.ends
-    if kind == "lognormal":
-        least = max(least, 0.0)
     ends = {"low": values.get("from", least), "high": values.get("to", most)}
-    shape = Normal if kind == "normal" else LogNormal
-    return shape(values["mean"], values["sd"], **ends)
+    if kind == "normal":
+        return Normal(values["mean"], values["sd"], **ends)
+    if values["mean"] <= 0:
+        raise InvalidValue("must be above 0 for a lognormal distribution", "mean")
+    ends["low"] = values.get("from", max(least, 0.0))
+    return LogNormal(values["mean"], values["sd"], **ends)
 
 
 # Why a key cannot be swept
