@@ -51,11 +51,11 @@ from drysim.scenario.reading import (
     LAW_KEY,
     LAWS,
     block_models,
-    discriminator,
     friction_under_law,
     friction_uses_key,
     get_block,
     law_faults,
+    members_by_tag,
     validation_faults,
 )
 from drysim.scenario.sampling import SampledValues
@@ -80,9 +80,7 @@ Point = Mapping[str, float]
 Columns = dict[str, NDArray[Any]]
 """Columns of values of many cases by dotted key."""
 
-EXCITATIONS_BY_KIND = {
-    tag[1]: member for member in EXCITATIONS if (tag := discriminator(member))
-}
+EXCITATIONS_BY_KIND = members_by_tag(EXCITATIONS)
 """Excitation classes by kind."""
 
 STATIC_KEYS = ("static", "static_ratio", "mu_static")
@@ -247,7 +245,7 @@ class Scenario(FromFile):
         """
         try:
             return _make_case(self, point)
-        except InconsistentValue as error:
+        except InvalidValue as error:
             problem = _locate(self, point, error)
         name = self.origin["file"] or self.name
         raise ScenarioError(f"{name}: 1 error", (problem,))
@@ -675,14 +673,6 @@ MAX_CACHED_BLOCKS = 4096
 """Maximum number of cached blocks; the cases of a grid share most of them."""
 
 
-class InconsistentValue(Exception):
-    """A value inconsistent with others, with its key and a message."""
-
-    def __init__(self, key: str, sentence: str) -> None:
-        super().__init__(sentence)
-        self.key = key
-
-
 def first_conflict(scenario: Scenario) -> list[Problem]:
     """Return the problem of the first inconsistent point of the sweep, as a list.
 
@@ -701,7 +691,7 @@ def first_conflict(scenario: Scenario) -> list[Problem]:
 
 
 def _make_case(scenario: Scenario, point: Point) -> Scenario:
-    """Return the case at a point; raise InconsistentValue if its values conflict."""
+    """Return the case at a point; raise InvalidValue, with the whole key, on a conflict."""
     touched: dict[str, tuple[tuple[str, float], ...]] = {}
     for item in point.items():
         name = item[0].partition(".")[0]
@@ -720,9 +710,9 @@ def _make_case(scenario: Scenario, point: Point) -> Scenario:
         case = _with_window(case, touched.get("measure", ()))
     if touched.keys() & {"friction", "stroke", "start"}:
         for keys, sentence in unsupported_values(case):
-            raise InconsistentValue(".".join(map(str, keys)), sentence)
+            raise InvalidValue(sentence, *keys)
         for key, sentence in law_faults(case.friction, case.compared_law):
-            raise InconsistentValue(key, sentence)
+            raise InvalidValue(sentence, *key.split("."))
     return case
 
 
@@ -749,30 +739,31 @@ def _validated_block(
     models = block_models(field.annotation) if field else []
     model = type(old) if isinstance(old, Block) else next(iter(models), None)
     if model is None:
-        raise InconsistentValue(name, f"there is no block {name}")
+        raise InvalidValue(f"there is no block {name}", name)
     for key, value in values:
         words = _with_value(words, key.split(".")[1:], value, key)
     try:
         return model.model_validate(words, context={"folder": scenario.folder})
     except ValidationError as fault:
         for keys, sentence in validation_faults(fault, {name: words}, (name,)):
-            raise InconsistentValue(".".join(map(str, keys)), sentence) from None
-        raise InconsistentValue(values[0][0], f"there is no key {values[0][0]} here") from None
+            raise InvalidValue(sentence, *keys) from None
+        key = values[0][0]
+        raise InvalidValue(f"there is no key {key} here", *key.split(".")) from None
 
 
 def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
     """Return a copy of nested values with one value replaced."""
     if not steps:
-        raise InconsistentValue(key, f"{key} is a block, not a number")
+        raise InvalidValue(f"{key} is a block, not a number", *key.split("."))
     first, *rest = steps
     if isinstance(words, list | tuple):
         if not first.isdecimal() or int(first) >= len(words):
-            raise InconsistentValue(key, f"there is no {key}")
+            raise InvalidValue(f"there is no {key}", *key.split("."))
         i = int(first)
         new = _with_value(words[i], rest, value, key) if rest else value
         return [*words[:i], new, *words[i + 1 :]]
     if not isinstance(words, Mapping):
-        raise InconsistentValue(key, f"there is no {key}")
+        raise InvalidValue(f"there is no {key}", *key.split("."))
     old = words.get(first)
     if rest:
         inner = old if isinstance(old, Mapping | list | tuple) else {}
@@ -789,7 +780,7 @@ def _check_step(case: Scenario) -> None:
         try:
             excitation.check_step(step)
         except InvalidValue as fault:
-            raise InconsistentValue("solver.step", f"solver.step {fault}") from None
+            raise InvalidValue(f"solver.step {fault}", "solver", "step") from None
 
 
 def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario:
@@ -802,15 +793,16 @@ def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scena
     try:
         window = times_in_seconds(words, frequencies, steady)
     except InvalidValue as fault:
-        raise InconsistentValue(
-            "measure", f"measure.{'.'.join(map(str, fault.at))} {fault}"
+        raise InvalidValue(
+            f"measure.{'.'.join(map(str, fault.at))} {fault}", "measure"
         ) from None
     return case.copy_with({"measure": type(case.measure).model_validate(window)})
 
 
-def _locate(scenario: Scenario, point: Point, error: InconsistentValue) -> Problem:
+def _locate(scenario: Scenario, point: Point, error: InvalidValue) -> Problem:
     """Return the located problem of inconsistent values."""
-    key = error.key if error.key in point else [*point][-1]
+    key = ".".join(map(str, error.at))
+    key = key if key in point else [*point][-1]
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: KeyPath = tuple(key.split("."))
     if axis is not None:

@@ -14,10 +14,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
@@ -40,6 +40,7 @@ from drysim.wording import join_words
 from drysim.yaml_document import UNREAD_KEYS, Document, KeyPath
 
 Model = type[Block]
+Tagged = TypeVar("Tagged", bound=Block)
 
 TAG_KEYS = ("kind", "law")
 """Keys whose value selects a member of a union of models."""
@@ -72,6 +73,11 @@ def discriminator(model: Model) -> tuple[str, str] | None:
         if len(words) == 1:
             return key, words[0]
     return None
+
+
+def members_by_tag(models: Iterable[type[Tagged]]) -> dict[str, type[Tagged]]:
+    """Return the members of a union by the value of their tag key."""
+    return {tag[1]: model for model in models if (tag := discriminator(model))}
 
 
 def closest_member(word: str, tags: Mapping[str, Model]) -> str | None:
@@ -235,9 +241,7 @@ def _strip_annotation(
 
 # Friction laws, and their parameters from a block of another law
 
-LAWS: dict[str, type[Friction]] = {
-    tag[1]: member for member in FRICTION_LAWS if (tag := discriminator(member))
-}
+LAWS: dict[str, type[Friction]] = members_by_tag(FRICTION_LAWS)
 """Friction laws by name."""
 
 LAW_KEY = "law"
@@ -467,9 +471,8 @@ class Reading:
         self, models: list[Model], block: Mapping[str, Any], at: KeyPath
     ) -> Model | None:
         """Return the model that the tag of a block selects; None if unknown."""
-        tagged = [(discriminator(model), model) for model in models]
-        tags = {found[1]: model for found, model in tagged if found}
-        tag = next((found[0] for found, _ in tagged if found), None)
+        tags = members_by_tag(models)
+        tag = next((found[0] for found in map(discriminator, models) if found), None)
         if tag is None:
             return models[0]
         mistyped = next((key for key in block if closest_match(key, [tag])), tag)
