@@ -71,7 +71,7 @@ def scenario_warnings(
         motion = scenario.excitation.motion()
     found = [*_unit_warnings(scenario, motion)]
     if isinstance(motion, Sines):
-        found += _step_warnings(scenario, motion)
+        found += _step_warnings(scenario)
     elif isinstance(scenario.excitation, Record) and motion is not None:
         found += _record_warnings(scenario, motion)
     if motion is not None:
@@ -97,32 +97,23 @@ MAX_CHATTER = 0.5
 """F_fk/(m a_u) [-] above which chatter dominates the acceleration under signum."""
 
 
-def _step_warnings(scenario: Scenario, motion: Sines) -> Iterator[WarningMessage]:
-    """Warn of an output grid too coarse to plot the motion; for a sweep the worst case."""
-    cases = extreme_cases(scenario) if scenario.sweep else ()
-    swept = [
-        one for case in cases for one in _coarse_step_warnings(case, case.excitation.motion())
-    ]
-    found = swept if scenario.sweep else [*_coarse_step_warnings(scenario, motion)]
+def _step_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
+    """Warn of an output grid too coarse to plot the sines; for a sweep the worst case."""
+    found = []
+    for case in extreme_cases(scenario):
+        motion, step = case.excitation.motion(), case.solver.step
+        assert isinstance(motion, Sines), "a sweep keeps the kind of excitation"
+        m, k_x, _ = case.oscillator.plant()
+        f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
+        steps = 1 / (f * step) if f and step else inf
+        if steps < MIN_STEPS_PER_PERIOD:
+            sentence = (
+                f"solver.step gives {steps:.3g} steps per period at {f:g} Hz; "
+                f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s gives {MIN_STEPS_PER_PERIOD}"
+            )
+            numbers = {"solver.step": step or 0.0, "frequency": f, "steps": steps}
+            found.append(WarningMessage("coarse-step", sentence, numbers))
     yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
-
-
-def _coarse_step_warnings(
-    scenario: Scenario, motion: Sines | Samples
-) -> Iterator[WarningMessage]:
-    """Warn of an output grid too coarse to plot the motion of a case."""
-    if not isinstance(motion, Sines):
-        return
-    m, k_x, _ = scenario.oscillator.plant()
-    f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
-    steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
-    if steps < MIN_STEPS_PER_PERIOD:
-        yield WarningMessage(
-            "coarse-step",
-            f"solver.step gives {steps:.3g} steps per period at {f:g} Hz; "
-            f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s gives {MIN_STEPS_PER_PERIOD}",
-            {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
-        )
 
 
 def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMessage]:
@@ -282,7 +273,7 @@ def _unit_warnings(
     For a sweep, the cases at both ends of each swept key are checked.
     """
     found: dict[tuple[str, ...], WarningMessage] = {}
-    for case in extreme_cases(scenario) if scenario.sweep else (scenario,):
+    for case in extreme_cases(scenario):
         own = motion if case.excitation is scenario.excitation else None
         if case is not scenario and case.excitation.periodic:  # its own motion
             own = case.excitation.motion()
@@ -419,7 +410,13 @@ MAX_SCANNED_VALUES = 10_000
 
 
 def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
-    """Yield the cases at the smallest and the largest value of each swept key."""
+    """Yield the cases at the smallest and the largest value of each swept key.
+
+    A scenario without sweep is its only case.
+    """
+    if not scenario.sweep:
+        yield scenario
+        return
     first = _point_range(scenario.sweep, 0, 1)[0]
     for group in axis_groups(scenario.sweep):
         for point in _extreme_points(group):
@@ -510,13 +507,17 @@ def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object,
 
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
-    cases = _CaseValues(scenario)
     accepted: dict[str, list[Check]] = {}
     for at, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
         duplicate = next((one for one in before if _is_same_check(one, check)), None)
         opposite = next(
-            (one for one in before if one.contradicts(check) and cases.share(one, check)), None
+            (
+                one
+                for one in before
+                if one.contradicts(check) and _apply_together(scenario, one, check)
+            ),
+            None,
         )
         answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
         if answer is not None:
@@ -529,7 +530,7 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             word = "fail" if answer else "hold"
             sentence = f"the check `{check}` cannot {word}: {hint}"
             yield WarningMessage(f"check-cannot-{word}", sentence, numbers)
-        elif not cases.applies(check):
+        elif scenario.sweep and not _apply_together(scenario, check):
             sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
             yield WarningMessage("check-cannot-hold", sentence, numbers)
         elif duplicate is not None:
@@ -549,29 +550,19 @@ def _is_same_check(one: Check, other: Check) -> bool:
     return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
 
 
-class _CaseValues:
-    """Values of the swept keys, to evaluate the conditions of checks."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        few = (axis for axis in scenario.sweep if len(axis.values) <= MAX_SCANNED_VALUES)
-        self.values = {axis.key: list(axis.values) for axis in few}
-        self.swept = {axis.key for axis in scenario.sweep}
-
-    def applies(self, check: Check) -> bool:
-        """Return whether a check can apply to a case, judged key by key."""
-        return not self.swept or self.share(check)
-
-    def share(self, *checks: Check) -> bool:
-        """Return whether several checks can apply to one case, judged key by key."""
-        conditions = [one for check in checks for one in check.conditions]
-        for key in {one.key for one in conditions}:
-            asked = [one for one in conditions if one.key == key]
-            default = asked[0].here
-            values = self.values.get(key, [nan if default is None else default])
-            known = key not in self.swept or key in self.values
-            if known and not any(all(one.holds({key: v}) for one in asked) for v in values):
-                return False
-        return True
+def _apply_together(scenario: Scenario, *checks: Check) -> bool:
+    """Return whether checks can apply to one case of a sweep, judged key by key."""
+    swept = {axis.key: axis.values for axis in scenario.sweep}
+    conditions = [one for check in checks for one in check.conditions]
+    for key in {one.key for one in conditions}:
+        asked = [one for one in conditions if one.key == key]
+        default = asked[0].here
+        values = swept.get(key, [nan if default is None else default])
+        if len(values) > MAX_SCANNED_VALUES:
+            continue
+        if not any(all(one.holds({key: v}) for one in asked) for v in values):
+            return False
+    return True
 
 
 def _zero_force_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
