@@ -279,3 +279,15 @@ def test_daily_exposure_is_a_w_over_eight_hours(drysim, seat):
     assert re.search(row, drysim("run", *words).out)
     lone = drysim("validate", seat, "--set", "measure.exposure=2 h")
     assert "measure.exposure requires `direction` or `weighting`" in lone.out
+
+
+def test_exposure_of_a_steady_state_is_resolved_and_may_be_swept(seat, drysim):
+    measure = STEADY | {"exposure": "2 h"}
+    assert outcome_of(seat, measure=measure).scenario.resolved()["measure"]["exposure"] == 7200
+    words = ("--set", "measure={direction: vertical, exposure: 1 h}", "--no-plots")
+    drysim("sweep", seat, *words, "--set", "sweep.measure.exposure=[2 h, 8 h]", "--out", "out")
+    lines = (seat.parent / "out/transmissibility.csv").read_text().splitlines()
+    names = lines[0].split(",")
+    short, long = (dict(zip(names, line.split(","), strict=True)) for line in lines[1:])
+    assert float(short["A_8 [m/s2]"]) == pytest.approx(0.5 * float(long["A_8 [m/s2]"]))
+    assert long["A_8 [m/s2]"] == long["a_w [m/s2]"]

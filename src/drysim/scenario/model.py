@@ -351,8 +351,8 @@ class Scenario(FromFile):
         if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
             words["measure"] |= file_block  # the period may differ between cases
         elif self.measure.steady:
-            # Other keys are not allowed with a steady state.
-            asked = {"steady", "direction", "weighting"}
+            # Other keys have no effect on a steady state, or are not allowed.
+            asked = {"steady", "direction", "weighting", "exposure"}
             words["measure"] = {k: v for k, v in words["measure"].items() if k in asked}
         return {key: value for key, value in words.items() if value not in ("", [], {})}
 

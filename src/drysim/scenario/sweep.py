@@ -463,12 +463,6 @@ def _make_distribution(
 # Why a key cannot be swept
 
 
-STEADY_KINDS = {
-    kind for kind, member in EXCITATIONS_BY_KIND.items() if member.steady_by_default
-}
-"""Excitations whose metrics cover the steady state by default."""
-
-
 def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | None:
     """Return why a key cannot be swept; None if it can.
 
@@ -495,7 +489,7 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
             f"{SEED_KEY} cannot be swept with excitation.{min(seed_keys)}: every case uses the "
             "same seeds"
         )
-    if block == "measure" and not _has_window(words):
+    if key in ("measure.settle", "measure.duration") and not _has_window(words):
         return f"{key} is not used: metrics cover the steady state; set it in measure as well"
     known_faults = {sentence for _, sentence in key_faults(words)}
     if "." not in block:  # rules concern top-level blocks: try a number
@@ -580,5 +574,6 @@ def _exclusion_fault(block: str, name: str, numeral: NumericKey, swept: set[str]
 
 def _has_window(words: Mapping[str, Any]) -> bool:
     """Return whether the metrics cover a time window, not the steady state."""
-    measure, kind = get_block(words, "measure"), get_block(words, "excitation").get("kind")
-    return kind not in STEADY_KINDS or bool({"settle", "duration"} & measure.keys())
+    member = EXCITATIONS_BY_KIND.get(get_block(words, "excitation").get("kind", ""))
+    times = {"settle", "duration"} & get_block(words, "measure").keys()
+    return member is None or not member.steady_by_default or bool(times)
