@@ -63,8 +63,6 @@ class Axis:
 
     def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
         """Return values by index."""
-        if isinstance(self.values, SampledValues):
-            return self.values.at(numbers)
         if isinstance(self.values, EvenlySpaced):
             found, back = np.unique(numbers, return_inverse=True)
             return np.array(self.values.at(found.tolist()))[back.ravel()]

@@ -12,7 +12,8 @@ Method
     - Sobol sequence: the bits of the Gray code of the index select the direction numbers, with
       linear matrix scramble and digital shift, which are taken from scipy.
 
-Values follow from the points by the quantile functions of (truncated) distributions.
+Values follow from the points by the quantile functions of (truncated) distributions. Those of
+`scipy.stats` take so long to import that a sweep of 100 cases lasts 4.4 s instead of 2.3 s.
 
 Sources: McKay, Beckman and Conover, Technometrics 21 (1979) 239 (Latin hypercube); Black and
 Rogaway, CT-RSA 2002 (cycle walking); Matoušek, J. Complexity 14 (1998) 527 (scrambling).
