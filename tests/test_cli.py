@@ -302,7 +302,8 @@ def test_reader_of_stdout_may_leave_early(seat):
 def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat):
     words = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
     with output.lock_partial(Path("out/seat")) as claim:
-        claim.journal.write_text("1\n2\n")
+        (claim.partial / "cases").mkdir()
+        (claim.partial / "cases/000000-0.cases").write_text("a finished block")
         refused = drysim(*words)
     assert refused.code == 2
     assert "another drysim process is writing" in refused.err

@@ -19,10 +19,9 @@ from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
-from drysim.study import ensemble
+from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
 from drysim.study.statistics import SEEDS_PER_CHECK, Row, interval, statistics
-from drysim.study.store import Journal
 from drysim.wording import format_interval, format_number
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
@@ -325,14 +324,14 @@ def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    one_seed = ensemble.solve_seed
+    one_seed = study_plan.solve_seed
 
     def stopped(scenario, seed, *words):
         if seed == 9:
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    monkeypatch.setattr(ensemble, "solve_seed", stopped)
+    monkeypatch.setattr(study_plan, "solve_seed", stopped)
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
@@ -423,53 +422,39 @@ def test_a_damped_block_on_white_noise_has_its_law_within_one_percent(on_white_n
     assert abs(rough - laplace(1, 20)) > narrow, "without that the interval misses the law"
 
 
-@pytest.fixture
-def halved(drysim, noisy, monkeypatch):
-    """Return a function that interrupts a run of 9 seeds after 8; its journal."""
+def test_seeds_of_another_run_are_refused_and_damaged_ones_computed_again(
+    drysim, noisy, monkeypatch
+):
+    """The seeds lie in a store like the cases of a sweep, which test_store damages."""
+    one_seed = study_plan.solve_seed
 
-    def made(name, *changes):
-        one_seed = ensemble.solve_seed
+    def stopped(scenario, seed, *words):
+        if seed == 9:
+            raise KeyboardInterrupt
+        return one_seed(scenario, seed, *words)
 
-        def stopped(scenario, seed, *words):
-            if seed == 9:
-                raise KeyboardInterrupt
-            return one_seed(scenario, seed, *words)
-
-        words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
-        with monkeypatch.context() as patched:
-            patched.setattr(ensemble, "solve_seed", stopped)
-            assert drysim(*words, *changes, "-o", name).code == 130
-        return words, noisy.parent / f"{name}.partial/cases.jsonl"
-
-    return made
-
-
-def test_seeds_of_another_run_are_computed_again(drysim, halved):
-    words, journal = halved("part")
-    _, other = halved("other", "--set", "oscillator.mass=76")
+    words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
+    with monkeypatch.context() as patched:
+        patched.setattr(study_plan, "solve_seed", stopped)
+        assert drysim(*words, "-o", "part").code == 130
     assert drysim(*words, "-o", "whole").code == 0
-    mine, theirs = journal.read_text().splitlines(), other.read_text().splitlines()
-    changed = mine[5].replace('"T_a": 0.', '"T_a": 9.')
-    assert changed != mine[5]
-    lines = [*mine[:2], mine[3], mine[2], theirs[4], changed, mine[6][:-9], "", '{"number": 7}']
-    journal.write_text("\n".join(lines))
-    assert [*Journal(journal, json.loads(mine[0]), resume=True).done] == [0, 2, 1]
-    assert drysim(*words, "-o", "part", "--resume").code == 0
-    folders = journal.parent.with_name("part"), journal.parent.with_name("whole")
-    assert len({(folder / "ensemble.csv").read_bytes() for folder in folders}) == 1
-
-
-def test_journal_that_is_an_empty_folder_is_begun_anew(drysim, halved):
-    words, journal = halved("part")
-    journal.unlink()
-    journal.mkdir()
+    other = drysim(*words, "-o", "part", "--resume", "--set", "oscillator.mass=76")
+    assert other.code == 2
+    assert "part.partial holds cases of another sweep, record or version" in other.err
+    store = noisy.parent / "part.partial/seeds"
+    (file,) = store.glob("*.cases")
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(content[:-9])
     assert drysim(*words, "-o", "part", "--resume") == (0, "", "")
-    assert not journal.parent.exists()
+    assert not store.parent.exists()
+    folders = noisy.parent / "part", noisy.parent / "whole"
+    assert len({(folder / "ensemble.csv").read_bytes() for folder in folders}) == 1
 
 
 def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatch):
     def progress(*_):
-        return nullcontext(lambda: shutil.rmtree("part.partial", ignore_errors=True))
+        return nullcontext(lambda n: shutil.rmtree("part.partial", ignore_errors=True))
 
     monkeypatch.setattr(terminal, "progress", progress)
     done = drysim("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-o", "part")

@@ -183,17 +183,17 @@ def test_sweep_in_an_endless_kernel_keeps_its_cases(folder, stage):
 def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
     words = ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW)
     whole = completed(folder, *words).rename(folder / "whole")
-    setup = "patch('drysim.study.ensemble.try_measure', 3)"
+    setup = "patch('drysim.study.plan.try_measure', 3)"
     if place != "try_measure":  # the seed shown of those that are finished
         setup = (
-            "import time, drysim.study.ensemble as ensemble\n"
+            "import time, drysim.study.ensemble as ensemble, drysim.study.plan as plan\n"
             "one_case = ensemble.one_case = type(sys)('one_case')\n"
             "one_case.solve = endless\n"
-            "def row(*_, whole=ensemble.solve_seed, left=iter(range(3))):\n"
+            "def row(*_, whole=plan.solve_seed, left=iter(range(3))):\n"
             "    if next(left, None) is None:\n"
             "        cli.process.signal.raise_signal(cli.process.signal.SIGINT)\n"
             "    return whole(*_)\n"
-            "ensemble.solve_seed = row\n"
+            "plan.solve_seed = row\n"
         )
     stderr = interrupted(folder, setup, *words)
     assert "--resume" in stderr

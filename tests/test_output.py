@@ -987,13 +987,19 @@ def test_two_sweeps_differ_in_created_alone(monkeypatch):
 
 # the folder that is worked in
 
-CASES = '{"what": 1}\n{"number": 0}\n'
+CASES = "a finished block"
+
+
+def keep(claim, words=CASES):
+    """Keep a block of finished cases in a locked folder."""
+    (claim.partial / "cases").mkdir(exist_ok=True)
+    (claim.partial / "cases/000000-0.cases").write_text(words)
 
 
 def interrupted(cases=CASES, table=None):
     """Leave a sweep half done, as Ctrl-C does."""
     with output.lock_partial(Path("out")) as claim:
-        claim.journal.write_text(cases)
+        keep(claim, cases)
         return tables_write(small() if table is None else table, claim, exit_code=130)
 
 
@@ -1001,13 +1007,16 @@ def test_claim_is_finished_in_place_of_the_old_folder():
     tables_write(small(), plots=True)
     with output.lock_partial(Path("out")) as claim:
         assert claim.partial == Path("out.partial")
-        claim.journal.write_text(CASES)
+        keep(claim)
         tables_write(small(limit=0.015), claim)
     assert names(".") == ["out"]
     assert "stroke_violations.csv" in names("out")
     assert "transmissibility.png" not in names("out")
-    assert folder.JOURNAL not in names("out")
-    assert folder.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
+    assert "cases" not in names("out")
+    assert not any(
+        name.startswith("cases")
+        for name in json.loads(Path("out/drysim.json").read_text())["files"]
+    )
 
 
 def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
@@ -1015,19 +1024,19 @@ def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
     told = interrupted()
     assert names(".") == ["out", "out.partial"]
     assert names("out.partial") == [
-        "cases.jsonl", "drysim.json", "scenario.yaml", "transmissibility.csv"
+        "cases", "drysim.json", "scenario.yaml", "transmissibility.csv"
     ]  # fmt: skip
     assert (told["complete"], told["exit_code"]) == (False, 130)
     assert json.loads(Path("out.partial/drysim.json").read_text()) == told
-    assert Path("out.partial/cases.jsonl").read_text() == CASES
+    assert Path("out.partial/cases/000000-0.cases").read_text() == CASES
     assert json.loads(Path("out/drysim.json").read_text())["complete"] is True
 
 
 def test_resume_keeps_the_finished_cases_and_nothing_else():
     interrupted()
     with output.lock_partial(Path("out"), resume=True) as claim:
-        assert names(claim.partial) == ["cases.jsonl", "drysim.json"]
-        assert claim.journal.read_text() == CASES
+        assert names(claim.partial) == ["cases", "drysim.json"]
+        assert (claim.partial / "cases/000000-0.cases").read_text() == CASES
         tables_write(small(), claim)
     assert names(".") == ["out"]
 
@@ -1040,19 +1049,17 @@ def test_without_resume_a_sweep_begins_anew():
 
 def test_nothing_stays_of_a_sweep_without_a_finished_case():
     empty = Table(small().scenario, small().axes, (), complete=False)
-    told = interrupted('{"what": 1}\n', empty)
+    told = interrupted("", empty)
     assert told["metrics"] == {}
     assert names(".") == []
 
 
-@pytest.mark.parametrize(
-    ("cases", "left"), [(CASES, ["out.partial"]), ('{"what": 1}\n', []), (None, [])]
-)
+@pytest.mark.parametrize(("cases", "left"), [(CASES, ["out.partial"]), ("", []), (None, [])])
 def test_fault_in_a_sweep_keeps_finished_cases_only(cases, left):
     def fail():
         with output.lock_partial(Path("out")) as claim:
-            if cases:
-                claim.journal.write_text(cases)
+            if cases is not None:
+                keep(claim, cases)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -1068,12 +1075,12 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
 
     def end():
         with output.lock_partial(Path("out")) as claim:
-            claim.journal.write_text(CASES)
+            keep(claim)
             tables_write(small(), claim)
 
     with pytest.raises(OutputError, match="no space left"):
         end()
-    assert names("out.partial") == ["cases.jsonl", "drysim.json"]
+    assert names("out.partial") == ["cases", "drysim.json"]
 
 
 def test_foreign_partial_is_refused_and_stays():
@@ -1090,21 +1097,21 @@ def test_foreign_partial_is_refused_and_stays():
 @pytest.mark.skipif(os.name == "nt", reason="folders cannot be locked there")
 def test_two_sweeps_at_once_do_not_mix():
     with output.lock_partial(Path("out")) as claim:
-        claim.journal.write_text(CASES)
+        keep(claim)
         for resume in (False, True):
             with (
                 pytest.raises(OutputError, match="another drysim process is writing out"),
                 output.lock_partial(Path("out"), resume),
             ):
                 pass
-        assert claim.journal.read_text() == CASES
+        assert (claim.partial / "cases/000000-0.cases").read_text() == CASES
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_kill_at_any_instant_leaves_what_resumes():
     def act():
         with output.lock_partial(Path("out"), resume=True) as claim:
-            claim.journal.write_text(CASES)
+            keep(claim)
             (claim.partial / "events.csv").write_text("new")
             folder.write_marker(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
             folder.install_partial(claim)
@@ -1114,11 +1121,11 @@ def test_kill_at_any_instant_leaves_what_resumes():
         at.append(passed)
         output.check_writable(Path("out"))
         assert set(names(".")) <= {"out", "out.partial"}
-        if Path("out.partial/cases.jsonl").exists():
+        if Path("out.partial/cases/000000-0.cases").exists():
             kept += 1
             assert not Path("out").exists()
             with output.lock_partial(Path("out"), resume=True) as claim:
-                assert claim.journal.read_text() in ("", CASES)
+                assert (claim.partial / "cases/000000-0.cases").read_text() in ("", CASES)
         act()
         assert names("out") == ["drysim.json", "events.csv"]
         shutil.rmtree("out")

@@ -24,7 +24,7 @@ from drysim.scenario.axes import iter_points, point_columns
 from drysim.scenario.load import load
 from drysim.scenario.model import with_columns
 from drysim.study.ensemble import run
-from drysim.study.run import Job, MotionCache, solve_row
+from drysim.study.run import MotionCache, solve_row
 from drysim.study.sweep import sweep
 
 # Motions that are followed period by period until they repeat themselves.
@@ -251,10 +251,7 @@ SWEEPS = {
 def case_by_case(scenario):
     """Return the rows of a sweep, each solved by itself."""
     motions = MotionCache()
-    return [
-        solve_row(Job(i, scenario, p), motions)
-        for i, p in enumerate(iter_points(scenario.sweep))
-    ]
+    return [solve_row(scenario, p, motions) for p in iter_points(scenario.sweep)]
 
 
 def same(table, scenario):

@@ -17,8 +17,8 @@ from drysim.output import tables
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
-from drysim.study import ensemble, statistics
 from drysim.study import plan as study_plan
+from drysim.study import statistics
 from drysim.study import sweep as tally_sweep
 from drysim.study.case import prepare
 from drysim.study.compare import compare
@@ -422,7 +422,7 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
 
 def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monkeypatch):
     assert drysim("sweep", noisy, "--no-plots", "--out", "whole").code == 0
-    one_seed, count = ensemble.solve_seed, 0
+    one_seed, count = study_plan.solve_seed, 0
 
     def stopped(*words):
         nonlocal count
@@ -431,7 +431,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
             raise KeyboardInterrupt
         return one_seed(*words)
 
-    monkeypatch.setattr(ensemble, "solve_seed", stopped)
+    monkeypatch.setattr(study_plan, "solve_seed", stopped)
     answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
@@ -449,8 +449,8 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    one_seed = ensemble.solve_seed
-    monkeypatch.setattr(ensemble, "solve_seed", stopped)
+    one_seed = study_plan.solve_seed
+    monkeypatch.setattr(study_plan, "solve_seed", stopped)
     assert drysim("run", noisy, "--no-plots", "--workers", 1).code == 130
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)

@@ -8,18 +8,17 @@ the functions: one command runs, and `--help` needs none of them.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from drysim.cli import options, process
+from drysim.cli import options
 from drysim.cli.process import OutputMode, command_line, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
-    EXIT_INTERRUPTED,
     EXIT_NOTHING_COMPUTED,
     EXIT_NUMERICS_FAILED,
     EXIT_OK,
@@ -29,12 +28,9 @@ from drysim.errors import (
 )
 
 if TYPE_CHECKING:
-    from drysim.cli.work import Compute
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
-    from drysim.study.statistics import Batch
-    from drysim.study.table import Table
 
 DEFAULT_SCENARIO = "paper-low-friction"
 """Gallery scenario written by `drysim init` without a name."""
@@ -124,14 +120,22 @@ def run(
         return work.show_plan(case, folder, mode)
     if holds_sweep(folder):
         mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
-    requested = (case, folder, command_line(context), mode)
+    command, plots = command_line(context), not no_plots
     if single:
-        return run_single(*requested, strict=strict, plots=not no_plots)
+        return run_single(case, folder, command, mode, strict=strict, plots=plots)
+    from drysim import output
     from drysim.cli import work
+    from drysim.console import many
+    from drysim.study import ensemble
+    from drysim.study.plan import seed_ranges
 
-    return work.run_ensemble(
-        *requested, workers=workers, resume=resume, strict=strict, plots=not no_plots
-    )
+    return work.run_parts(
+        "seeds", case, seed_ranges(case.scenario), folder, mode,
+        solve=partial(ensemble.solve, case, workers=workers),
+        solve_partly=ensemble.partial_ensemble,
+        write=partial(output.write_ensemble, plots=plots, command=command),
+        show=many.show_ensemble, resume=resume, strict=strict,
+    )  # fmt: skip
 
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:
@@ -184,11 +188,11 @@ def sweep(
     tls_key: options.TlsKey = None,
 ) -> int:
     """Compute all cases of the sweep block: transmissibility."""
-    from drysim.cli.work import sweep_executor
+    from drysim.cli import work
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
-    from drysim.study.plan import approaches_of
+    from drysim.study.plan import CaseRanges, approaches_of
 
     mode = OutputMode(as_json, quiet)
     case = prepare(load(scenario, options.overrides(changes, approach)))
@@ -200,55 +204,20 @@ def sweep(
 
         require_pyarrow()
     if dry_run:
-        from drysim.cli import work
-
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
     from drysim import output
-    from drysim.console import many, summaries
-
-    command = command_line(context)
-    with (
-        sweep_executor(cluster, workers, mode, (tls_ca_file, tls_cert, tls_key)) as compute,
-        mode.lock(folder, resume, "cases") as locked,
-    ):
-        table = compute_sweep(case, locked.cases, compute, resume, quiet)
-        code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
-        fields = output.write_table(
-            table, locked, plots=not no_plots, command=command, exit_code=code, form=form
-        )
-    show = partial(many.show_table, table, folder)
-    if not table.complete:
-        many.show_interrupted(len(table.rows), "case", folder)
-        show = show if len(table.rows) else partial(summaries.show_warnings, ())
-    written = folder if table.complete else locked.partial
-    return mode.report(fields, show, table.warnings, written, code)
-
-
-def compute_sweep(
-    case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool
-) -> Table:
-    """Compute the table of a sweep; incomplete if interrupted."""
-    from drysim.console import terminal
-    from drysim.study.plan import CaseRanges, approaches_of
-    from drysim.study.store import Store, work_identity
+    from drysim.console import many
     from drysim.study.sweep import partial_table
 
-    store = Store(folder, work_identity(case.scenario), resume)
-    every = CaseRanges(approaches_of(case.scenario))
-    kept = (piece for piece in (every if resume else ()) if store.has(piece))
-    done = [piece.end - piece.begin for piece in kept]
-    cases = sum(every.cases) - sum(done)
-    with terminal.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
-        try:
-            return compute(case, store, partial(count_batch, advance))
-        except KeyboardInterrupt:
-            return partial_table(case, store)
-
-
-def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
-    """Advance the progress by a finished block of cases; repeat an interrupt that was lost."""
-    advance(len(batch))
-    process.raise_if_interrupted()
+    plots, command = not no_plots, command_line(context)
+    certificates = tls_ca_file, tls_cert, tls_key
+    with work.sweep_executor(cluster, workers, mode, certificates) as solve:
+        return work.run_parts(
+            "cases", case, CaseRanges(wanted), folder, mode,
+            solve=partial(solve, case), solve_partly=partial_table,
+            write=partial(output.write_table, plots=plots, command=command, form=form),
+            show=many.show_table, resume=resume, strict=strict,
+        )  # fmt: skip
 
 
 def compare(
@@ -265,6 +234,7 @@ def compare(
     quiet: options.Quiet = False,
 ) -> int:
     """Compare approaches or friction laws on one base motion."""
+    from drysim.cli import work
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
@@ -278,15 +248,13 @@ def compare(
     folder = out or Path("out", f"{loaded.name}-compare")
     check_writable(folder)
     if dry_run:
-        from drysim.cli import work
-
         return work.show_grid_plan(case, folder, [*wanted], mode)
     from drysim import output
     from drysim.console import many, terminal
 
     total = count_cases(list(wanted.values()))
     with terminal.progress(total, "cases", quiet) as advance:
-        on_batch = partial(count_batch, advance)
+        on_batch = partial(work.count_batch, advance)
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
     code = result.table.exit_code(strict)
     command = command_line(context)

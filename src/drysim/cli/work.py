@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from drysim import wording
 from drysim.cli import process
@@ -21,66 +21,80 @@ if TYPE_CHECKING:
     from drysim.cli.process import OutputMode
     from drysim.study.case import Case
     from drysim.study.ensemble import Ensemble
-    from drysim.study.statistics import Batch, Row
+    from drysim.study.plan import CaseRange
+    from drysim.study.statistics import Batch
     from drysim.study.store import Store
     from drysim.study.table import Table
 
-    Compute = Callable[[Case, Store, Callable[[Batch], None]], Table]
+Many = TypeVar("Many", "Ensemble", "Table")
+"""Result of many cases or seeds."""
 
 
-def run_ensemble(
+def run_parts(
+    parts: str,
     case: Case,
+    ranges: Sequence[CaseRange],
     folder: Path,
-    command: str,
     mode: OutputMode,
     *,
-    workers: int | None,
+    solve: Callable[..., Many],
+    solve_partly: Callable[[Case, Store], Many],
+    write: Callable[..., dict[str, object]],
+    show: Callable[[Many, Path], None],
     resume: bool,
     strict: bool,
-    plots: bool,
 ) -> int:
-    """Compute, write and show the ensemble of a case; return the exit code."""
-    from drysim import output
-    from drysim.console import many
+    """Compute, write and show a sweep or an ensemble, which can be interrupted and resumed.
 
-    with mode.lock(folder, resume, "seeds") as locked:
-        result = solve_ensemble(case, locked.journal, workers, resume, mode.quiet)
-        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = output.write_ensemble(
-            result, locked, plots=plots, command=command, exit_code=code
-        )
-    show = partial(many.show_ensemble, result, folder)
-    if not result.complete:
-        many.show_interrupted(len(result.rows), "seed", folder)
-    written = folder if result.complete else locked.partial
-    return mode.report(fields, show, result.warnings, written, code)
+    Parameters
+    ----------
+    parts : str
+        What the ranges consist of: `cases` or `seeds`.
+    case : Case
+    ranges : sequence of CaseRange
+    folder : Path
+    mode : OutputMode
+    solve : callable
+        Computes the result; takes the keywords `store` and `finished`.
+    solve_partly : callable
+        Returns the result of the finished ranges after an interrupt.
+    write, show : callable
+        Write and print a result.
+    resume, strict : bool
 
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    from drysim.console import many, summaries, terminal
+    from drysim.study.store import Store, work_identity
 
-def solve_ensemble(
-    case: Case, file: Path, workers: int | None, resume: bool, quiet: bool
-) -> Ensemble:
-    """Compute the ensemble of a case; incomplete if interrupted."""
-    from drysim.console import terminal
-    from drysim.study.ensemble import make_ensemble, solve
-    from drysim.study.store import Journal, work_identity
-
-    identity = work_identity(case.scenario) | {"of": "seeds"}
-    with Journal(file, identity, resume) as journal:
-        done = dict(journal.done)
-        with terminal.progress(max_seeds(case.scenario) - len(done), "seeds", quiet) as advance:
-
-            def finished(number: int, row: Row) -> None:
-                journal.add(number, row)
-                advance()
-                process.raise_if_interrupted()
-
+    with mode.lock(folder, resume, parts) as locked:
+        store = Store(locked.partial / parts, work_identity(case.scenario), resume)
+        kept = [one.end - one.begin for one in (ranges if resume else ()) if store.has(one)]
+        total = ranges[-1].first + ranges[-1].end - ranges[-1].begin
+        blocks = (len(ranges) - len(kept)) if parts == "cases" else 0
+        with terminal.progress(total - sum(kept), parts, mode.quiet, blocks) as advance:
             try:
-                return solve(case, workers=workers, done=done, finished=finished)
+                result = solve(store=store, finished=partial(count_batch, advance))
             except KeyboardInterrupt:
-                rows = [row for _, row in sorted(journal.done.items())]
-                if not rows:
-                    raise
-                return make_ensemble(case, rows, complete=False)
+                result = solve_partly(case, store)
+        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
+        fields = write(result, locked, exit_code=code)
+    show_result = partial(show, result, folder)
+    if not result.complete:
+        many.show_interrupted(len(result.rows), parts.removesuffix("s"), folder)
+        if not result.rows:
+            show_result = partial(summaries.show_warnings, ())
+    written = folder if result.complete else locked.partial
+    return mode.report(fields, show_result, result.warnings, written, code)
+
+
+def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
+    """Advance the progress by finished cases or seeds; repeat an interrupt that was lost."""
+    advance(len(batch))
+    process.raise_if_interrupted()
 
 
 @contextmanager
@@ -89,8 +103,8 @@ def sweep_executor(
     workers: int | None,
     mode: OutputMode,
     certificates: tuple[Path | None, Path | None, Path | None],
-) -> Iterator[Compute]:
-    """Yield the function that computes a sweep, by threads or on a cluster.
+) -> Iterator[Callable[..., Table]]:
+    """Yield the function that computes a case's sweep, by threads or on a cluster.
 
     Raises
     ------
@@ -104,9 +118,7 @@ def sweep_executor(
             raise UsageError(
                 "the --tls options need a cluster", "add --cluster tls://host:8786"
             )
-        yield lambda case, store, finished: solve(
-            case, workers=workers, store=store, finished=finished
-        )
+        yield partial(solve, workers=workers)
         return
     from drysim.console import terminal
     from drysim.study.cluster import LOCAL, Certificates, connect
@@ -118,9 +130,7 @@ def sweep_executor(
         )
     all_certificates, warn = Certificates(*certificates), terminal.print_stderr
     with connect(cluster, workers, mode.print_status, warn, all_certificates) as client:
-        yield lambda case, store, finished: solve_on_cluster(
-            case, client, store, finished=finished
-        )
+        yield partial(solve_on_cluster, link=client)
 
 
 def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:

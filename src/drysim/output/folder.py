@@ -29,7 +29,6 @@ import shutil
 import stat
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -45,14 +44,13 @@ MARKER = "drysim.json"
 MARKER_DRAFT = "drysim.json.new"
 """A marker being written; renamed to `MARKER`, so that no marker is ever incomplete."""
 
-JOURNAL = "cases.jsonl"
-"""Finished seeds of an interrupted ensemble: a header line, then a line per seed."""
+STORES = ("cases", "seeds")
+"""Folders with the finished cases of an interrupted sweep, and the seeds of an ensemble."""
 
-CASES_FOLDER = "cases"
-"""The same for a sweep: a folder with one file per finished block of cases."""
-
-RESUMABLE_FILES = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9a-f]+\.cases)")
-"""Files that hold finished work until all of it is done."""
+RESUMABLE_FILES = re.compile(
+    r"cases\.(jsonl|new)|(cases|seeds)/(sweep\.(json|new)|[-0-9a-f]+\.cases)"
+)
+"""Files that hold finished work until all of it is done; earlier versions had `cases.jsonl`."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
@@ -146,16 +144,6 @@ class LockedFolder(NamedTuple):
     partial: Path
     held: os.stat_result
 
-    @property
-    def journal(self) -> Path:
-        """File of the finished seeds."""
-        return self.partial / JOURNAL
-
-    @property
-    def cases(self) -> Path:
-        """Folder of the finished blocks of cases."""
-        return self.partial / CASES_FOLDER
-
 
 @contextmanager
 def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
@@ -206,8 +194,8 @@ def _mark_partial(
             for end in (*os.pipe(), *os.pipe()):  # four descriptors
                 reserve.callback(os.close, end)
             recover(target, sibling(target, "replaced"))
-            # Without its marker the next run would not recognise the journal as drysim's.
-            remove_contents(partial, {CASES_FOLDER, JOURNAL, MARKER} if resume else set())
+            # Without its marker the next run would not recognise the cases as drysim's.
+            remove_contents(partial, {*STORES, MARKER} if resume else set())
             write_marker(partial, '{"format": 1, "complete": false}\n')
             yield LockedFolder(folder, partial, partial.stat())
         except BaseException as fault:
@@ -250,14 +238,12 @@ def install_partial(locked: LockedFolder) -> None:
     """Replace the output folder by `<name>.partial`, without its finished cases."""
     target = resolve_name(locked.folder)
     check_lock(locked)
-    kept = [
-        path for path in locked.partial.iterdir() if path.name not in (JOURNAL, CASES_FOLDER)
-    ]
+    kept = [path for path in locked.partial.iterdir() if path.name not in STORES]
     for path in [*kept, locked.partial]:
         flush_to_disk(path)
-    locked.journal.unlink(missing_ok=True)
-    if not any(path.startswith(f"{CASES_FOLDER}/") for path in foreign_files(locked.partial)):
-        shutil.rmtree(locked.cases, ignore_errors=True)
+    foreign = {path.partition("/")[0] for path in foreign_files(locked.partial)}
+    for name in set(STORES) - foreign:
+        shutil.rmtree(locked.partial / name, ignore_errors=True)
     replace_folder(locked.partial, target, sibling(target, "replaced"))
 
 
@@ -303,13 +289,9 @@ def is_resumable(folder: Path) -> bool:
 
 def _has_finished_work(partial: Path) -> bool:
     """Whether a folder holds finished cases or seeds."""
-    if any(file.stat().st_size for file in (partial / CASES_FOLDER).glob("*.cases")):
-        return True
-    try:
-        with (partial / JOURNAL).open("rb") as lines:
-            return len(list(islice(lines, 2))) == 2
-    except OSError:
-        return False
+    return any(
+        file.stat().st_size for name in STORES for file in (partial / name).glob("*.cases")
+    )
 
 
 # Ownership: whether drysim may write or replace a folder, decided before any work.

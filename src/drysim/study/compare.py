@@ -254,13 +254,13 @@ def solve(
     from drysim.study.sweep import (  # not needed to read a comparison
         choose_engine,
         make_table,
-        solve_ranges,
+        solve_cases,
     )
 
     reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
-    batches = [batch for _, batch in solve_ranges(compared, case, workers, finished=finished)]
+    batches = [batch for _, batch in solve_cases(compared, case, workers, finished=finished)]
     tallies = Tally.of(batches, partial(stroke_limits, scenario), scenario.checks, reference)
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]

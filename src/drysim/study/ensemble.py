@@ -1,51 +1,50 @@
 """Ensemble: one scenario under many seeds of its base motion.
 
-The seeds are solved in order until all are done, or until the confidence interval of a mean is
-as narrow as the stopping rule demands. Each seed is a case of its own, and its result depends
-neither on the other seeds nor on the number of threads.
+An ensemble is a sweep over the seed: the seeds are solved and stored like the cases of a sweep,
+until all are done, or until the confidence interval of a mean is as narrow as the stopping rule
+demands. The result of a seed depends neither on the other seeds nor on the number of threads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from drysim import system
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
-from drysim.core.model import Samples
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
+from drysim.study import plan
 from drysim.study import run as one_case
-from drysim.study.case import (
-    Case,
-    assemble,
-    base_motion,
-    prepare,
-    response_memory,
-    signal_sha256,
-)
+from drysim.study.case import Case, assemble, base_motion, prepare
 from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
-from drysim.study.run import MotionSource, try_measure
+from drysim.study.plan import CaseRange
 from drysim.study.statistics import (
     FAILED,
     OK,
+    Batch,
+    BatchCallback,
     Row,
     Statistic,
-    has_enough_seeds,
+    ignore_batch,
     max_seeds,
+    needed_seeds,
     seed_range,
     statistics,
     with_interval,
     with_seed,
 )
+from drysim.study.sweep import solve_ranges
 from drysim.study.warnings import ensemble_warnings
-from drysim.system import map_in_order, worker_count
+from drysim.system import worker_count
 from drysim.wording import format_count
+
+if TYPE_CHECKING:
+    from drysim.study.store import Store
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,19 +148,12 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     return solve(case, workers=workers)
 
 
-RowCallback = Callable[[int, Row], None]
-
-
-def ignore_row(number: int, row: Row) -> None:
-    """Do nothing: the default callback."""
-
-
 def solve(
     case: Case,
     *,
     workers: int | None = None,
-    done: Mapping[int, Row] | None = None,
-    finished: RowCallback = ignore_row,
+    store: Store | None = None,
+    finished: BatchCallback = ignore_batch,
 ) -> Ensemble:
     """Solve a prepared case under all its seeds.
 
@@ -171,24 +163,48 @@ def solve(
         Case of the first seed.
     workers : int, optional
         Number of threads; default: one per processor. The ensemble does not depend on it.
-    done : mapping, optional
-        Rows of an interrupted run, by index of the seed from 0.
+    store : Store, optional
+        Seeds that it holds are not computed again, all others are written to it.
     finished : callable, optional
-        Called with index and row of each seed as it is computed, in order.
+        Called with each seed as it is computed, a batch of one row, in order.
 
     Raises
     ------
     SolverError
         When the numerics fail for every seed.
     """
-    compile.choose_engine(case.work * max_seeds(case.scenario), case.kernels)
-    rows: list[Row] = []
-    known = done or {}
-    for row in solve_seeds(case.scenario, thread_count(case, workers), known):
-        if len(rows) not in known:
-            finished(len(rows), row)
-        rows.append(row)
+    scenario, seeds = case.scenario, seed_range(case.scenario)
+    compile.choose_engine(case.work * len(seeds), case.kernels)
+
+    def solve_one(case_range: CaseRange) -> Batch:
+        row = plan.solve_seed(scenario, seeds[case_range.begin])
+        return Batch.of(case_range.first, [row])
+
+    threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(scenario)
+    with closing(solve_ranges(ranges, solve_one, threads, store, finished)) as found:
+        rows = [*needed_seeds(scenario, (row for _, batch in found for row in batch))]
     return make_ensemble(case, rows)
+
+
+def partial_ensemble(case: Case, store: Store) -> Ensemble:
+    """Return the ensemble of the first finished seeds of an interrupted run.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When the first seed is not finished.
+    """
+
+    def stored() -> Iterator[Row]:
+        for case_range in plan.seed_ranges(case.scenario):
+            if (batch := store.read(case_range)) is None:
+                return
+            yield from batch
+
+    rows = [*needed_seeds(case.scenario, stored())]
+    if not rows:
+        raise KeyboardInterrupt
+    return make_ensemble(case, rows, complete=False)
 
 
 def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
@@ -206,59 +222,3 @@ def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ens
         verdicts.append(with_interval(verdict, one.half_width, one.seeds) if one else verdict)
     warnings = tuple(ensemble_warnings(case, rows, found, verdicts, shown))
     return Ensemble(scenario, tuple(rows), found, shown, tuple(verdicts), warnings, complete)
-
-
-def thread_count(case: Case, workers: int | None) -> int:
-    """Return the number of seeds to solve in parallel, as many as fit into memory."""
-    wanted = worker_count(workers)
-    if compile.engine() == compile.PLAIN:
-        return 1  # the interpreter lock allows one thread
-    limit = int(
-        system.total_memory()
-        // response_memory(case.steps, bool(case.scenario.measure.weights))
-    )
-    return max(1, min(wanted, limit))
-
-
-# Rows of metrics, seed by seed in order.
-
-
-def solve_seeds(
-    scenario: Scenario,
-    threads: int,
-    done: Mapping[int, Row] | None = None,
-    motion_of: MotionSource = base_motion,
-) -> Iterator[Row]:
-    """Yield the row of each seed that a scenario needs, in order.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    threads : int
-    done : mapping, optional
-        Rows that are already known, by index of the seed from 0.
-    motion_of : callable, optional
-        Returns the base motion of a scenario.
-    """
-    seeds, known = seed_range(scenario), done or {}
-
-    def row(number: int) -> Row:
-        return known.get(number) or solve_seed(scenario, seeds[number], motion_of)
-
-    rows: list[Row] = []
-    with closing(map_in_order(row, range(len(seeds)), threads)) as found:
-        for one in found:
-            rows.append(one)
-            yield one
-            if has_enough_seeds(scenario, rows):
-                return
-
-
-def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
-    """Return the row of one seed; a numerical failure becomes a status."""
-    one_seed, law = with_seed(scenario, seed), scenario.law()
-    motion = motion_of(one_seed)
-    assert isinstance(motion, Samples), "random motion is sampled"
-    found = try_measure(one_seed, lambda _: motion)
-    sha256 = signal_sha256(motion.u_dd)
-    return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)

@@ -4,14 +4,16 @@ A range (a "block" in messages) holds cases of one approach with consecutive num
 depends only on the scenario and on its own number, so threads, processes and other machines
 compute the same results. Periodic orbits under Coulomb friction are solved many at once, by
 one call of the kernel (`solve_orbit_range`). All other cases are solved one by one
-(`solve_case`), each over all its seeds if it has several.
+(`solve_case`), each over all its seeds if it has several. An ensemble is planned as the sweep
+of a scenario over its seeds (`seed_ranges`).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import Any, NamedTuple, Self
@@ -19,19 +21,34 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim import system
 from drysim.approach.stick_slip import ExactApproach
-from drysim.core.model import NO_LIMITS, Plant, Sines, State, StrokeLimits, Totals
+from drysim.core import compile
+from drysim.core.model import NO_LIMITS, Plant, Samples, Sines, State, StrokeLimits, Totals
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
 from drysim.metrics.table import Measured, evaluate
-from drysim.scenario.axes import count_points, point_columns
+from drysim.scenario.axes import Axis, count_points, point_columns
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
-from drysim.study.case import Case, combined_sha256
-from drysim.study.ensemble import solve_seeds, thread_count
-from drysim.study.run import NOT_UNIQUE_NOTE, Job, MotionCache, not_settled_note, solve_row
+from drysim.study.case import (
+    Case,
+    base_motion,
+    combined_sha256,
+    response_memory,
+    signal_sha256,
+)
+from drysim.study.run import (
+    NOT_UNIQUE_NOTE,
+    MotionCache,
+    MotionSource,
+    not_settled_note,
+    solve_row,
+    try_measure,
+)
 from drysim.study.statistics import (
     FAILED,
     NOT_SETTLED,
@@ -43,9 +60,13 @@ from drysim.study.statistics import (
     Row,
     is_narrow,
     max_seeds,
+    needed_seeds,
+    seed_range,
     statistics,
     stopping_rule,
+    with_seed,
 )
+from drysim.system import map_in_order, worker_count
 
 ORBITS_PER_RANGE = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
 """Largest number of cases, and orbits per range up to there. 512 orbits are about 10 ms of
@@ -70,6 +91,16 @@ class Workers(NamedTuple):
 
 SINGLE_THREAD = Workers(1, lambda: False)
 """One thread, never cancelled."""
+
+
+def thread_count(case: Case, workers: int | None) -> int:
+    """Return the number of seeds to solve in parallel, as many as fit into memory."""
+    wanted = worker_count(workers)
+    if compile.engine() == compile.PLAIN:
+        return 1  # the interpreter lock allows one thread
+    weighted = bool(case.scenario.measure.weights)
+    limit = int(system.total_memory() // response_memory(case.steps, weighted))
+    return max(1, min(wanted, limit))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +195,13 @@ class CaseRanges(LazySequence[CaseRange]):
         return CaseRange(self.scenarios[i], sum(self.cases[:i]) + begin, begin, end)
 
 
+def seed_ranges(scenario: Scenario) -> list[CaseRange]:
+    """Return the seeds of a scenario, each as a range of a sweep over the seed."""
+    seeds = seed_range(scenario)
+    swept = scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
+    return [CaseRange(swept, number, number, number + 1) for number in range(len(seeds))]
+
+
 def range_length(cases: int, together: bool) -> int:
     """Return the length of the ranges of so many cases; the same on every machine."""
     if together:
@@ -180,7 +218,7 @@ def solve_range(
         return solve_orbit_range(scenario, first, begin, end)
     points = point_columns(scenario.sweep, begin, end)
     rows = [
-        solve_case(Job(first + i, scenario, point), motions, case_workers)
+        solve_case(scenario, point, motions, case_workers)
         for i in range(end - begin)
         for point in [{key: column[i].item() for key, column in points.items()}]
     ]
@@ -190,16 +228,36 @@ def solve_range(
 # Cases with several seeds: the row holds means and their confidence intervals.
 
 
-def solve_case(job: Job, motions: MotionCache, case_workers: Workers) -> Row:
-    """Solve one case, over all its seeds if it has several."""
-    if max_seeds(job.scenario) == 1 and "excitation.seeds" not in job.point:
-        return solve_row(job, motions)
-    scenario, rows = job.scenario.at(job.point), []
-    for row in solve_seeds(scenario, case_workers.seeds, motion_of=motions.of):
+def solve_case(
+    swept: Scenario, point: dict[str, float], motions: MotionCache, case_workers: Workers
+) -> Row:
+    """Solve one case of a sweep, over all its seeds if it has several."""
+    if max_seeds(swept) == 1 and "excitation.seeds" not in point:
+        return solve_row(swept, point, motions)
+    scenario, rows = swept.at(point), []
+    for row in solve_seeds(scenario, case_workers.seeds, motions.of):
         if case_workers.is_cancelled():
             raise CancelledError
         rows.append(row)
-    return mean_row(scenario, job.point, rows)
+    return mean_row(scenario, point, rows)
+
+
+def solve_seeds(scenario: Scenario, threads: int, motion_of: MotionSource) -> Iterator[Row]:
+    """Yield the row of each seed that a scenario needs, in order."""
+    seeds = seed_range(scenario)
+    rows = map_in_order(lambda seed: solve_seed(scenario, seed, motion_of), seeds, threads)
+    with closing(rows):
+        yield from needed_seeds(scenario, rows)
+
+
+def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
+    """Return the row of one seed; a numerical failure becomes a status."""
+    one_seed, law = with_seed(scenario, seed), scenario.law()
+    motion = motion_of(one_seed)
+    assert isinstance(motion, Samples), "random motion is sampled"
+    found = try_measure(one_seed, lambda _: motion)
+    sha256 = signal_sha256(motion.u_dd)
+    return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
 
 
 def mean_row(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]) -> Row:
@@ -285,7 +343,7 @@ def solve_individually(scenario: Scenario, batch: Batch, which: NDArray[np.bool_
     """Replace the selected cases of a batch, whose events fill the log, by single solutions."""
     rows, motions = list(batch), MotionCache()
     for i in np.flatnonzero(which).tolist():
-        rows[i] = solve_row(Job(batch.first + i, scenario, dict(rows[i].point)), motions)
+        rows[i] = solve_row(scenario, dict(rows[i].point), motions)
     return Batch.of(batch.first, rows)
 
 

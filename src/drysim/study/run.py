@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from math import ceil, isclose
 from threading import Lock
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -146,24 +146,16 @@ CaseResult = tuple[Metrics, str, str]
 NOT_UNIQUE_NOTE = "the orbit is neutrally stable and not unique"
 
 
-class Job(NamedTuple):
-    """Case of one approach: its number, its scenario and its point in the sweep."""
-
-    number: int
-    scenario: Scenario
-    point: dict[str, float]
-
-
 def count_cases(scenarios: Sequence[Scenario]) -> int:
     """Return the number of cases, without enumerating them."""
     return sum(count_points(scenario.sweep) for scenario in scenarios)
 
 
-def solve_row(job: Job, motions: MotionCache) -> Row:
+def solve_row(swept: Scenario, point: dict[str, float], motions: MotionCache) -> Row:
     """Solve one case of a sweep."""
-    scenario = job.scenario.at(job.point)
+    scenario = swept.at(point)
     law, found = scenario.law(), try_measure(scenario, motions.of)
-    return Row(job.point, scenario.label, law.F_fk, law.F_fs, *found)
+    return Row(point, scenario.label, law.F_fk, law.F_fs, *found)
 
 
 def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:

@@ -5,7 +5,7 @@ consecutive cases. `Rows` converts batches to rows on access, so that a table of
 cases is never in memory as objects.
 
 For each metric, `statistics` returns mean, confidence interval, quantiles and extremes over
-the seeds for which the metric is known. `has_enough_seeds` implements the stopping rule.
+the seeds for which the metric is known. `needed_seeds` implements the stopping rule.
 """
 
 from __future__ import annotations
@@ -144,6 +144,8 @@ class Batch:
         Notes of cases without numbers, by index in the batch.
     over : mapping
         `OverSeeds` of cases with several seeds, by index in the batch.
+    sha256 : mapping
+        Hashes of the base accelerations (hex) of cases that are seeds, by index in the batch.
     """
 
     first: int
@@ -155,6 +157,7 @@ class Batch:
     status: NDArray[np.int8]
     notes: Mapping[int, str] = field(default_factory=dict)
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
+    sha256: Mapping[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -179,7 +182,8 @@ class Batch:
                 dict(zip(METRIC_NAMES, row, strict=True)),
                 STATUSES[code],
                 self.notes.get(i, ""),
-                over=self.over.get(i),
+                self.sha256.get(i, ""),
+                self.over.get(i),
             )
 
     def row(self, i: int) -> Row:
@@ -192,7 +196,8 @@ class Batch:
             {name: _to_value(name, self.metrics[name][i].item()) for name in METRIC_NAMES},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
-            over=self.over.get(i),
+            self.sha256.get(i, ""),
+            self.over.get(i),
         )
 
     @classmethod
@@ -212,6 +217,7 @@ class Batch:
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
             {i: row.over for i, row in enumerate(rows) if row.over},
+            {i: row.sha256 for i, row in enumerate(rows) if row.sha256},
         )
 
 
@@ -454,11 +460,14 @@ def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         yield WarningMessage("one-seed", sentence, {"seed": first})
 
 
-def has_enough_seeds(scenario: Scenario, rows: Sequence[Row]) -> bool:
-    """Whether the first seeds, in order, are all that are needed."""
-    return len(rows) == max_seeds(scenario) or (
-        len(rows) % SEEDS_PER_CHECK == 0 and is_narrow(scenario, rows)
-    )
+def needed_seeds(scenario: Scenario, rows: Iterable[Row]) -> Iterator[Row]:
+    """Yield the rows of the first seeds, in order, until the stopping rule is satisfied."""
+    first: list[Row] = []
+    for row in rows:
+        first.append(row)
+        yield row
+        if len(first) % SEEDS_PER_CHECK == 0 and is_narrow(scenario, first):
+            return
 
 
 def is_narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:

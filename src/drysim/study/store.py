@@ -1,8 +1,8 @@
-"""Finished parts of a sweep or run on disk, from which `--resume` continues.
+"""Finished ranges of a sweep or of an ensemble on disk, from which `--resume` continues.
 
-`Store` holds the ranges of a sweep, `Journal` the seeds of a run. Both begin with the identity
-of the computation (scenario, files, version), so that only the same computation continues from
-them. An incomplete last entry is ignored. All numbers read back bit for bit.
+The store holds the identity of the computation (scenario, files, version), so that only the
+same computation continues from it. An incomplete batch is ignored. All numbers read back bit
+for bit.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import json
 import os
 import shutil
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import Any, NamedTuple, Self, TextIO
+from typing import Any, NamedTuple
 from uuid import uuid4
 
 import numpy as np
@@ -31,12 +31,10 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import LazySequence
 from drysim.study.case import file_hashes
 from drysim.study.plan import CaseRange
-from drysim.study.statistics import METRIC_NAMES, Batch, OverSeeds, Row
-
-# Finished ranges of a sweep in progress.
+from drysim.study.statistics import METRIC_NAMES, Batch, OverSeeds
 
 IDENTITY_FILE = "sweep.json"
-"""File with the identity of the sweep, checked before a resume."""
+"""File with the identity of the computation, checked before a resume."""
 
 CASES_SUFFIX = ".cases"
 """Suffix of the files with batches."""
@@ -57,12 +55,12 @@ class Location(NamedTuple):
 
 
 class Store:
-    """Folder with the finished batches of a sweep.
+    """Folder with the finished batches of a sweep or of an ensemble.
 
     A batch is appended to a file as soon as it is finished. Each process writes only to its own
     files, so an interrupted write leaves an incomplete batch only at the end of a file, where
-    it is ignored. Batches may come in any order and from any machine. A resumed sweep returns
-    the same table as an uninterrupted one, bit for bit.
+    it is ignored. Batches may come in any order and from any machine. Resumed work returns the
+    same results as uninterrupted work, bit for bit.
 
     Parameters
     ----------
@@ -139,6 +137,12 @@ class Store:
                 return unpack(stream.read(size), case_range, self.sweep)
         except (OSError, ValueError, KeyError, TypeError):
             return None
+
+    def finished(self, ranges: Iterable[CaseRange]) -> Iterator[tuple[CaseRange, Batch]]:
+        """Yield each of these ranges that the store holds, with its batch."""
+        for case_range in ranges:
+            if (batch := self.read(case_range)) is not None:
+                yield case_range, batch
 
     def has(self, case_range: CaseRange) -> bool:
         """Whether the store holds the complete batch of a range."""
@@ -228,6 +232,7 @@ def pack(batch: Batch, sweep: str) -> bytes:
         "same": same,
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
+        "sha256": {str(i): sha256 for i, sha256 in batch.sha256.items()},
     }
     parts = [json.dumps(header).encode() + b"\n", *body]
     return b"".join([*parts, _checksum(parts)])
@@ -261,9 +266,11 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     metrics = {name: known[name] for name in METRIC_NAMES}
     notes = {int(i): note for i, note in header["notes"].items()}
     over = {int(i): OverSeeds(**fields) for i, fields in header["over"].items()}
+    hashes = {int(i): sha256 for i, sha256 in header["sha256"].items()}
     F_fk, F_fs = (known[force] for force in FORCE_COLUMNS)
     label = case_range.scenario.label
-    return Batch(case_range.first, label, points, F_fk, F_fs, metrics, status, notes, over)
+    columns = (points, F_fk, F_fs, metrics, status)
+    return Batch(case_range.first, label, *columns, notes, over, hashes)
 
 
 class BlockHeader(NamedTuple):
@@ -300,119 +307,6 @@ def _is_constant(column: NDArray[np.float64]) -> bool:
     """Whether all numbers of a column are identical in every bit."""
     bits = column.view(np.int64)
     return bool((bits == bits[:1]).all()) and bits.size > 0
-
-
-# Finished seeds of a run in progress.
-
-
-class Journal:
-    """File with the finished seeds of a run, one per line after a line with its identity.
-
-    The line of a seed begins with a checksum over itself and the identity: an incomplete,
-    changed or foreign line is ignored. A resumed run returns the same ensemble as an
-    uninterrupted one, bit for bit.
-
-    Parameters
-    ----------
-    file : Path
-    identity : mapping
-        As `work_identity` returns it.
-    resume : bool
-        Whether to keep the seeds in the file; otherwise it is replaced.
-
-    Raises
-    ------
-    UsageError
-        When the seeds belong to another computation.
-    """
-
-    def __init__(self, file: Path, identity: Mapping[str, Any], resume: bool) -> None:
-        self.file = file
-        self.identity = dict(identity)
-        self.run = identity_digest(self.identity)
-        self.done: dict[int, Row] = {}
-        if resume and _has_journal(file):
-            self.done = self._read()
-        lines = [format_entry(number, row, self.run) for number, row in self.done.items()]
-        fresh = self.file.with_suffix(".new")
-        fresh.write_text(json.dumps(self.identity) + "\n" + "".join(lines), encoding="utf-8")
-        with suppress(OSError):
-            self.file.rmdir()  # an empty folder may be replaced
-        fresh.replace(self.file)
-        self._stream: TextIO | None = None
-
-    def __enter__(self) -> Self:
-        """Open the file for appending."""
-        self._stream = self.file.open("a", encoding="utf-8")
-        return self
-
-    def __exit__(self, *fault: object) -> None:
-        """Close the file."""
-        if self._stream is not None:
-            self._stream.close()
-
-    def add(self, number: int, row: Row) -> None:
-        """Append a finished seed.
-
-        Raises
-        ------
-        OutputError
-            When the file was removed.
-        """
-        assert self._stream is not None, "a journal is written inside its context"
-        self._stream.write(format_entry(number, row, self.run))
-        self._stream.flush()
-        if not os.fstat(self._stream.fileno()).st_nlink:
-            raise system.removed_error(self.file.parent)
-        self.done[number] = row
-
-    def _read(self) -> dict[int, Row]:
-        """Return the finished seeds of the same run."""
-        lines = self.file.read_text(encoding="utf-8", errors="replace").splitlines()
-        if parse_json(lines[0] if lines else "") != self.identity:
-            raise other_work_error(self.file.parent)
-        seeds = (parse_entry(line, self.run) for line in lines[1:])
-        return dict(seed for seed in seeds if seed is not None)
-
-
-def format_entry(number: int, row: Row, run: str) -> str:
-    """Return the line of a seed, with its number from 0, in the journal of a run."""
-    # vars() is faster than asdict(), which copies each value.
-    content = json.dumps({"number": number, "row": vars(row)})
-    return f"{checksum(content, run)} {content}\n"
-
-
-def checksum(content: str, run: str) -> str:
-    """Return the checksum of a line and the run that it belongs to (hex)."""
-    return hashlib.sha256(f"{run} {content}".encode()).hexdigest()[:16]
-
-
-def parse_json(line: str) -> Any:
-    """Return the content of a line; None if it is incomplete or no JSON."""
-    try:
-        return json.loads(line)
-    except (ValueError, RecursionError):
-        return None
-
-
-def parse_entry(line: str, run: str) -> tuple[int, Row] | None:
-    """Return number and row of a seed; None if the line is not one of this run."""
-    expected, _, content = line.partition(" ")
-    if expected != checksum(content, run):
-        return None
-    try:
-        fields = parse_json(content)
-        return int(fields["number"]), Row(**fields["row"])
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
-def _has_journal(file: Path) -> bool:
-    """Whether the file exists and is a regular file with content."""
-    try:
-        return system.file_size(file) > 0
-    except (OSError, system.NotARegularFile):
-        return False
 
 
 # Identity of a computation: only the same one may be resumed.

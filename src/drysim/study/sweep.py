@@ -2,12 +2,12 @@
 
 Threads, or the workers of a cluster, solve the ranges of the plan. The table takes them in the
 order of the grid, so it does not depend on who solved them. Ranges that a store already holds
-are not solved again.
+are not solved again (`solve_ranges`, also for the seeds of an ensemble).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING
@@ -26,8 +26,9 @@ from drysim.study.plan import (
     Workers,
     approaches_of,
     can_solve_together,
+    solve_range,
 )
-from drysim.study.run import count_cases, unused_spectra_warnings
+from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,
     Batch,
@@ -97,11 +98,11 @@ def solve(
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
-    return gather(case, solve_ranges(scenarios, case, workers, store, finished), store)
+    return gather(case, solve_cases(scenarios, case, workers, store, finished), store)
 
 
 def solve_on_cluster(
-    case: Case, link: ClusterClient, store: Store, *, finished: BatchCallback = ignore_batch
+    case: Case, *, link: ClusterClient, store: Store, finished: BatchCallback = ignore_batch
 ) -> Table:
     """Return the same table as `solve`, computed by the workers of a cluster."""
     from drysim.study.cluster import solve_ranges as solve_remotely
@@ -113,11 +114,7 @@ def solve_on_cluster(
 
 def partial_table(case: Case, store: Store) -> Table:
     """Return the table of the finished cases of an interrupted sweep."""
-    found = (
-        (case_range, batch)
-        for case_range in CaseRanges(approaches_of(case.scenario))
-        if (batch := store.read(case_range)) is not None
-    )
+    found = store.finished(CaseRanges(approaches_of(case.scenario)))
     return gather(case, found, store, complete=False)
 
 
@@ -148,34 +145,57 @@ def is_damped(case: Case) -> bool:
     return min(swept, default=case.plant.b) > 0.0
 
 
-def solve_ranges(
+def solve_cases(
     scenarios: Sequence[Scenario],
     case: Case,
     workers: int | None,
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Iterator[tuple[CaseRange, Batch]]:
-    """Yield each range with its batch, in order; a range in the store is only read."""
-    plan, cancelled = Plan.of(scenarios, case), Event()
-    threads = worker_count(workers)
+    """Yield each range of these sweeps with its batch, as `solve_ranges` does."""
+    ranges, motions = CaseRanges(scenarios), MotionCache.starting_with(case)
+    cancelled, threads = Event(), worker_count(workers)
     case_workers = Workers.at(case, threads, count_cases(scenarios), cancelled.is_set)
+    solve_one = partial(solve_range, motions=motions, case_workers=case_workers)
+    try:
+        yield from solve_ranges(ranges, solve_one, threads, store, finished)
+    finally:
+        cancelled.set()
 
-    def solve_one(number: int) -> tuple[CaseRange, Batch, bool]:
-        case_range = plan.ranges[number]
+
+def solve_ranges(
+    ranges: Sequence[CaseRange],
+    solve_one: Callable[[CaseRange], Batch],
+    threads: int,
+    store: Store | None,
+    finished: BatchCallback,
+) -> Generator[tuple[CaseRange, Batch]]:
+    """Yield each range with its batch, in order; a range in the store is only read.
+
+    Parameters
+    ----------
+    ranges : sequence of CaseRange
+    solve_one : callable
+        Solves a range, in one of the threads.
+    threads : int
+    store : Store or None
+        Takes each new batch as soon as it is solved.
+    finished : callable
+        Called with each new batch, in order.
+    """
+
+    def read_or_solve(case_range: CaseRange) -> tuple[CaseRange, Batch, bool]:
         if store is not None and (batch := store.read(case_range)) is not None:
             return case_range, batch, False
-        batch = plan.block(number, case_workers)
+        batch = solve_one(case_range)
         if store is not None:
             store.write(case_range, batch)
         return case_range, batch, True
 
-    try:
-        for case_range, batch, new in map_in_order(solve_one, range(len(plan.ranges)), threads):
-            if new:
-                finished(batch)
-            yield case_range, batch
-    finally:
-        cancelled.set()
+    for case_range, batch, new in map_in_order(read_or_solve, ranges, threads):
+        if new:
+            finished(batch)
+        yield case_range, batch
 
 
 # From the batches of a sweep to its table.
