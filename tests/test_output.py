@@ -31,7 +31,7 @@ from drysim.core.model import CoulombLaw, Input, Sines, State, StrokeLimits
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
-from drysim.output import folder, many, tables
+from drysim.output import folder, sidecar, tables
 from drysim.output.folder import RESULT_FILES, install_partial, result_files, write_marker
 from drysim.output.sidecar import Provenance
 from drysim.output.tables import write_transmissibility_csv
@@ -388,7 +388,7 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
 @pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
 def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
-    assert output.run_fields(outcome(), Provenance("", 0, {}))["created"] > "2024"
+    assert sidecar.run_fields(outcome(), Provenance("", 0, {}))["created"] > "2024"
 
 
 def test_sidecar_names_no_folder_of_the_user():
@@ -402,7 +402,7 @@ def test_sidecar_names_no_folder_of_the_user():
         },
     )  # fmt: skip
     command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
-    told = output.run_fields(made, Provenance(command, 0, {}))
+    told = sidecar.run_fields(made, Provenance(command, 0, {}))
     assert "joe" not in json.dumps(told)
     assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
     assert told["scenario"]["overrides"] == {
@@ -414,7 +414,7 @@ def test_sidecar_names_no_folder_of_the_user():
 def test_sidecar_is_strict_json_whatever_the_numbers():
     made = outcome()
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
-    told = json.loads(output.json_text(output.run_fields(made, Provenance("", 3, {}))))
+    told = json.loads(output.json_text(sidecar.run_fields(made, Provenance("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False
@@ -901,7 +901,7 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
     began = time.process_time()
     write_transmissibility_csv(table, tmp_path)
     tables.write_comparison_csv(made, tmp_path)
-    many.comparison_fields(made, Provenance("", 0, {}))
+    sidecar.comparison_fields(made, Provenance("", 0, {}))
     # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
     assert (time.process_time() - began) / count < 5e-4
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import SEAT, rows_of
 
 from drysim.output import tables
+from drysim.scenario.load import load
+from drysim.study.sweep import sweep
 
 RANDOM = np.random.Generator(np.random.PCG64(7))
 BITS = RANDOM.integers(0, 2**64, 100_000, dtype=np.uint64, endpoint=False)
@@ -50,21 +54,37 @@ def test_missing_number_is_an_empty_cell_and_no_zero_is_negative() -> None:
     assert [tables.format_cell(value) for value in values] == ["", "", "", "0.0", "2.5", "3"]
 
 
-@pytest.mark.parametrize("place", [1, 2])
-def test_text_of_a_series_is_where_it_belongs(place: int) -> None:
-    block = tables.SeriesBlock((np.array([1.0, 2.5]), np.array([-3.0, 4.0])), np.array([0, 1]))
-    (rows,) = tables.format_series([block], ["b", "aa"], place)
-    expected = {1: b"1.0,b,-3.0\n2.5,aa,4.0\n", 2: b"1.0,-3.0,b\n2.5,4.0,aa\n"}
-    assert rows == expected[place]
-
-
-@pytest.mark.parametrize("place", [0, 1, 3, 4])
-def test_cases_are_rows_of_approach_numbers_counts_and_status(place: int) -> None:
-    numbers = np.array([[0.5, 1.5], [np.nan, 2.0], [3.0, np.nan], [7.0, 8.0]])
-    status = np.array([0, 1], dtype=np.int8)
-    block = tables.CaseBlock("stick-slip", numbers, (False, False, True, True), status)
-    (rows,) = tables.format_cases([block], ("ok", "not settled"), place)
+@pytest.mark.parametrize("place", [0, 1, 2, 4])
+def test_text_and_counts_are_where_they_belong_among_the_numbers(place: int) -> None:
+    columns: list[tables.Values] = [
+        np.array([0.5, 1.5]),
+        np.array([np.nan, 2.0]),
+        tables.format_counts(np.array([3.0, np.nan])),
+        tables.format_counts(np.array([7, 8])),
+    ]
     cells = [["0.5", "", "3", "7"], ["1.5", "2.0", "", "8"]]
-    for row, word in zip(cells, ("ok", "not settled"), strict=True):
+    words = ("ok", "not settled")
+    columns.insert(place, tables.format_words(words, np.array([0, 1])))
+    for row, word in zip(cells, words, strict=True):
         row.insert(place, word)
-    assert rows.decode() == "".join(f"stick-slip,{','.join(row)}\n" for row in cells)
+    assert tables.format_rows(columns).decode() == "".join(
+        f"{','.join(row)}\n" for row in cells
+    )
+
+
+def test_mean_of_counts_has_decimals_only_where_it_needs_them() -> None:
+    assert tables.format_counts(np.array([2.0, 2.5, np.nan])) == [b"2", b"2.5", b""]
+
+
+def test_column_for_all_tables_is_a_field_of_its_metric(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from drysim.metrics import table
+
+    added = table.METRICS_BY_NAME["v_r_rms"]._replace(in_tables=True)
+    metrics = tuple(added if one.name == added.name else one for one in table.METRICS)
+    monkeypatch.setattr(tables, "METRICS", metrics)
+    (tmp_path / "seat.yaml").write_text(f"{SEAT}sweep: {{friction.kinetic: [10, 20]}}\n")
+    tables.write_transmissibility_csv(sweep(load(tmp_path / "seat.yaml")), tmp_path)
+    rows = rows_of(tmp_path / "transmissibility.csv")
+    assert all(float(row["v_r_rms [m/s]"]) > 0 for row in rows)

@@ -250,6 +250,10 @@ class Metric(NamedTuple):
     by_side : bool
         Whether the metric is of one side of the stroke; tables have it only where the sides
         are told apart.
+    in_tables : bool
+        Whether it is in every table of cases; others are there if the scenario asks for them.
+    with_interval : bool
+        Whether tables also have its confidence interval, where it is a mean over seeds.
     """
 
     name: str
@@ -259,20 +263,52 @@ class Metric(NamedTuple):
     needs: tuple[Need, ...] = ()
     kind: str = ""
     by_side: bool = False
+    in_tables: bool = False
+    with_interval: bool = False
 
 
 METRICS = (
-    Metric("a_u", "m/s2", "RMS acceleration of the base", lambda m: m.a_u),
-    Metric("a_x", "m/s2", "RMS acceleration of the mass", lambda m: m.a_x),
-    Metric("T_a", "-", "acceleration transmissibility a_x/a_u", lambda m: ratio(m.a_x, m.a_u)),
+    Metric("a_u", "m/s2", "RMS acceleration of the base", lambda m: m.a_u, in_tables=True),
+    Metric(
+        "a_x",
+        "m/s2",
+        "RMS acceleration of the mass",
+        lambda m: m.a_x,
+        in_tables=True,
+        with_interval=True,
+    ),
+    Metric(
+        "T_a",
+        "-",
+        "acceleration transmissibility a_x/a_u",
+        lambda m: ratio(m.a_x, m.a_u),
+        in_tables=True,
+        with_interval=True,
+    ),
     Metric(
         "T_x",
         "-",
         "relative displacement transmissibility RMS{x_r}/RMS{u}",
         lambda m: ratio(m.x_r, m.u),
+        in_tables=True,
+        with_interval=True,
     ),
-    Metric("x_r_rms", "m", "RMS relative displacement, mean included", lambda m: m.x_r),
-    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window", lambda m: m.peak),
+    Metric(
+        "x_r_rms",
+        "m",
+        "RMS relative displacement, mean included",
+        lambda m: m.x_r,
+        in_tables=True,
+        with_interval=True,
+    ),
+    Metric(
+        "x_r_peak",
+        "m",
+        "stroke: largest |x_r| in the window",
+        lambda m: m.peak,
+        in_tables=True,
+        with_interval=True,
+    ),
     Metric(
         "x_r_max",
         "m",
@@ -299,6 +335,7 @@ METRICS = (
         "x_r_peak over the stroke limit; of unequal limits the larger share",
         lambda m: maximum(m.highest / m.limits.up, abs(m.lowest) / m.limits.down),
         (LIMITS,),
+        in_tables=True,
     ),
     Metric(
         "stuck_share",
@@ -306,6 +343,8 @@ METRICS = (
         "share of the window without relative motion; 0 under laws that never stick",
         lambda m: m.totals.stuck / m.length,
         kind=SHARE,
+        in_tables=True,
+        with_interval=True,
     ),
     Metric(
         "chatter_share",
@@ -313,6 +352,7 @@ METRICS = (
         "share of the window with two sign changes of v_r within four steps",
         lambda m: m.chatter,
         kind=SHARE,
+        in_tables=True,
     ),
     Metric(
         "violations",
@@ -321,6 +361,7 @@ METRICS = (
         lambda m: m.excursions.up + m.excursions.down,
         (LIMITS,),
         COUNT,
+        in_tables=True,
     ),
     Metric(
         "violations_up",
@@ -518,6 +559,7 @@ METRICS = (
         "-",
         "scaled change of the state over one repetition of the orbit",
         lambda m: m.closure,
+        in_tables=True,
     ),
 )
 

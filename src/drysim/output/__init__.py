@@ -1,7 +1,7 @@
 """Output folders: the files of finished work. Computes nothing and shows nothing.
 
-`write_run` and its siblings choose the writers for a result (from `tables`, `many`, `sidecar`
-and `drysim.plots`). `folder.write_folder` runs them in `<name>.partial`, adds drysim.json last,
+`write_run` and its siblings choose the writers for a result (from `tables` and
+`drysim.plots`). `folder.write_folder` runs them in `<name>.partial`, adds drysim.json last,
 and replaces the old folder by the new one. `check_writable` and `lock_partial` verify before
 any work that this is allowed.
 """
@@ -20,7 +20,6 @@ from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import is_resumable as is_resumable
 from drysim.output.folder import lock_partial as lock_partial
 from drysim.output.sidecar import json_text as json_text
-from drysim.output.sidecar import run_fields
 from drysim.yaml_document import dump
 
 if TYPE_CHECKING:
@@ -63,8 +62,8 @@ RUN_WRITERS = (
     tables.write_response_csv,
     tables.write_events_csv,
     tables.write_violations_csv,
-    sidecar.write_spectra_csv,
-    sidecar.write_bands_csv,
+    tables.write_spectra_csv,
+    tables.write_bands_csv,
 )
 """Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
@@ -100,7 +99,7 @@ def write_run(
         The folder was not written by drysim, or cannot be written.
     """
     writers = RUN_WRITERS + _plot_writers(RUN_PLOTS * plots)
-    return write_folder(outcome, folder, writers, run_fields, command, exit_code)
+    return write_folder(outcome, folder, writers, sidecar.run_fields, command, exit_code)
 
 
 def write_ensemble(
@@ -112,23 +111,21 @@ def write_ensemble(
     exit_code: int,
 ) -> dict[str, Any]:
     """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
-    from drysim.output import many
-
     writers = (
         write_scenario_yaml,
-        many.write_ensemble_csv,
+        tables.write_ensemble_csv,
         _for_shown_seed(tables.write_response_csv),
         _for_shown_seed(tables.write_events_csv),
-        many.write_seed_violations_csv,
-        _for_shown_seed(sidecar.write_spectra_csv),
-        _for_shown_seed(sidecar.write_bands_csv),
+        tables.write_seed_violations_csv,
+        _for_shown_seed(tables.write_spectra_csv),
+        _for_shown_seed(tables.write_bands_csv),
     )
     if plots and exit_code != EXIT_INTERRUPTED:
         writers += (
             *_plot_writers(("ensemble.ensemble",)),
             *map(_for_shown_seed, _plot_writers(RUN_PLOTS)),
         )
-    return write_folder(ensemble, folder, writers, many.ensemble_fields, command, exit_code)
+    return write_folder(ensemble, folder, writers, sidecar.ensemble_fields, command, exit_code)
 
 
 def write_table(
@@ -150,8 +147,6 @@ def write_table(
     form : str
         Format of the cases: `csv` or `parquet`.
     """
-    from drysim.output import many
-
     cases = (
         tables.write_transmissibility_csv
         if form == "csv"
@@ -164,7 +159,7 @@ def write_table(
         tables.write_case_violations_csv,
         *_plot_writers(("sweep.transmissibility", "sweep.stroke") * drawn),
     )
-    return write_folder(table, folder, writers, many.table_fields, command, exit_code)
+    return write_folder(table, folder, writers, sidecar.table_fields, command, exit_code)
 
 
 def write_comparison(
@@ -176,38 +171,34 @@ def write_comparison(
     exit_code: int,
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors as in `write_run`."""
-    from drysim.output import many
-
     writers = (
         write_shared_yaml,
         tables.write_comparison_csv,
         *_plot_writers(("comparison.comparison",) * plots),
     )
-    return write_folder(comparison, folder, writers, many.comparison_fields, command, exit_code)
+    return write_folder(
+        comparison, folder, writers, sidecar.comparison_fields, command, exit_code
+    )
 
 
 def write_bench(
     bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a bench; parameters and errors as in `write_run`."""
-    from drysim.output import many
-
     writers = (
         write_bench_yaml,
-        many.write_speed_error_csv,
+        tables.write_speed_error_csv,
         *_plot_writers(("speed_error.speed_error",) * plots),
     )
-    return write_folder(bench, folder, writers, many.bench_fields, command, exit_code)
+    return write_folder(bench, folder, writers, sidecar.bench_fields, command, exit_code)
 
 
 def write_hard_cases(
     result: HardCases, folder: Path, *, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of the hard cases; parameters and errors as in `write_run`."""
-    from drysim.output import many
-
-    writers = (many.write_hard_cases_csv,)
-    return write_folder(result, folder, writers, many.hard_case_fields, command, exit_code)
+    writers = (tables.write_hard_cases_csv,)
+    return write_folder(result, folder, writers, sidecar.hard_case_fields, command, exit_code)
 
 
 def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:

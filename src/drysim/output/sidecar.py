@@ -1,7 +1,9 @@
-"""drysim.json, the provenance of a result, and spectra.csv of a run.
+"""drysim.json, the provenance of a result.
 
-The file contains no absolute path, no user and no host, and is strict JSON: `sidecar_fields`
-collects the fields, `sanitise` and its siblings clean values and text.
+The metrics of a sweep and a comparison are extremes with their places, those of an ensemble are
+means and statistics over its seeds. The file contains no absolute path, no user and no host,
+and is strict JSON: `sidecar_fields` collects the fields, `sanitise` and its siblings clean
+values and text.
 """
 
 from __future__ import annotations
@@ -12,11 +14,12 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Collection, Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from math import isfinite
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -24,23 +27,21 @@ import numpy as np
 import drysim
 from drysim.core.model import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
-from drysim.output.tables import (
-    format_cell,
-    format_numbers,
-    join_columns,
-    join_rows,
-    write_csv,
-)
-from drysim.study.case import signal_sha256
+from drysim.metrics.table import METRICS
+from drysim.study.case import combined_sha256, signal_sha256
+from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
 if TYPE_CHECKING:
-    from drysim.bench.score import BenchCase
+    from drysim.bench.hard_cases import HardCaseResult, HardCases
+    from drysim.bench.score import Bench, BenchCase
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
     from drysim.scenario.model import Scenario
+    from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Table
+    from drysim.study.statistics import Statistic
+    from drysim.study.table import Extreme, Table, Tally
 
 
 FORMAT_VERSION = 1
@@ -96,37 +97,6 @@ def _spectra_fields(found: Spectra) -> Fields:
         "segments": found.segments,
         "resolution": 1.0 / found.segment,
     }
-
-
-def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.csv, if spectra were requested."""
-    found = outcome.spectra
-    if found is None:
-        return
-    columns = {
-        "f [Hz]": found.f,
-        "G_u [(m/s2)2/Hz]": found.G_u,
-        "G_x [(m/s2)2/Hz]": found.G_x,
-        "H1 [-]": np.abs(found.H1),
-        "phase [rad]": np.angle(found.H1),
-        "coherence [-]": found.coherence,
-    }
-    rows = join_rows([format_numbers(list(columns.values()))])
-    write_csv(folder / "spectra.csv", list(columns), [rows])
-
-
-def write_bands_csv(outcome: Outcome, folder: Path) -> None:
-    """Write bands.csv, if one-third-octave bands were requested."""
-    if outcome.spectra is None or outcome.spectra.bands is None:
-        return
-    from drysim.metrics.spectra import BANDS
-
-    a_u, a_x, a_wu, a_w = outcome.spectra.bands
-    columns = {"f [Hz]": np.array(BANDS), "a_u [m/s2]": a_u, "a_x [m/s2]": a_x}
-    if a_wu is not None and a_w is not None:
-        columns |= {"a_wu [m/s2]": a_wu, "a_w [m/s2]": a_w}
-    cells = [[format_cell(value) for value in column.tolist()] for column in columns.values()]
-    write_csv(folder / "bands.csv", list(columns), [join_columns(cells)])
 
 
 def sidecar_fields(
@@ -237,6 +207,250 @@ def software_versions() -> dict[str, str]:
 def json_text(fields: Mapping[str, Any]) -> str:
     """Return fields as JSON in ASCII, which every terminal and pipe can encode."""
     return json.dumps(fields, indent=2, allow_nan=False) + "\n"
+
+
+# Sweeps, comparisons, ensembles and benches.
+
+
+def table_fields(table: Table, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a sweep.
+
+    The metrics are extremes over the cases of the scenario's approach, references left out.
+    """
+    approach, *references = table.approaches or ("",)
+    own = table.tallies.get(approach)
+    numerics = {
+        "approach": approach,
+        "reference": next(iter(references), None),
+        **_numerics_fields(table, own),
+    }
+    return sidecar_fields(table, table.motion, numerics, _metric_fields(own), provenance)
+
+
+def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
+    """Return the content for a comparison: extremes per approach, deviations, verdict."""
+    table, yardstick = comparison.table, comparison.yardstick
+    numerics = {
+        "approaches": table.approaches,
+        "yardstick": yardstick,
+        "laws": comparison.laws,
+        **_numerics_fields(table, table.tallies.get(yardstick)),
+    }
+    metrics = {
+        name: {**_metric_fields(tally), **_deviation_fields(comparison, name)}
+        for name, tally in table.tallies.items()
+    }
+    response = comparison.responses.get(yardstick)
+    motion = table.motion if response is None else response.motion
+    return sidecar_fields(
+        table, motion, numerics, metrics, provenance, verdict=comparison.verdict
+    )
+
+
+def _numerics_fields(table: Table, own: Tally | None) -> Fields:
+    """Return how the numbers were computed, with the worst energy residual and closure."""
+    return {
+        "cases": len(table.rows),
+        "statuses": _count_statuses(table.tallies.values()),
+        "swept": [
+            {"key": axis.key, "unit": axis.unit, "values": len(axis.values)}
+            for axis in table.axes
+        ],
+        "step": table.scenario.solver.step,
+        **table.numerics,
+        "energy_residual": own and own.greatest("energy_residual"),
+        "closure": own and own.greatest("closure"),
+    } | _seed_fields(own)
+
+
+def _seed_fields(own: Tally | None) -> Fields:
+    """Return the number of seeds of the means, and their hash if all cases share them."""
+    if own is None or own.seeds is None:
+        return {}
+    found = own.seeds
+    shared = {"sha256_of_seeds": min(found.hashes)} if len(found.hashes) == 1 else {}
+    return {"seeds": {"least": found.least, "greatest": found.most}} | shared
+
+
+def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
+    """Count the statuses of the cases of all approaches."""
+    lost: Counter[str] = Counter()
+    for tally in tallies:
+        lost.update({status: found.cases for status, found in tally.lost.items()})
+    good = sum(tally.cases for tally in tallies) - lost.total()
+    return {OK: good, **lost} if good else dict(lost)
+
+
+def _metric_fields(tally: Tally | None) -> Fields:
+    """Return the extremes of every metric that has a value in any case."""
+    if tally is None:
+        return {}
+    return {
+        name: {
+            "least": _extreme_fields(ends[0], name),
+            "greatest": _extreme_fields(ends[1], name),
+        }
+        | _quantile_fields(tally, name)
+        for metric in METRICS
+        if (ends := tally.extremes.get(name := metric.name)) is not None
+    }
+
+
+def _quantile_fields(tally: Tally, name: str) -> Fields:
+    """Return the quantiles of a metric, if they were computed."""
+    summary = tally.quantiles[name].summary() if name in tally.quantiles else {}
+    return {"quantiles": summary} if summary else {}
+
+
+def _extreme_fields(extreme: Extreme, metric: str) -> Fields:
+    """Return an extreme and its place; of a mean over seeds also its half-width."""
+    row = extreme.row
+    mean = {"half_width": row.half_widths.get(metric), "seeds": row.seeds}
+    return {"value": extreme.value, "where": dict(row.point)} | (mean if row.over else {})
+
+
+def _deviation_fields(comparison: Comparison, approach: str) -> Fields:
+    """Return the greatest deviation from the reference, and its place."""
+    from drysim.study.compare import deviations, largest_deviation
+
+    worst = largest_deviation(deviations(comparison, approach))
+    if worst is None or approach == comparison.yardstick:
+        return {}
+    found = {"value": worst.value, "where": dict(worst.row.point)}
+    mean = {} if worst.half_width is None else {"half_width": worst.half_width}
+    return {"T_a_deviation": found | mean}
+
+
+# Ensembles.
+
+
+def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for an ensemble.
+
+    The metrics are means.
+    """
+    residual = result.statistics["energy_residual"]
+    numerics = {
+        **asdict(result.shown.response.numerics),
+        "step": result.response.dt,
+        "cases": len(result.rows),
+        "energy_residual": residual and residual.greatest[0],
+    }
+    motion = result.response.motion
+    drawn = {
+        **excitation_fields(result.scenario, motion),
+        "sha256": combined_sha256(row.sha256 for row in result.rows),
+        "seeds": len(result.rows),
+        "sha256_of": "sha256 of every seed, one per line",
+    }
+    more = {"excitation": drawn, "ensemble": _statistics_fields(result)}
+    return sidecar_fields(result, motion, numerics, result.metrics, provenance, **more)
+
+
+def _statistics_fields(result: Ensemble) -> Fields:
+    """Return the statistics of every metric that has a value."""
+    until = stopping_rule(result.scenario)
+    return {
+        "seeds": len(result.rows),
+        "first": result.seeds[0],
+        "last": result.seeds[-1],
+        "failed": sum(row.status != OK for row in result.rows),
+        "until": until and until.model_dump(),
+        "confidence": CONFIDENCE,
+        "metrics": {
+            name: _statistic_fields(found)
+            for name, found in result.statistics.items()
+            if found is not None
+        },
+    }
+
+
+def _statistic_fields(found: Statistic) -> dict[str, Any]:
+    """Return the statistics of one metric."""
+    (least, at_least), (greatest, at_greatest) = found.least, found.greatest
+    quantiles = {
+        f"{100 * share:g} %": value
+        for share, value in zip(QUANTILES, found.quantiles, strict=True)
+    }
+    return {
+        "seeds": found.seeds,
+        "mean": found.mean,
+        "half_width": found.half_width,
+        "std": found.std,
+        "quantiles": quantiles,
+        "least": {"value": least, "seed": at_least},
+        "greatest": {"value": greatest, "seed": at_greatest},
+    }
+
+
+# Benches.
+
+
+CASE_KEYS = ("scenario", "inputs", "excitation")
+"""Fields of drysim.json that differ between the cases of a bench."""
+
+
+def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a bench."""
+    numerics = {"engine": bench.engine, "cases": len(bench.cases)}
+    metrics = {panel.scenario.name: _exact_fields(panel) for panel in bench.cases}
+    frames = [
+        sidecar_fields(panel, panel.motion, numerics, metrics, provenance)
+        for panel in bench.cases
+    ]
+    cases = [
+        {key: frame[key] for key in CASE_KEYS}
+        | {"lfilter": panel.lfilter, "scores": [asdict(one) for one in panel.scores]}
+        for panel, frame in zip(bench.cases, frames, strict=True)
+    ]
+    summary = {key: value for key, value in frames[0].items() if key not in CASE_KEYS}
+    return summary | {"cases": cases, "warnings": [asdict(one) for one in bench.warnings]}
+
+
+def _exact_fields(panel: BenchCase) -> Fields:
+    """Return the results of the exact approach."""
+    exact = panel.scores[0]
+    return {
+        "time_per_sample": exact.time,
+        "time_over_lfilter": exact.ratio,
+        "error_x_r": exact.error_x_r,
+        "error_T_a": exact.error_T_a,
+        "energy_residual": exact.energy_residual,
+    }
+
+
+def _trial_fields(result: HardCaseResult) -> Fields:
+    """Return the result of one approach, under the keys of drysim.json."""
+    fields = result._asdict()
+    named = {"approach": "approach", "word": "verdict", "how": "reason"}
+    return {key: fields.pop(name) for key, name in named.items()} | fields
+
+
+def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for the hard cases."""
+    results = [one for case in result.cases for one in case.results]
+    metrics: Fields = {
+        name: dict(Counter(one.verdict for one in results if one.approach == name))
+        for name in dict.fromkeys(one.approach for one in results)
+    }
+    cases: list[Fields] = [
+        {
+            "scenario": {"name": case.scenario.name, **origin_fields(case.scenario.origin)},
+            "trials": [_trial_fields(one) for one in case.results],
+        }
+        for case in result.cases
+    ]
+    fields: Fields = {
+        **header_fields(provenance),
+        "numerics": {"engine": result.engine, "cases": len(cases)},
+        "software": software_versions(),
+        "metrics": metrics,
+        "cases": cases,
+        "checks": [],
+        "warnings": [],
+        "files": provenance.files,
+    }
+    return {key: sanitise(value) for key, value in fields.items()}
 
 
 # Values and text without private data.

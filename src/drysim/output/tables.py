@@ -6,9 +6,8 @@ in blocks. Parquet has one file per block of cases.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby, repeat
-from operator import itemgetter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,11 +15,12 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from drysim.approach.solution import EVENT_NAMES, Events, Response
+from drysim.approach.solution import EVENT_NAMES, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
 from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import asks_for
 from drysim.study.statistics import (
     COUNT_METRICS,
@@ -29,11 +29,15 @@ from drysim.study.statistics import (
     Batch,
     Row,
     as_batches,
+    group_batches,
 )
 
 if TYPE_CHECKING:
+    from drysim.bench.hard_cases import HardCases
+    from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
+    from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
 
@@ -69,26 +73,32 @@ def write_response_csv(outcome: Outcome, folder: Path) -> None:
     """Write response.csv: the motion on the output grid, with the force of end stops if any."""
     motion = outcome.response
     stops = motion.law.stops is not None
-    blocks = (_response_block(motion, part, stops) for part in motion.parts())
-    columns = (*RESPONSE_COLUMNS, "F_stop") if stops else RESPONSE_COLUMNS
-    write_csv(
-        folder / "response.csv",
-        [*map(column_header, columns)],
-        format_series(blocks, STUCK_TEXTS, 6),
-    )
+    names = (*RESPONSE_COLUMNS, "F_stop") if stops else RESPONSE_COLUMNS
+    rows = (format_rows(_response_block(motion, part, stops)) for part in motion.parts())
+    write_csv(folder / "response.csv", [*map(column_header, names)], rows)
+
+
+def _response_block(motion: Response, part: slice, stops: bool) -> list[Values]:
+    """Return one block of response.csv by columns."""
+    x_r, v_r, d, *_ = motion.points(part)
+    t = np.arange(part.start, part.stop) * motion.dt
+    stuck = format_words(STUCK_TEXTS, d == 0)
+    series = [t, motion.base(part), x_r, v_r, motion.acceleration(part), motion.friction(part)]
+    return [*series, stuck, motion.stop(part)] if stops else [*series, stuck]
 
 
 def write_events_csv(outcome: Outcome, folder: Path) -> None:
     """Write events.csv: stops, break-aways, reversals; the first row is the state at t = 0."""
     found = outcome.response.events
     names = [EVENT_NAMES[code] for code in EVENT_CODES]
-    starts = range(0, len(found), BLOCK_SIZE)
-    blocks = (_event_block(found, slice(start, start + BLOCK_SIZE)) for start in starts)
-    write_csv(
-        folder / "events.csv",
-        [*map(column_header, EVENT_COLUMNS)],
-        format_series(blocks, names, 1),
-    )
+
+    def rows() -> Iterator[bytes]:
+        for start in range(0, len(found), BLOCK_SIZE):
+            part = slice(start, start + BLOCK_SIZE)
+            kinds = format_words(names, np.searchsorted(EVENT_CODES, found.kind[part]))
+            yield format_rows([found.t[part], kinds, found.x_r[part], found.F_L[part]])
+
+    write_csv(folder / "events.csv", [*map(column_header, EVENT_COLUMNS)], rows())
 
 
 def write_violations_csv(outcome: Outcome, folder: Path) -> None:
@@ -108,89 +118,127 @@ def write_violations_csv(outcome: Outcome, folder: Path) -> None:
     )
 
 
-def _response_block(motion: Response, part: slice, stops: bool) -> SeriesBlock:
-    """Return one block of response.csv."""
-    x_r, v_r, d, *_ = motion.points(part)
-    t = np.arange(part.start, part.stop) * motion.dt
-    u_dd, x_dd = motion.base(part), motion.acceleration(part)
-    series = (t, u_dd, x_r, v_r, x_dd, motion.friction(part))
-    return SeriesBlock((*series, motion.stop(part)) if stops else series, d == 0)
-
-
-def _event_block(found: Events, part: slice) -> SeriesBlock:
-    """Return one block of events.csv."""
-    words = np.searchsorted(EVENT_CODES, found.kind[part])
-    return SeriesBlock((found.t[part], found.x_r[part], found.F_L[part]), words)
-
-
 def column_header(name: str) -> str:
     """Return the header of a column, e.g. `x_r [m]`."""
     return f"{name} [{COLUMN_UNITS[name]}]" if COLUMN_UNITS[name] else name
 
 
-# Many cases: a row for each case of each approach.
+def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
+    """Write spectra.csv, if spectra were requested."""
+    found = outcome.spectra
+    if found is None:
+        return
+    columns = {
+        "f [Hz]": found.f,
+        "G_u [(m/s2)2/Hz]": found.G_u,
+        "G_x [(m/s2)2/Hz]": found.G_x,
+        "H1 [-]": np.abs(found.H1),
+        "phase [rad]": np.angle(found.H1),
+        "coherence [-]": found.coherence,
+    }
+    rows = join_rows([format_numbers(list(columns.values()))])
+    write_csv(folder / "spectra.csv", list(columns), [rows])
+
+
+def write_bands_csv(outcome: Outcome, folder: Path) -> None:
+    """Write bands.csv, if one-third-octave bands were requested."""
+    if outcome.spectra is None or outcome.spectra.bands is None:
+        return
+    from drysim.metrics.spectra import BANDS
+
+    a_u, a_x, a_wu, a_w = outcome.spectra.bands
+    columns = {"f [Hz]": np.array(BANDS), "a_u [m/s2]": a_u, "a_x [m/s2]": a_x}
+    if a_wu is not None and a_w is not None:
+        columns |= {"a_wu [m/s2]": a_wu, "a_w [m/s2]": a_w}
+    cells = [[format_cell(value) for value in column.tolist()] for column in columns.values()]
+    write_csv(folder / "bands.csv", list(columns), [join_columns(cells)])
+
+
+# Many cases: a row for each case of each approach, written batch by batch.
 
 
 FORCE_COLUMNS = ("F_fk", "F_fs")
-METRIC_COLUMNS = (
-    "a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak",
-    "stroke_used", "stuck_share", "chatter_share", "violations", "closure",
-)  # fmt: skip
-INTERVAL_METRICS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
-"""The metrics whose confidence interval is written, if they are means over several seeds."""
 
 
-def write_transmissibility_csv(table: Table, folder: Path) -> None:
-    """Write transmissibility.csv: every case of a sweep, then those of its reference."""
-    headers, optional = _case_headers(table), optional_metrics(table)
-    if len(table.rows) <= MAX_CACHED_ROWS or _has_ensembles(table):
-        lines: Iterable[bytes] = [join_columns(_case_columns(table))]
-    else:
-        keys = [axis.key for axis in table.axes]
-        blocks = (_case_block(batch, keys, optional) for batch in as_batches(table.rows))
-        lines = format_cases(blocks, STATUSES, len(headers) - len(optional) - 2)
-    write_csv(folder / "transmissibility.csv", headers, lines)
+class Column(NamedTuple):
+    """A column of a table of cases.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        Empty for text.
+    values : callable
+        Returns the column for a batch: numbers (NaN where missing), or text as bytes.
+    whole : bool
+        Whether the numbers are counts.
+    """
+
+    name: str
+    unit: str
+    values: Callable[[Batch], Values]
+    whole: bool = False
+
+    @property
+    def header(self) -> str:
+        """Header in a CSV file."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-def write_comparison_csv(result: Comparison, folder: Path) -> None:
-    """Write comparison.csv: every case with every approach, and its deviation."""
-    found = [result.off(row) or (None, None) for row in result.table.rows]
-    off = [[format_cell(value) for value in column] for column in zip(*found, strict=True)]
-    names = ["T_a_deviation", "T_a_deviation_half_width"]
-    if not _has_ensembles(result.table):
-        del off[1], names[1]
-    if result.of_laws:
-        names.append("law")
-        off.append([result.laws[row.approach] for row in result.table.rows])
-    headers = [*_case_headers(result.table), *map(column_header, names)]
-    write_csv(
-        folder / "comparison.csv",
-        headers,
-        [join_columns([*_case_columns(result.table), *off])],
+def case_columns(table: Table) -> list[Column]:
+    """Return the columns of the cases of a sweep or a comparison."""
+    means = interval_metrics(table)
+    optional = optional_metrics(table)
+    return [
+        Column("approach", "", lambda batch: [batch.approach.encode()] * len(batch)),
+        *(key_column(axis.key, axis.unit) for axis in table.axes),
+        Column("F_fk", "N", lambda batch: batch.F_fk),
+        Column("F_fs", "N", lambda batch: batch.F_fs),
+        *(metric_column(metric.name) for metric in METRICS if metric.in_tables),
+        STATUS_COLUMN,
+        *map(metric_column, optional),
+        *([SEEDS_COLUMN] if means else []),
+        *map(interval_column, means),
+    ]
+
+
+def key_column(key: str, unit: str) -> Column:
+    """Return the column of a swept key; NaN for cases whose approach lacks the key."""
+    return Column(
+        key, unit or "-", lambda batch: batch.points.get(key, np.full(len(batch), np.nan))
     )
 
 
-def write_case_violations_csv(table: Table, folder: Path) -> None:
-    """Write stroke_violations.csv of a sweep, if the stroke limit was exceeded.
-
-    The viscous reference is left out: it is not the seat under test.
-    """
-    own = next(iter(table.tallies.values()), None)
-    if own is not None and own.beyond:
-        headers = [*_key_headers(table), *map(column_header, VIOLATION_COLUMNS)]
-        write_csv(
-            folder / "stroke_violations.csv", headers, _violation_rows(table, own.approach)
-        )
+def metric_column(metric: str, name: str = "") -> Column:
+    """Return the column of a metric, under its own name or another one."""
+    whole = metric in COUNT_METRICS
+    return Column(
+        name or metric, METRIC_UNITS[metric], lambda batch: batch.metrics[metric], whole
+    )
 
 
-def _violation_rows(table: Table, approach: str) -> Iterator[bytes]:
-    """Yield the rows of the cases that exceed the limit, block by block."""
-    for batch in as_batches(table.rows):
-        if batch.approach == approach:
-            rows = [row for row in batch if row.metrics.get("violations")]
-            yield join_columns(
-                [*_key_columns(table, rows), *metric_columns(rows, VIOLATION_METRICS)]
-            )
+def interval_column(metric: str) -> Column:
+    """Return the column of the half-width of a metric that is a mean over seeds."""
+
+    def values(batch: Batch) -> Values:
+        found = (batch.over.get(i) for i in range(len(batch)))
+        return np.array([one and one.half_widths.get(metric) for one in found], dtype=float)
+
+    return Column(f"{metric}_half_width", METRIC_UNITS[metric], values)
+
+
+SEED_COLUMN = key_column(SEED_KEY, "-")
+HASH_COLUMN = Column(
+    "sha256", "", lambda batch: [batch.sha256.get(i, "").encode() for i in range(len(batch))]
+)
+STATUS_COLUMN = Column("status", "", lambda batch: format_words(STATUSES, batch.status))
+SEEDS_COLUMN = Column(
+    "seeds",
+    "-",
+    lambda batch: np.array(
+        [batch.over[i].count if i in batch.over else 1 for i in range(len(batch))]
+    ),
+)
 
 
 def requested_metrics(scenario: Scenario) -> list[str]:
@@ -216,81 +264,102 @@ def optional_metrics(table: Table) -> tuple[str, ...]:
 
 def interval_metrics(table: Table) -> tuple[str, ...]:
     """Return the metrics whose confidence interval is written; none without several seeds."""
-    return (*INTERVAL_METRICS, *optional_metrics(table)) if _has_ensembles(table) else ()
+    if not _has_means(table):
+        return ()
+    known = (metric.name for metric in METRICS if metric.with_interval)
+    return (*known, *optional_metrics(table))
 
 
-def _has_ensembles(table: Table) -> bool:
+def _has_means(table: Table) -> bool:
     """Whether any case is a mean over seeds; this adds columns at the end."""
     return any(tally.seeds for tally in table.tallies.values())
 
 
-def _case_headers(table: Table) -> list[str]:
-    """Return the headers of a table of cases."""
-    return [
-        "approach",
-        *_key_headers(table),
-        *map(column_header, (*FORCE_COLUMNS, *METRIC_COLUMNS)),
-        "status",
-        *map(column_header, optional_metrics(table)),
-        *_interval_headers(table),
-    ]
+def write_transmissibility_csv(table: Table, folder: Path) -> None:
+    """Write transmissibility.csv: every case of a sweep, then those of its reference."""
+    write_cases(folder / "transmissibility.csv", case_columns(table), table.rows)
 
 
-def _key_headers(table: Table) -> list[str]:
-    """Return the headers of the swept keys."""
-    return [f"{axis.key} [{axis.unit or '-'}]" for axis in table.axes]
+def write_comparison_csv(result: Comparison, folder: Path) -> None:
+    """Write comparison.csv: every case with every approach, and its deviation."""
+    table = result.table
+    found = [result.off(row) or (None, None) for row in table.rows]
+    off = np.array(found, dtype=float).reshape(-1, 2)
+
+    def deviation(name: str, at: int) -> Column:
+        return Column(name, "-", lambda batch: off[batch.first :][: len(batch), at])
+
+    columns = [*case_columns(table), deviation("T_a_deviation", 0)]
+    if _has_means(table):
+        columns.append(deviation("T_a_deviation_half_width", 1))
+    if result.of_laws:
+        laws = {name: law.encode() for name, law in result.laws.items()}
+        columns.append(Column("law", "", lambda batch: [laws[batch.approach]] * len(batch)))
+    write_cases(folder / "comparison.csv", columns, table.rows)
 
 
-def _interval_headers(table: Table) -> list[str]:
-    """Return the headers of the confidence intervals."""
-    names = interval_metrics(table)
-    units = [column_header(name).removeprefix(name) for name in names]
-    cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
-    return [column_header("seeds"), *cells] if cells else []
+def write_case_violations_csv(table: Table, folder: Path) -> None:
+    """Write stroke_violations.csv of a sweep, if the stroke limit was exceeded.
+
+    The viscous reference is left out: it is not the seat under test.
+    """
+    own = next(iter(table.tallies.values()), None)
+    if own is not None and own.beyond:
+        keys = [key_column(axis.key, axis.unit) for axis in table.axes]
+        _write_violations(folder, keys, table.rows, own.approach)
 
 
-def _case_columns(table: Table) -> list[Iterable[str]]:
-    """Return the cells of a table of cases by columns."""
-    rows = table.rows
-    return [
-        [row.approach for row in rows],
-        *_key_columns(table, rows),
-        [format_cell(row.F_fk) for row in rows],
-        [format_cell(row.F_fs) for row in rows],
-        *metric_columns(rows, METRIC_COLUMNS),
-        [row.status for row in rows],
-        *metric_columns(rows, optional_metrics(table)),
-        *_interval_columns(table),
-    ]
+def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
+    """Write ensemble.csv: all metrics of every seed, and the hash of its base motion."""
+    names = [name for name in requested_metrics(result.scenario) if name != "closure"]
+    columns = [SEED_COLUMN, *map(metric_column, names), STATUS_COLUMN, HASH_COLUMN]
+    write_cases(folder / "ensemble.csv", columns, result.rows)
 
 
-def _key_columns(table: Table, rows: Sequence[Row]) -> list[list[str]]:
-    return [[format_cell(row.point.get(axis.key)) for row in rows] for axis in table.axes]
+def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
+    """Write stroke_violations.csv: the seeds that exceed the stroke limit, if any."""
+    if any(row.metrics.get("violations") for row in result.rows):
+        _write_violations(folder, [SEED_COLUMN], result.rows, result.scenario.label)
 
 
-def metric_columns(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
-    """Return the cells of some metrics by columns."""
-    return [[format_cell(row.metrics.get(name)) for row in rows] for name in metrics]
+def _write_violations(
+    folder: Path, keys: Sequence[Column], rows: Sequence[Row], approach: str
+) -> None:
+    """Write stroke_violations.csv: the rows of one approach that exceed the stroke limit."""
+    names = zip(VIOLATION_METRICS, VIOLATION_COLUMNS, strict=True)
+    columns = [*keys, *(metric_column(metric, name) for metric, name in names)]
+    write_cases(
+        folder / "stroke_violations.csv",
+        columns,
+        rows,
+        lambda batch: (batch.metrics["violations"] > 0) & (batch.approach == approach),
+    )
 
 
-def _interval_columns(table: Table) -> list[list[str]]:
-    """Return the cells of the confidence intervals by columns."""
-    names, rows = interval_metrics(table), table.rows
-    if not names:
-        return []
-    widths = [[format_cell(row.half_widths.get(name)) for row in rows] for name in names]
-    return [[str(row.seeds) for row in rows], *widths]
+def write_cases(
+    file: Path,
+    columns: Sequence[Column],
+    rows: Sequence[Row],
+    selected: Callable[[Batch], NDArray[np.bool_]] | None = None,
+) -> None:
+    """Write columns of many cases as CSV; of all cases, or of those that are selected."""
+
+    def blocks() -> Iterator[bytes]:
+        # The batches of a small table may hold a single case each; its rows are cached.
+        large = len(rows) > MAX_CACHED_ROWS
+        for batch in as_batches(rows) if large else group_batches(rows):
+            part = slice(None) if selected is None else selected(batch)
+            yield format_rows([_case_cells(column, batch, part) for column in columns])
+
+    write_csv(file, [column.header for column in columns], blocks())
 
 
-def _case_block(batch: Batch, keys: Sequence[str], optional: Sequence[str]) -> CaseBlock:
-    """Return a block of cases as columns of numbers; NaN for a key that the approach lacks."""
-    lacking = np.full(len(batch), np.nan)
-    points = [batch.points.get(key, lacking) for key in keys]
-    named = [batch.metrics[name] for name in (*METRIC_COLUMNS, *optional)]
-    whole = [column.dtype.kind == "i" for column in points]
-    counts = [name in COUNT_METRICS for name in (*METRIC_COLUMNS, *optional)]
-    numbers = np.array([*points, batch.F_fk, batch.F_fs, *named], dtype=float)
-    return CaseBlock(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
+def _case_cells(column: Column, batch: Batch, part: slice | NDArray[np.bool_]) -> Values:
+    values = column.values(batch)
+    if not isinstance(values, np.ndarray):
+        return values
+    whole = column.whole or values.dtype.kind == "i"
+    return format_counts(values[part]) if whole else values[part]
 
 
 # Cases as Parquet.
@@ -321,68 +390,91 @@ def write_transmissibility_parquet(table: Table, folder: Path) -> None:
     """Write the cases of a sweep as a dataset, with the columns of transmissibility.csv."""
     import pyarrow.parquet
 
+    columns = case_columns(table)[1:]  # the approach is in the path
+    if _has_means(table):  # of counts, too
+        columns = [column._replace(whole=False) for column in columns]
     for batch in as_batches(table.rows):
         place = folder / PARQUET_FOLDER / f"approach={batch.approach}"
         place.mkdir(parents=True, exist_ok=True)
         file = place / f"{batch.first:012d}.parquet"
-        pyarrow.parquet.write_table(_arrow_table(table, batch), file)
+        pyarrow.parquet.write_table(_arrow_table(columns, batch), file)
 
 
-def _arrow_table(table: Table, batch: Batch) -> Any:
-    """Return a block of cases as an Arrow table, the unit of each column in its metadata."""
+def _arrow_table(columns: Sequence[Column], batch: Batch) -> Any:
+    """Return a batch as an Arrow table, the unit of each column in its metadata."""
     import pyarrow
 
-    fields, columns = [], []
-    means = interval_metrics(table)
-
-    def put(name: str, unit: str, values: Any, kind: Any, missing: Any = None) -> None:
+    fields, arrays = [], []
+    for name, unit, values_of, whole in columns:
+        values, kind, missing = values_of(batch), pyarrow.string(), None
+        if isinstance(values, np.ndarray):
+            kind, missing = pyarrow.float64(), np.isnan(values)
+            if whole or values.dtype.kind == "i":
+                kind, values = pyarrow.int64(), np.where(missing, 0, values).astype(np.int64)
         fields.append(pyarrow.field(name, kind, metadata={"unit": unit or "-"}))
-        columns.append(pyarrow.array(values, kind, mask=missing))
+        arrays.append(pyarrow.array(values, kind, mask=missing))
+    return pyarrow.table(arrays, schema=pyarrow.schema(fields))
 
-    for axis in table.axes:
-        column = batch.points.get(axis.key)
-        whole = column is not None and column.dtype.kind == "i"
-        kind = pyarrow.int64() if whole else pyarrow.float64()
-        lacking = np.ones(len(batch), dtype=bool) if column is None else None
-        values = np.zeros(len(batch)) if column is None else column
-        put(axis.key, axis.unit, values, kind, lacking)
-    for name in FORCE_COLUMNS:
-        put(name, COLUMN_UNITS[name], getattr(batch, name), pyarrow.float64())
-    for name in (*METRIC_COLUMNS, *optional_metrics(table)):
-        values = batch.metrics[name]
-        missing = np.isnan(values)
-        if name in COUNT_METRICS:
-            values = np.where(missing, 0, values).astype(np.int64)
-        kind = pyarrow.int64() if name in COUNT_METRICS else pyarrow.float64()
-        put(name, COLUMN_UNITS[name], values, kind, missing)
-    words = [STATUSES[code] for code in batch.status.tolist()]
-    put("status", "", words, pyarrow.string())
-    known = [batch.over.get(i) for i in range(len(batch))] if means else []
-    if means:
-        put("seeds", "", [one.count if one else 1 for one in known], pyarrow.int64())
-    for name in means:
-        widths = [one.half_widths.get(name) if one else None for one in known]
-        put(f"{name}_half_width", COLUMN_UNITS[name], widths, pyarrow.float64())
-    return pyarrow.table(columns, schema=pyarrow.schema(fields))
+
+# Benches.
+
+
+BENCH_COLUMNS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
+LAST_BENCH_COLUMNS = ("time_over_lfilter", "samples", "repeats")
+"""Columns of numbers, before and after the verdict."""
+
+
+def write_speed_error_csv(bench: Bench, folder: Path) -> None:
+    """Write speed_error.csv: a row per entry and case."""
+    headers = [
+        "approach", "setting", *map(column_header, BENCH_COLUMNS), "verdict",
+        "case", *map(column_header, LAST_BENCH_COLUMNS),
+    ]  # fmt: skip
+    rows = []
+    for panel in bench.cases:
+        for one in panel.scores:
+            before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
+            rows.append(
+                [
+                    one.approach,
+                    quote_cell(one.setting),
+                    *map(format_cell, before),
+                    quote_cell(one.verdict),
+                    panel.scenario.name,
+                    *map(format_cell, (one.ratio, one.samples, one.repeats)),
+                ]
+            )
+    write_csv(folder / "speed_error.csv", headers, [join_columns(zip(*rows, strict=True))])
+
+
+def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
+    """Write hard_cases.csv: a row per approach and case."""
+    from drysim.bench.hard_cases import COMPARED_METRICS
+
+    deviations = [f"{metric}_deviation" for metric in COMPARED_METRICS]
+    numbers = [*deviations, "checks", "passed", "time"]
+    headers = ["case", "approach", "verdict", "how", *map(column_header, numbers)]
+    rows = []
+    for case in result.cases:
+        for one in case.results:
+            off = [format_cell(one.deviations.get(metric)) for metric in COMPARED_METRICS]
+            counts = [str(one.checks), str(one.passed), str(one.time)]
+            words = [case.scenario.name, one.approach, one.verdict, quote_cell(one.reason)]
+            rows.append([*words, *off, *counts])
+    write_csv(folder / "hard_cases.csv", headers, [join_columns(zip(*rows, strict=True))])
+
+
+def quote_cell(words: str) -> str:
+    """Return text as a CSV cell on one line, quoted if it has a comma or a quote."""
+    words = " ".join(words.split())
+    return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words
 
 
 # Rows of CSV.
 
 
-class SeriesBlock(NamedTuple):
-    """Columns of numbers, and the index of the text in each row; all of shape (n,)."""
-
-    numbers: Sequence[NDArray[np.float64]]
-    codes: NDArray[np.generic]
-
-
-class CaseBlock(NamedTuple):
-    """Cases of one approach as columns of numbers, shape (columns, n); NaN where missing."""
-
-    approach: str
-    numbers: NDArray[np.float64]
-    whole: Sequence[bool]
-    status: NDArray[np.int8]
+Values = NDArray[Any] | list[bytes]
+"""A column: numbers, or text as cells."""
 
 
 def write_csv(file: Path, headers: Sequence[str], blocks: Iterable[bytes]) -> None:
@@ -392,43 +484,13 @@ def write_csv(file: Path, headers: Sequence[str], blocks: Iterable[bytes]) -> No
         out.writelines(blocks)
 
 
-def format_series(
-    blocks: Iterable[SeriesBlock], words: Sequence[str], place: int
-) -> Iterator[bytes]:
-    """Yield blocks as CSV rows, in order; a text of `words` follows `place` numbers."""
-    for block in blocks:
-        parts = [format_numbers(block.numbers[:place]), format_words(words, block.codes)]
-        if block.numbers[place:]:
-            parts.append(format_numbers(block.numbers[place:]))
-        yield join_rows(parts)
-
-
-def format_cases(
-    blocks: Iterable[CaseBlock], words: Sequence[str], place: int
-) -> Iterator[bytes]:
-    """Yield blocks of cases as CSV rows, in order; `words` and `place` describe the status."""
-    for block in blocks:
-        columns = list(zip(block.numbers, block.whole, strict=True))
-        yield join_rows(
-            [
-                repeat(block.approach.encode(), len(block.status)),
-                *_format_columns(columns[:place]),
-                format_words(words, block.status),
-                *_format_columns(columns[place:]),
-            ]
-        )
-
-
-def _format_columns(
-    columns: Iterable[tuple[NDArray[np.float64], bool]],
-) -> Iterator[list[bytes]]:
-    """Yield the text of columns, each with whether it holds whole numbers, in order."""
-    for whole, group in groupby(columns, key=itemgetter(1)):
-        numbers = [values for values, _ in group]
-        if whole:
-            yield from map(format_counts, numbers)
-        else:
-            yield format_numbers(numbers)
+def format_rows(columns: Iterable[Values]) -> bytes:
+    """Return columns of floats and of cells as CSV rows."""
+    parts: list[Iterable[bytes]] = []
+    for is_number, group in groupby(columns, key=lambda column: isinstance(column, np.ndarray)):
+        neighbours: list[Any] = [*group]
+        parts += [format_numbers(neighbours)] if is_number else neighbours
+    return join_rows(parts)
 
 
 def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
@@ -442,9 +504,12 @@ def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
     return text[2:-2].replace(b"null", b"").split(b"],[") if len(table) else []
 
 
-def format_counts(values: NDArray[np.float64]) -> list[bytes]:
-    """Return whole numbers as cells; NaN is an empty cell."""
-    return [b"" if value != value else b"%d" % value for value in values.tolist()]
+def format_counts(values: NDArray[Any]) -> list[bytes]:
+    """Return counts as cells; NaN is an empty cell, and a mean of counts may have decimals."""
+    return [
+        b"" if value != value else format_cell(value).encode() if value % 1 else b"%d" % value
+        for value in values.tolist()
+    ]
 
 
 def format_words(words: Sequence[str], codes: NDArray[np.generic]) -> list[bytes]:

@@ -292,10 +292,11 @@ class Rows(LazySequence[Row]):
 
 def as_batches(rows: Iterable[Row]) -> Iterable[Batch]:
     """Return rows as batches, each of one approach."""
-    return rows.batches if isinstance(rows, Rows) else _group_batches(rows)
+    return rows.batches if isinstance(rows, Rows) else group_batches(rows)
 
 
-def _group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
+def group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
+    """Yield rows as batches of up to `ROWS_PER_BATCH` rows of one approach."""
     first = 0
     for _, group in groupby(rows, key=lambda row: (row.approach, tuple(row.point))):
         several = list(group)
