@@ -254,6 +254,8 @@ class Metric(NamedTuple):
         Whether it is in every table of cases; others are there if the scenario asks for them.
     with_interval : bool
         Whether tables also have its confidence interval, where it is a mean over seeds.
+    with_quantiles : bool
+        Whether its quantiles over the cases are in drysim.json.
     """
 
     name: str
@@ -265,6 +267,7 @@ class Metric(NamedTuple):
     by_side: bool = False
     in_tables: bool = False
     with_interval: bool = False
+    with_quantiles: bool = False
 
 
 METRICS = (
@@ -284,6 +287,7 @@ METRICS = (
         lambda m: ratio(m.a_x, m.a_u),
         in_tables=True,
         with_interval=True,
+        with_quantiles=True,
     ),
     Metric(
         "T_x",
@@ -292,6 +296,7 @@ METRICS = (
         lambda m: ratio(m.x_r, m.u),
         in_tables=True,
         with_interval=True,
+        with_quantiles=True,
     ),
     Metric(
         "x_r_rms",
@@ -308,6 +313,7 @@ METRICS = (
         lambda m: m.peak,
         in_tables=True,
         with_interval=True,
+        with_quantiles=True,
     ),
     Metric(
         "x_r_max",
@@ -345,6 +351,7 @@ METRICS = (
         kind=SHARE,
         in_tables=True,
         with_interval=True,
+        with_quantiles=True,
     ),
     Metric(
         "chatter_share",
@@ -475,6 +482,7 @@ METRICS = (
         "weighted RMS acceleration of the mass, ISO 2631-1, times k",
         lambda m: m.weighted.a_w,
         (WEIGHTING,),
+        with_quantiles=True,
     ),
     Metric(
         "SEAT",
@@ -482,6 +490,7 @@ METRICS = (
         "seat effective amplitude transmissibility: a_w of the mass over that of the base",
         lambda m: ratio(m.weighted.a_w, m.weighted.base_a_w),
         (WEIGHTING,),
+        with_quantiles=True,
     ),
     Metric(
         "VDV",

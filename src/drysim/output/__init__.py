@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
-from drysim.output.folder import SCENARIO_FILE, LockedFolder, write_folder
+from drysim.output.folder import PICTURES, SCENARIO_FILE, LockedFolder, write_folder
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import is_resumable as is_resumable
 from drysim.output.folder import lock_partial as lock_partial
@@ -67,9 +67,6 @@ RUN_WRITERS = (
 )
 """Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
-RUN_PLOTS = ("response.response", "spectra.spectra", "spectra.bands")
-"""The same in `drysim.plots`, as module and function; `--no-plots` omits them."""
-
 
 def write_run(
     outcome: Outcome, folder: Path, *, plots: bool, command: str, exit_code: int
@@ -98,7 +95,7 @@ def write_run(
     OutputError
         The folder was not written by drysim, or cannot be written.
     """
-    writers = RUN_WRITERS + _plot_writers(RUN_PLOTS * plots)
+    writers = RUN_WRITERS + _plot_writers("run", plots)
     return write_folder(outcome, folder, writers, sidecar.run_fields, command, exit_code)
 
 
@@ -111,7 +108,7 @@ def write_ensemble(
     exit_code: int,
 ) -> dict[str, Any]:
     """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
-    writers = (
+    writers: tuple[Callable[[Any, Path], None], ...] = (
         write_scenario_yaml,
         tables.write_ensemble_csv,
         _for_shown_seed(tables.write_response_csv),
@@ -120,11 +117,9 @@ def write_ensemble(
         _for_shown_seed(tables.write_spectra_csv),
         _for_shown_seed(tables.write_bands_csv),
     )
-    if plots and exit_code != EXIT_INTERRUPTED:
-        writers += (
-            *_plot_writers(("ensemble.ensemble",)),
-            *map(_for_shown_seed, _plot_writers(RUN_PLOTS)),
-        )
+    drawn = plots and exit_code != EXIT_INTERRUPTED
+    writers += _plot_writers("ensemble", drawn)
+    writers += tuple(map(_for_shown_seed, _plot_writers("run", drawn)))
     return write_folder(ensemble, folder, writers, sidecar.ensemble_fields, command, exit_code)
 
 
@@ -157,7 +152,7 @@ def write_table(
         write_scenario_yaml,
         cases,
         tables.write_case_violations_csv,
-        *_plot_writers(("sweep.transmissibility", "sweep.stroke") * drawn),
+        *_plot_writers("sweep", drawn),
     )
     return write_folder(table, folder, writers, sidecar.table_fields, command, exit_code)
 
@@ -174,7 +169,7 @@ def write_comparison(
     writers = (
         write_shared_yaml,
         tables.write_comparison_csv,
-        *_plot_writers(("comparison.comparison",) * plots),
+        *_plot_writers("comparison", plots),
     )
     return write_folder(
         comparison, folder, writers, sidecar.comparison_fields, command, exit_code
@@ -188,7 +183,7 @@ def write_bench(
     writers = (
         write_bench_yaml,
         tables.write_speed_error_csv,
-        *_plot_writers(("speed_error.speed_error",) * plots),
+        *_plot_writers("bench", plots),
     )
     return write_folder(bench, folder, writers, sidecar.bench_fields, command, exit_code)
 
@@ -206,13 +201,10 @@ def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensembl
     return lambda result, folder: write(result.shown, folder)
 
 
-def _plot_writers(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
-    """Return drawing functions of `drysim.plots` by name, such as `sweep.stroke`.
-
-    Their modules are imported only if there are pictures.
-    """
+def _plot_writers(kind: str, drawn: bool) -> tuple[Callable[[Any, Path], None], ...]:
+    """Return the drawing functions of a kind of result; imports no module if none is drawn."""
     found = []
-    for name in names:
+    for name in PICTURES[kind] if drawn else ():
         module, function = name.split(".")
         found.append(getattr(import_module(f"drysim.plots.{module}"), function))
     return tuple(found)

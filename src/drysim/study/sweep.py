@@ -28,7 +28,7 @@ from drysim.study.plan import (
     can_solve_together,
     solve_range,
 )
-from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
+from drysim.study.run import count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,
     Batch,
@@ -153,12 +153,11 @@ def solve_cases(
     finished: BatchCallback = ignore_batch,
 ) -> Iterator[tuple[CaseRange, Batch]]:
     """Yield each range of these sweeps with its batch, as `solve_ranges` does."""
-    ranges, motions = CaseRanges(scenarios), MotionCache.starting_with(case)
-    cancelled, threads = Event(), worker_count(workers)
+    plan, cancelled, threads = Plan.of(scenarios, case), Event(), worker_count(workers)
     case_workers = Workers.at(case, threads, count_cases(scenarios), cancelled.is_set)
-    solve_one = partial(solve_range, motions=motions, case_workers=case_workers)
+    solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
     try:
-        yield from solve_ranges(ranges, solve_one, threads, store, finished)
+        yield from solve_ranges(plan.ranges, solve_one, threads, store, finished)
     finally:
         cancelled.set()
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Samples, Sines, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
-from drysim.metrics.table import Metrics
+from drysim.metrics.table import METRICS, Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
 from drysim.study.outcome import count_verdicts, exit_code, format_metric_ranges, format_repr
@@ -153,9 +153,6 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
 
 # Statistics of the cases of one approach, updated batch by batch.
 
-QUANTILE_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
-"""Metrics whose quantiles are gathered."""
-
 
 class Extreme(NamedTuple):
     """Least or greatest value of a metric, and its row."""
@@ -190,7 +187,7 @@ class Tally:
         Least and greatest value of each metric over the cases with numbers; the first case wins
         a tie.
     quantiles : dict
-        `Quantiles` of the `QUANTILE_METRICS` over the cases with numbers.
+        `Quantiles` over the cases with numbers, of the metrics `with_quantiles`.
     worst : Row or None
         The case that exceeds its stroke limit by most.
     seeds : SeedSummary or None
@@ -207,7 +204,9 @@ class Tally:
     lost: dict[str, Count] = field(default_factory=dict)
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
     quantiles: dict[str, Quantiles] = field(
-        default_factory=lambda: {name: Quantiles() for name in QUANTILE_METRICS}
+        default_factory=lambda: {
+            metric.name: Quantiles() for metric in METRICS if metric.with_quantiles
+        }
     )
     worst: Row | None = None
     seeds: SeedSummary | None = None
