@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from drysim import wording
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.response import draw as draw_response
 from drysim.plots.sweep import draw_transmissibility as draw_sweep
@@ -57,8 +56,8 @@ def headed(figure):
 @pytest.mark.parametrize(("excitation", "words"), GENERATED.items())
 def test_generated_motion_is_told_by_its_data_in_runs_and_sweeps(seat, excitation, words):
     base = seat(excitation).excitation
-    assert wording.describe_excitation(base, base.motion(5e-3, 1.0)).startswith(f"{words}, ")
-    shared = wording.describe_swept_excitation(base, ["friction.kinetic"])
+    assert base.describe(base.motion(5e-3, 1.0)).startswith(f"{words}, ")
+    shared = base.describe_swept(["friction.kinetic"])
     assert shared == words + ASKED.get(base.kind, ", 2 s")
 
 
@@ -79,7 +78,7 @@ def test_what_is_swept_of_a_generated_motion_is_not_told_as_shared(
     seat, excitation, swept, words
 ):
     base = seat(list(GENERATED)[excitation]).excitation
-    assert wording.describe_swept_excitation(base, [swept]) == words
+    assert base.describe_swept([swept]) == words
 
 
 def test_pictures_of_run_sweep_and_comparison_name_class_and_length(seat):

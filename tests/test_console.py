@@ -416,9 +416,9 @@ def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
 
 
 def test_base_motion_that_all_cases_share_is_told(capsys):
-    table = replace(sweep(*axes(force=[0, 15])), motion=record(700))
+    table = replace(sweep(*axes(force=[0, 15]), kind="record"), motion=record(700))
     many.show_table(table)
-    assert "base        harmonic road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
+    assert "base        record road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
 
 
 def test_stroke_violations_are_counted_with_how_much(capsys):

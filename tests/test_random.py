@@ -29,7 +29,6 @@ from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.study.ensemble import run
 from drysim.units import convert
-from drysim.wording import describe_excitation
 
 # Random base motion: its spectrum, its level, its displacement, and what is refused.
 
@@ -403,7 +402,7 @@ def test_recalled_rms_is_said_to_be_recalled():
 
 
 def test_class_and_proof_are_printed():
-    words = describe_excitation(one := standard("EM6"), one.motion(STEP))
+    words = (one := standard("EM6")).describe(one.motion(STEP))
     assert words.startswith("standard EM6, 24001 samples at 400 Hz, 60 s, 1.65 m/s² RMS")
     assert "(requested: 1.65), PSD error up to 0." in words
 

@@ -17,6 +17,8 @@ from drysim.core.model import (
     Samples,
     Sines,
 )
+from drysim.excitation.harmonic import Harmonic, Rest, SineSum
+from drysim.excitation.recorded import Record
 from drysim.wording import describe_oscillator
 
 
@@ -115,26 +117,19 @@ def test_friction_says_when_the_static_limit_was_not_given():
     assert varied == "F_fk 15 N, F_fs 15 N, both ± 40 % at 1.7 Hz"
 
 
-def base(kind):
-    """Return an excitation with a given motion."""
-    return SimpleNamespace(kind=kind, description=lambda varied=(): "")
-
-
 def test_excitation_is_told_by_what_moves_the_base():
-    assert (
-        wording.describe_excitation(base("rest"), Sines((), (), ()))
-        == "rest, the base stands still"
-    )
-    sine = Sines((2**0.5,), (1.6,), (0.0,))
-    assert wording.describe_excitation(base("harmonic"), sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
+    assert Rest(kind="rest").describe(Sines((), (), ())) == "rest, the base stands still"
+    harmonic = Harmonic(kind="harmonic", frequency=1.6, rms=1.0)
+    assert harmonic.describe(harmonic.motion()) == "harmonic 1.6 Hz, 1 m/s² RMS"
+    sines = SineSum(kind="sines", components=[{"frequency": 1, "rms": 1}])
     two = Sines((3.0, 4.0), (0.5, 5.0), (0.0, 0.0))
     description = "sines, 2 components, 0.5 to 5 Hz, 3.536 m/s² RMS"
-    assert wording.describe_excitation(base("sines"), two) == description
+    assert sines.describe(two) == description
     opposed = Sines((1.0, 1.0, 2.0), (1.0, 1.0, 2.0), (0.0, pi, 0.0))
-    assert wording.describe_excitation(base("sines"), opposed).endswith(", 1.414 m/s² RMS")
+    assert sines.describe(opposed).endswith(", 1.414 m/s² RMS")
     series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
     assert (
-        wording.describe_excitation(base("record"), series)
+        Record(kind="record", file="a\x1b.csv").describe(series)
         == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s, 0 m/s² RMS, linear between samples"
     )
 

@@ -8,7 +8,6 @@ describes all cases of a sweep omits what varies from case to case.
 from __future__ import annotations
 
 import re
-from cmath import rect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import floor, log10, pi, sqrt
 from typing import NamedTuple, Protocol
@@ -23,8 +22,6 @@ from drysim.core.model import (
     Samples,
     Sines,
     StrokeLimits,
-    integrate_base_squares,
-    mean_and_std,
 )
 
 SIGNIFICANT_DIGITS = 4
@@ -157,102 +154,7 @@ def format_unit(unit: str) -> str:
     return "" if unit == "-" else unit.replace("*", "·")
 
 
-# Base motion.
-
-
-NOTABLE_MEAN = 0.1
-"""Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
-
-
-class ExcitationLike(Protocol):
-    """An excitation as seen by this module: its kind, and the base motion it generates."""
-
-    @property
-    def kind(self) -> str:
-        """Kind of excitation, as in the scenario."""
-
-    @property
-    def periodic(self) -> bool:
-        """Whether the motion is a sum of sines."""
-
-    @property
-    def has_own_end(self) -> bool:
-        """Whether the motion has a length of its own."""
-
-    def motion(self) -> Sines | Samples:
-        """Return the base motion."""
-
-    def description(self, varied: Collection[str] = ()) -> str:
-        """Return a description by keys, without those that vary."""
-
-
-def describe_excitation(
-    base: ExcitationLike, motion: Sines | Samples, level: bool = True
-) -> str:
-    """Return a description of the base motion: kind, parameters, samples or frequencies, RMS.
-
-    Parameters
-    ----------
-    base : ExcitationLike
-    motion : Sines or Samples
-    level : bool, optional
-        Whether to include the RMS of a record.
-    """
-    kind = f"{base.kind} {base.description()}".strip()
-    if isinstance(motion, Samples):
-        length = (len(motion.u_dd) - 1) * motion.dt
-        scale = _format_scale(motion.realised.get("scale", 1.0))
-        files = "".join(f" {sanitise(source.file)}{scale}" for source in motion.inputs)
-        grid = f"{len(motion.u_dd)} samples at {format_number(1 / motion.dt, 'Hz')}"
-        description = (
-            _describe_level(motion) if level and motion.inputs else ""
-        ) + _describe_realised(motion)
-        return f"{kind}{files}, {grid}, {format_number(length, 's')}{description}"
-    if not motion.A:
-        return f"{kind}, the base stands still"
-    count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return (
-        f"{kind}{count} {_format_band(motion)}, "
-        f"{format_number(_rms_of_sines(motion), 'm/s² RMS')}"
-    )
-
-
-def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> str:
-    """Return what the base motions of a sweep have in common.
-
-    Parameters
-    ----------
-    base : ExcitationLike
-    swept : collection of str
-        Dotted keys that vary; what they determine is omitted.
-    """
-    keys = [key.removeprefix("excitation.") for key in swept if key.startswith("excitation.")]
-    varied = {key.rpartition(".")[2] for key in keys}
-    words = f"{base.kind} {base.description(keys)}".strip()
-    if hasattr(base, "named"):
-        scale = 1.0 if "scale" in varied else getattr(base, "scale", 1.0)
-        words += f" {sanitise(base.named)}{_format_scale(scale)}"
-    if not base.periodic:
-        return words + "".join(f", {each}" for each in _describe_requested(base, varied))
-    motion = base.motion()
-    assert isinstance(motion, Sines), "an excitation with frequencies must be a sum of sines"
-    band = f" {_format_band(motion)}" if motion.A and "frequency" not in varied else ""
-    level = motion.A and not varied & {"rms", "amplitude", "phase"}
-    return (
-        words
-        + band
-        + (f", {format_number(_rms_of_sines(motion), 'm/s² RMS')}" if level else "")
-    )
-
-
-def _describe_requested(base: ExcitationLike, varied: Collection[str]) -> Iterator[str]:
-    """Yield requested duration and level of a generated motion, unless swept."""
-    if base.has_own_end and hasattr(base, "duration") and "duration" not in varied:
-        yield format_number(base.duration, "s")
-    for key, words in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
-        level = getattr(base, key, None) if base.has_own_end else None
-        if level is not None and key not in varied:
-            yield format_number(level, words)
+# Cleaning of records.
 
 
 def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
@@ -263,58 +165,6 @@ def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None)
     force_record = None if law is None else law.force_record
     force = force_record.clean_up if force_record else ()
     return description + [f"normal force: {sanitise(str(step['sentence']))}" for step in force]
-
-
-def _format_scale(scale: object) -> str:
-    """Return the factor on the samples of a record; empty for 1."""
-    assert isinstance(scale, float), "a factor must be a number"
-    return "" if scale == 1.0 else f" times {format_number(scale)}"
-
-
-def _describe_level(motion: Samples) -> str:
-    """Return the RMS of a record, and its mean where that contributes to the RMS."""
-    end = (len(motion.u_dd) - 1) * motion.dt
-    square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
-    mean = mean_and_std(motion.u_dd)[0]
-    spread = sqrt(max(0.0, square - mean**2))
-    level = f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
-    if abs(mean) <= NOTABLE_MEAN * spread:
-        return level
-    return (
-        f"{level}; mean {format_number(mean, 'm/s²')}, "
-        f"{format_number(spread, 'm/s² RMS')} about it"
-    )
-
-
-def _describe_realised(motion: Samples) -> str:
-    """Return the realised properties of a generated signal beside the requested ones."""
-    words = []
-    for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
-        found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
-        if isinstance(found, float) and isinstance(asked, float):
-            words.append(f"{format_number(found, unit)} (requested: {format_number(asked)})")
-    error = motion.realised.get("psd_error")
-    if isinstance(error, float):
-        words.append(f"PSD error up to {format_percent(error)} of its peak")
-    return "".join(f", {word}" for word in words)
-
-
-def _format_band(motion: Sines) -> str:
-    """Return the frequency of a sine, or the range of several."""
-    low, high = min(motion.f), max(motion.f)
-    return (
-        format_number(low, "Hz")
-        if low == high
-        else f"{format_number(low)} to {format_number(high, 'Hz')}"
-    )
-
-
-def _rms_of_sines(motion: Sines) -> float:
-    """Return the RMS of a sum of sines, adding sines of equal frequency with their phases."""
-    sums: dict[float, complex] = {}
-    for A, f, phase in zip(*motion, strict=True):
-        sums[f] = sums.get(f, 0.0) + rect(A, phase)
-    return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
 
 
 # Sweeps: axes and cases.

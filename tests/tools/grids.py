@@ -68,15 +68,17 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     return Row(point, approach, law.F_fk, law.F_fs, metrics)
 
 
-def sweep(*swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, **words):
-    """Return the table of a harmonic sweep, the reference last."""
+def sweep(
+    *swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, kind="harmonic", **words
+):
+    """Return the table of a sweep, the reference last."""
     rows = [orbit_row("stick-slip", point, force, ratio, limit) for point in points(swept)]
     rest = tuple(axis for axis in swept if axis.key != FORCE)
     if reference:
         rows += [orbit_row(reference, point, force, ratio, limit) for point in points(rest)]
     asked = {"sweep": swept, "reference": reference}
     asked["with_approach"] = lambda _: SimpleNamespace(sweep=rest)
-    scene = stand_in("harmonic", limit, CoulombLaw(force, force * ratio), **asked)
+    scene = stand_in(kind, limit, CoulombLaw(force, force * ratio), **asked)
     return Table(scene, swept, tuple(rows), **words)
 
 

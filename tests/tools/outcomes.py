@@ -10,6 +10,9 @@ import numpy as np
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import CoulombLaw, Input, Plant, Samples, Sines, State, StrokeLimits
 from drysim.errors import WarningMessage
+from drysim.excitation.harmonic import Harmonic, Rest
+from drysim.excitation.random import Psd
+from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.table import measure
 from drysim.scenario.blocks import Stroke
@@ -18,6 +21,15 @@ from drysim.study.outcome import Outcome
 PAPER = Plant(75.0, 7500.0, 500.0)
 SINE = Sines((1.5,), (1.6,), (0.0,))
 STICKY = CoulombLaw(45.0, 54.0)
+
+
+DESCRIBED = {
+    "harmonic": Harmonic(kind="harmonic", frequency=1.6, amplitude=1.5),
+    "psd": Psd(kind="psd", points=[[1, 1], [8, 1]], duration=10.0, seed=1),
+    "record": Record(kind="record", file="road.csv"),
+    "rest": Rest(kind="rest"),
+}
+"""Excitations that describe the base motion of a stand-in."""
 
 
 def noise(n, rms=1.0):
@@ -52,7 +64,8 @@ def stand_in(kind, limit=None, law=STICKY, **words):
             periodic=False,
             has_own_end=False,
             frequencies=(),
-            description=lambda varied=(): "",
+            describe=DESCRIBED[kind].describe,
+            describe_swept=DESCRIBED[kind].describe_swept,
         ),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,

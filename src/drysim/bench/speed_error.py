@@ -202,7 +202,7 @@ def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     """Yield labels and text that describe a work and the time of the filter."""
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
     yield from wording.describe_scene(work.plant, work.law, defaulted, terms)
-    yield "base", wording.describe_excitation(work.scenario.excitation, work.motion)
+    yield "base", work.scenario.excitation.describe(work.motion)
     length = format_number(work.end, "s")
     yield (
         "work",
@@ -476,7 +476,7 @@ def describe_steady_work(
     yield from wording.describe_scene(
         case.plant, case.law, defaulted, terms, varied, shared, scenario.ratios
     )
-    yield "base", wording.describe_swept_excitation(scenario.excitation, varied)
+    yield "base", scenario.excitation.describe_swept(varied)
     for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"

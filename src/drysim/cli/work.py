@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from drysim import wording
 from drysim.cli import process
 from drysim.errors import EXIT_INTERRUPTED, UsageError
 from drysim.study.statistics import max_seeds, stopping_rule
@@ -193,8 +192,8 @@ def describe_base(case: Case) -> str:
     """Describe the base motion; the RMS of a record shows whether its unit is right."""
     excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
-        return wording.describe_swept_excitation(excitation, varied)
-    return wording.describe_excitation(excitation, case.motion)
+        return excitation.describe_swept(varied)
+    return excitation.describe(case.motion)
 
 
 def describe_seeds(case: Case) -> str:

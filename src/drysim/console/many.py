@@ -214,10 +214,10 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     )
     motion = None if any(key.startswith("excitation.") for key in varied) else table.motion
     if motion:
-        yield "base", wording.describe_excitation(base, motion)
+        yield "base", base.describe(motion)
         yield from clean_up_lines(wording.describe_clean_up(motion))
     else:
-        yield "base", wording.describe_swept_excitation(base, varied)
+        yield "base", base.describe_swept(varied)
     if found := own.seeds:
         first: int = getattr(base, "seed", 1)
         drawn = range(first, first + found.most)

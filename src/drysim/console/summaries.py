@@ -102,7 +102,7 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     peak = outcome.metrics["x_r_peak"]
     terms = scenario.terms
     yield from wording.describe_scene(response.plant, response.law, defaulted, terms, peak=peak)
-    yield "base", wording.describe_excitation(scenario.excitation, response.motion)
+    yield "base", scenario.excitation.describe(response.motion)
     yield from clean_up_lines(wording.describe_clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:

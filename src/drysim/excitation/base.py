@@ -1,22 +1,26 @@
 """Base classes of excitations, and periodic signals from their spectra.
 
-`ExcitationBase` declares what every excitation provides. `GeneratedMotion` is sampled on the
+`ExcitationBase` declares what every excitation provides, and describes it for all outputs, in
+words on one line. `PeriodicMotion` is a sum of sines. `GeneratedMotion` is sampled on the
 grid of solver.step and checks that the grid suits its corners and its highest frequency.
 `periodic_signals` computes the inverse FFT of spectra, in threads for long signals.
 """
 
 from __future__ import annotations
 
+from cmath import rect
 from collections.abc import Callable, Collection, Iterable
-from typing import Annotated, ClassVar, TypeVar
+from math import sqrt
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from drysim import system
-from drysim.core.model import MAX_CACHED, Samples
+from drysim.core.model import MAX_CACHED, Samples, Sines
 from drysim.units import Block, InvalidValue, Quantity
+from drysim.wording import format_number, format_percent
 
 Floats = NDArray[np.float64]
 
@@ -40,15 +44,105 @@ class ExcitationBase(Block):
         """Frequencies of the sines [Hz]; empty unless `periodic`."""
         return ()
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Kind of excitation, a field of every subclass."""
+
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return a short text for the parameters, e.g. `C at 10 m/s` for a road.
 
         Parameters
         ----------
         varied : collection of str
-            Keys varied by a sweep; they are left out.
+            Keys of the excitation that a sweep varies; they are left out.
         """
         return ""
+
+    def describe(self, motion: Sines | Samples, level: bool = True) -> str:
+        """Return a description: kind, parameters, samples or frequencies, RMS.
+
+        Parameters
+        ----------
+        motion : Sines or Samples
+            The base motion of this excitation.
+        level : bool, optional
+            Whether to include the RMS of a record.
+        """
+        words = f"{self.kind} {self.parameters()}".strip()
+        return words + self._describe_motion(motion, level)
+
+    def describe_swept(self, swept: Collection[str]) -> str:
+        """Return a description of what the base motions of a sweep have in common.
+
+        Parameters
+        ----------
+        swept : collection of str
+            Dotted keys that vary; what they determine is omitted.
+        """
+        prefix = "excitation."
+        varied = [key.removeprefix(prefix) for key in swept if key.startswith(prefix)]
+        words = f"{self.kind} {self.parameters(varied)}".strip()
+        return words + self._describe_shared(varied)
+
+    def _describe_motion(self, motion: Any, level: bool) -> str:
+        """Return what `describe` adds to the parameters."""
+        raise NotImplementedError
+
+    def _describe_shared(self, varied: Collection[str]) -> str:
+        """Return what `describe_swept` adds to the parameters."""
+        return ""
+
+
+def describe_grid(motion: Samples) -> str:
+    """Return number, rate and duration of samples in words."""
+    rate, duration = 1 / motion.dt, (len(motion.u_dd) - 1) * motion.dt
+    return (
+        f"{len(motion.u_dd)} samples at {format_number(rate, 'Hz')}, "
+        f"{format_number(duration, 's')}"
+    )
+
+
+# Sums of sines
+
+
+class PeriodicMotion(ExcitationBase):
+    """Base motion that is a sum of sines, used analytically."""
+
+    periodic: ClassVar[bool] = True
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Sines:
+        """Return the base acceleration."""
+        raise NotImplementedError
+
+    def _describe_motion(self, motion: Any, level: bool) -> str:
+        count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
+        rms = format_number(_rms_of_sines(motion), "m/s² RMS")
+        return f"{count} {_format_band(motion)}, {rms}"
+
+    def _describe_shared(self, varied: Collection[str]) -> str:
+        keys = {key.rpartition(".")[2] for key in varied}  # of any component
+        motion = self.motion()
+        words = "" if "frequency" in keys else f" {_format_band(motion)}"
+        if not keys & {"rms", "amplitude", "phase"}:
+            words += f", {format_number(_rms_of_sines(motion), 'm/s² RMS')}"
+        return words
+
+
+def _format_band(motion: Sines) -> str:
+    """Return the frequency of a sine, or the range of several."""
+    low, high = min(motion.f), max(motion.f)
+    one = format_number(high, "Hz")
+    return one if low == high else f"{format_number(low)} to {one}"
+
+
+def _rms_of_sines(motion: Sines) -> float:
+    """Return the RMS of a sum of sines, adding sines of equal frequency with their phases."""
+    sums: dict[float, complex] = {}
+    for A, f, phase in zip(*motion, strict=True):
+        sums[f] = sums.get(f, 0.0) + rect(A, phase)
+    return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
 
 
 # Generated motion
@@ -115,6 +209,18 @@ class GeneratedMotion(ExcitationBase):
                 "step",
             )
 
+    def _describe_motion(self, motion: Any, level: bool) -> str:
+        """Return the grid, and the realised properties beside the requested ones."""
+        words, realised = [describe_grid(motion)], motion.realised
+        for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
+            if name in realised:
+                asked = format_number(realised[f"{name}_asked"])
+                words.append(f"{format_number(realised[name], unit)} (requested: {asked})")
+        if "psd_error" in realised:
+            error = format_percent(realised["psd_error"])
+            words.append(f"PSD error up to {error} of its peak")
+        return "".join(f", {word}" for word in words)
+
 
 class FiniteMotion(GeneratedMotion):
     """Generated base motion of finite duration."""
@@ -151,6 +257,15 @@ class FiniteMotion(GeneratedMotion):
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
         return self.sample(step)
+
+    def _describe_shared(self, varied: Collection[str]) -> str:
+        """Return the duration and the requested level."""
+        words = "" if "duration" in varied else f", {format_number(self.duration, 's')}"
+        for key, unit in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
+            level = getattr(self, key, None)
+            if level is not None and key not in varied:
+                words += f", {format_number(level, unit)}"
+        return words
 
 
 class Until(Block):

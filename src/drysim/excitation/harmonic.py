@@ -22,6 +22,7 @@ from drysim.excitation.base import (
     FiniteMotion,
     Floats,
     GeneratedMotion,
+    PeriodicMotion,
 )
 from drysim.excitation.random import coarse_step_warnings
 from drysim.units import Acceleration, Angle, Block, Frequency, InvalidValue, Quantity
@@ -40,6 +41,9 @@ class Rest(ExcitationBase):
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Return the base acceleration: an empty sum of sines."""
         return Sines((), (), ())
+
+    def _describe_motion(self, motion: Any, level: bool) -> str:
+        return ", the base stands still"
 
 
 RmsOrAmplitude = Annotated[float, Quantity("m/s²", at_least=0)]
@@ -71,7 +75,7 @@ class Component(Block):
         return sqrt(2) * self.rms
 
 
-class Harmonic(Component, ExcitationBase):
+class Harmonic(Component, PeriodicMotion):
     """Base motion that is a single sine, as on a shaker, given by its acceleration.
 
     Not to be confused with a sine of given displacement: a_u does not depend on the frequency.
@@ -82,7 +86,6 @@ class Harmonic(Component, ExcitationBase):
 
     also_called: ClassVar[tuple[str, ...]] = ("sin", "sine", "sinus", "sinusoid", "sinusoidal")
     """Includes words that `closest_match` would take for `sines`."""
-    periodic: ClassVar[bool] = True
     steady_by_default: ClassVar[bool] = True
 
     @property
@@ -95,7 +98,7 @@ class Harmonic(Component, ExcitationBase):
         return Sines((self.A,), (self.frequency,), (self.phase,))
 
 
-class SineSum(ExcitationBase):
+class SineSum(PeriodicMotion):
     """Base motion that is a sum of sines, each given by its acceleration.
 
     Not to be confused with a sine sweep, whose frequency changes with time.
@@ -105,8 +108,6 @@ class SineSum(ExcitationBase):
     """A sum of sines."""
     components: Annotated[tuple[Component, ...], Field(min_length=1)]
     """The sines: frequency, rms or amplitude, phase."""
-
-    periodic: ClassVar[bool] = True
 
     @property
     def frequencies(self) -> tuple[float, ...]:
@@ -189,7 +190,7 @@ class Chirp(FiniteMotion):
         """Highest frequency [Hz]."""
         return max(self.first, self.last)
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the frequency range and the scale."""
         band = f"{format_number(self.first)} to {format_number(self.last, 'Hz')}, "
         return ("" if {"from", "to"} & {*varied} else band) + self.scale
@@ -293,7 +294,7 @@ class Shock(GeneratedMotion):
             )
         return self
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return shape, amplitude and duration of the pulse."""
         words: str = self.pulse
         if "amplitude" not in varied:

@@ -331,7 +331,7 @@ class Psd(RandomMotion):
         """First and last frequency of the PSD [Hz]."""
         return self.points[0][0], self.points[-1][0]
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the band."""
         if any(key.startswith("points") for key in varied):
             return ""
@@ -473,7 +473,7 @@ class Standard(RandomMotion):
             )
         return name
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the class."""
         return self.machine
 
@@ -643,7 +643,7 @@ class Road(RandomMotion):
             )
         return roughness
 
-    def description(self, varied: Collection[str] = ()) -> str:
+    def parameters(self, varied: Collection[str] = ()) -> str:
         """Return roughness and speed."""
         words: str = self.grade or ""
         if self.roughness is not None and "roughness" not in varied:

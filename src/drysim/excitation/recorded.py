@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from math import sqrt
 from typing import Any, ClassVar, Literal
 
-from drysim.core.model import Samples
-from drysim.excitation.base import ExcitationBase
+from drysim.core.model import Samples, integrate_base_squares, mean_and_std
+from drysim.excitation.base import ExcitationBase, describe_grid
 from drysim.records import SI
 from drysim.records.options import RecordedMotion
+from drysim.wording import format_number, sanitise
+
+NOTABLE_MEAN = 0.1
+"""Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
 
 
 class RecordKind(ExcitationBase):
@@ -37,6 +42,28 @@ class Record(RecordedMotion, RecordKind):
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
         """Return the SI unit of the samples; None if it is not known yet."""
         return SI.get(words.get("quantity", ""))
+
+    def parameters(self, varied: Collection[str] = ()) -> str:
+        """Return the file, and the factor on its samples."""
+        factor = "" if self.scale == 1.0 else f" times {format_number(self.scale)}"
+        return sanitise(self.named) + ("" if "scale" in varied else factor)
+
+    def _describe_motion(self, motion: Any, level: bool) -> str:
+        """Return the grid and the RMS, and the mean where that contributes to the RMS."""
+        words = f", {describe_grid(motion)}"
+        if not level:
+            return words
+        end = (len(motion.u_dd) - 1) * motion.dt
+        square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
+        mean = mean_and_std(motion.u_dd)[0]
+        spread = sqrt(max(0.0, square - mean**2))
+        words += f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
+        if abs(mean) > NOTABLE_MEAN * spread:
+            words += (
+                f"; mean {format_number(mean, 'm/s²')}, "
+                f"{format_number(spread, 'm/s² RMS')} about it"
+            )
+        return words
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
         """Read the record and return its base acceleration.

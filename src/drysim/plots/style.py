@@ -309,7 +309,7 @@ def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> He
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
-    base += f": {wording.describe_excitation(scenario.excitation, motion.motion, level=False)}"
+    base += f": {scenario.excitation.describe(motion.motion, level=False)}"
     words = wording.describe_scene(
         motion.plant, motion.law, terms=scenario.terms, peak=outcome.metrics[PEAK_STROKE]
     )
@@ -335,7 +335,7 @@ def table_heading(
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
-    base = f"base motion: {wording.describe_swept_excitation(scenario.excitation, varied)}"
+    base = f"base motion: {scenario.excitation.describe_swept(varied)}"
     own = next(iter(table.tallies.values()), None)
     if own and (found := own.seeds):
         span = (

@@ -52,7 +52,7 @@ from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
 from drysim.units import Block, shorten
-from drysim.wording import describe_clean_up, describe_excitation, format_number
+from drysim.wording import describe_clean_up, format_number
 
 STEPS_PER_WAVE = 5
 """Cost of one sine at one grid point, in steps of sampled motion."""
@@ -668,7 +668,7 @@ def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ..
         return (Problem(str(fault), file),)
     sentences = describe_clean_up(case.motion, case.law)
     if isinstance(case.scenario.excitation, Record):
-        sentences.append(f"base: {describe_excitation(case.scenario.excitation, case.motion)}")
+        sentences.append(f"base: {case.scenario.excitation.describe(case.motion)}")
     notes = [Problem(words, file, severity="note") for words in sentences]
     warned = [Problem(known.sentence, file, severity="warning") for known in case.warnings]
     return (*notes, *warned)
