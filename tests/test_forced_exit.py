@@ -105,7 +105,8 @@ NOTHING_KEPT = {
     "the motion": ("patch('drysim.study.run.march_from_start', 0)", ("run", "seat.yaml")),
     "metrics": ("patch('drysim.study.run.measure', 0)", ("run", "seat.yaml")),
     "noise in threads": (
-        "from drysim.excitation import base; base.MAX_CACHED = 0; patch('numpy.fft.irfft', 0)",
+        "import drysim.excitation.random as noise; noise.MAX_CACHED = 0; "
+        "patch('numpy.fft.irfft', 0)",
         ("run", "seat.yaml", "--set", ONE_NOISE, *NO_WINDOW),
     ),
     "writing": ("patch('drysim.output.folder._sha256', 0)", ("run", "seat.yaml")),

@@ -1,24 +1,21 @@
-"""Base classes of excitations, and periodic signals from their spectra.
+"""Base classes of excitations.
 
 `ExcitationBase` declares what every excitation provides, and describes it for all outputs, in
 words on one line. `PeriodicMotion` is a sum of sines. `GeneratedMotion` is sampled on the
 grid of solver.step and checks that the grid suits its corners and its highest frequency.
-`periodic_signals` computes the inverse FFT of spectra, in threads for long signals.
 """
 
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection
 from math import sqrt
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
 
-from drysim import system
-from drysim.core.model import MAX_CACHED, Samples, Sines
+from drysim.core.model import Samples, Sines
 from drysim.units import Block, InvalidValue, Quantity
 from drysim.wording import format_number, format_percent
 
@@ -159,13 +156,6 @@ def as_integer(value: object) -> object:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-WholeNumber = Annotated[int, BeforeValidator(as_integer), Field(strict=True)]
-
-DEFAULT_MAX_SEEDS = 400
-"""Default maximum number of seeds for `until`: the half-width of the confidence interval is
-then about a tenth of the standard deviation of a single seed."""
-
-
 class GeneratedMotion(ExcitationBase):
     """Base motion sampled on the grid of solver.step, linear between samples."""
 
@@ -266,64 +256,3 @@ class FiniteMotion(GeneratedMotion):
             if level is not None and key not in varied:
                 words += f", {format_number(level, unit)}"
         return words
-
-
-class Until(Block):
-    """Stopping rule: precision required of the mean over seeds."""
-
-    metric: str
-    """Name of a metric, from `a_u` to `energy_residual` in the table of metrics."""
-    half_width: Annotated[float, Quantity("", above=0)]
-    """Half-width of the 95 % confidence interval relative to the mean [-], such as `1 %`."""
-
-
-# Periodic signals from their spectra
-
-
-HAS_FFT_OUT = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
-"""Whether `numpy.fft` takes `out`; reusing memory saves time for long signals."""
-
-Job = TypeVar("Job")
-Done = TypeVar("Done")
-
-
-def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
-    """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
-    if n <= MAX_CACHED:
-        return [do(job) for job in jobs]
-    # More than four threads do not help: memory bandwidth is the limit.
-    return list(system.map_in_order(do, jobs, min(system.processor_count(), 4)))
-
-
-def periodic_signals(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
-    """Return one period of the signals with the given spectra.
-
-    Parameters
-    ----------
-    spectra : array of complex, shape (2, n // 2 + 1)
-        One-sided spectra, normalised as for `irfft` with norm="forward".
-    n : int
-        Samples per period.
-
-    Returns
-    -------
-    iterable of arrays, shape (n + 1,)
-        The first sample is repeated at the end.
-
-    Notes
-    -----
-    Other libraries transform two real signals at once and faster, but in some versions the
-    result then depends on the second signal in the last bits. Here the signal of a seed does
-    not depend on how many are computed.
-    """
-
-    def closed(spectrum: NDArray[np.complex128]) -> Floats:
-        signal = np.empty(n + 1)
-        if HAS_FFT_OUT:
-            np.fft.irfft(spectrum, n, norm="forward", out=signal[:n])
-        else:
-            signal[:n] = np.fft.irfft(spectrum, n, norm="forward")
-        signal[n] = signal[0]
-        return signal
-
-    return map_in_threads(closed, spectra, n)

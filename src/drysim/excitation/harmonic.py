@@ -143,8 +143,6 @@ def sum_sines(*sines: Component) -> tuple[Any, Any]:
     The amplitude is 0 where the sines cancel up to rounding, so that the base is exactly at
     rest. Values may be columns of many cases.
     """
-    import numpy as np  # values of many cases at once are columns
-
     along = sum(sine.A * np.cos(sine.phase) for sine in sines)
     across = sum(sine.A * np.sin(sine.phase) for sine in sines)
     A, noise = np.hypot(along, across), CANCELLATION_TOLERANCE * sum(sine.A for sine in sines)

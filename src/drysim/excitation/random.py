@@ -20,27 +20,24 @@ spectra.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache, cached_property, partial
 from itertools import pairwise
 from math import ceil, expm1, floor, log, pi, sqrt
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from drysim.core.model import BLOCK_SIZE, Samples
+from drysim import system
+from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Samples
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
-    DEFAULT_MAX_SEEDS,
     STEP_TOLERANCE,
     FiniteMotion,
     Floats,
-    Until,
-    WholeNumber,
-    map_in_threads,
-    periodic_signals,
+    as_integer,
 )
 from drysim.units import (
     Block,
@@ -54,6 +51,9 @@ from drysim.units import (
 from drysim.wording import format_number
 
 Density = Callable[[Floats], Floats]
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
 
 N_PHASES = 1 << 16
 """Number of equidistant phases: a table replaces sine and cosine per line."""
@@ -158,7 +158,9 @@ def random_signal(
         np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² as step -> 0
 
     map_in_threads(fill, _cache_sized_slices(len(squares)), n)
-    u_dd, u = periodic_signals(spectra, n)
+    # One transform per signal. Other libraries transform two at once and faster, but in some
+    # versions each then depends on the other in the last bits.
+    u_dd, u = map_in_threads(lambda spectrum: _one_period(spectrum, n), spectra, n)
     asked = float(squares.sum())
     realised: dict[str, object] = {
         "rms_asked": sqrt(asked) if rms is None else rms,
@@ -171,6 +173,20 @@ def random_signal(
         *coarse_step_warnings(sqrt(kept / asked), step, "the base RMS"),
     )
     return Samples(u_dd, step, u, (), warnings, realised)
+
+
+def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
+    """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
+    if n <= MAX_CACHED:
+        return [do(job) for job in jobs]
+    # More than four threads do not help: memory bandwidth is the limit.
+    return list(system.map_in_order(do, jobs, min(system.processor_count(), 4)))
+
+
+def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
+    """Return n samples from a one-sided spectrum, the first repeated at the end."""
+    signal = np.fft.irfft(spectrum, n, norm="forward")
+    return np.append(signal, signal[0])
 
 
 def _cache_sized_slices(count: int) -> Iterator[slice]:
@@ -221,6 +237,22 @@ def coarse_step_warnings(kept: float, step: float, what: str) -> Iterator[Warnin
             f"{(1 - kept) * 100:.2g} % of {what}; use {fine:.2g} s or less"
         )
         yield WarningMessage("coarse-step", sentence, {"solver.step": step, "kept": kept})
+
+
+class Until(Block):
+    """Stopping rule: precision required of the mean over seeds."""
+
+    metric: str
+    """Name of a metric, from `a_u` to `energy_residual` in the table of metrics."""
+    half_width: Annotated[float, Quantity("", above=0)]
+    """Half-width of the 95 % confidence interval relative to the mean [-], such as `1 %`."""
+
+
+WholeNumber = Annotated[int, BeforeValidator(as_integer), Field(strict=True)]
+
+DEFAULT_MAX_SEEDS = 400
+"""Default maximum number of seeds for `until`: the half-width of the confidence interval is
+then about a tenth of the standard deviation of a single seed."""
 
 
 class RandomMotion(FiniteMotion):

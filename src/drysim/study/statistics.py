@@ -22,14 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.errors import WarningMessage
-from drysim.excitation.random import RandomMotion
+from drysim.excitation.random import RandomMotion, Until
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import COUNT, METRICS, UNITS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
 
 if TYPE_CHECKING:
-    from drysim.excitation.base import Until
     from drysim.scenario.model import Scenario
 
 
