@@ -570,6 +570,11 @@ def closest_match(name: str, candidates: Iterable[str]) -> str | None:
     str or None
         The candidate with the smallest edit distance, if that is at most one third of the
         length of the name. Abbreviations of at least three letters match, too.
+
+    Notes
+    -----
+    `difflib.get_close_matches` finds as many misspelled keys of a scenario, but suggests a key
+    for three times as many words that are none.
     """
     word, best = name.lower().replace("-", "_"), None
     for candidate in candidates:

@@ -172,7 +172,6 @@ def read_document(
 
 def dump(mapping: Mapping[str, Any]) -> str:
     """Return a mapping as YAML that `read_document` reads back to the same values."""
-    import yaml
 
     class Dumper(yaml.SafeDumper):
         """Quotes text that would be read back as another value."""

@@ -1,9 +1,16 @@
 """Warnings about a record that may affect the results.
 
-They concern clipped samples, a mean due to gravity or sensor offset, a large share of filled
-gaps, RMS lost in resampling, sampling too coarse for linear or spline interpolation, and
-displacement that depends on the extension of the record beyond its ends. Each warning proposes
-a remedy in terms of scenario keys.
+=====================  ===========================================================
+record-clipped         runs of samples at the largest or smallest value
+record-mean            a mean as of gravity or of a sensor offset
+record-filled          a large share of filled gaps
+record-lost            RMS lost in resampling
+record-interpolated    sampling too coarse for linear or spline interpolation
+displacement-ends      displacement that depends on how the record is continued
+=====================  ===========================================================
+
+Each warning proposes a remedy in terms of scenario keys. A mean near 9.81 m/s² is an error
+(`gravity_errors`) unless the scenario keeps it.
 """
 
 from __future__ import annotations
