@@ -383,6 +383,10 @@ AT2S = {
         lambda text: text[:-30],
         "the header says NPTS= 500, but there are 499 sa",
     ),
+    "head only": (
+        lambda text: "\n".join(text.splitlines()[:4]) + "\n \n",
+        "the header says NPTS= 500, but there are 0 samples, fewer: the file is truncated",
+    ),
     "long": (lambda text: text + "1 2\n", "there are 502 samples, more"),
     "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
     "nan": (

@@ -759,7 +759,7 @@ def _read_at2_header(text: TextFile) -> At2Header:
 
 def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
     """Return all numbers below the header."""
-    rows = _parse_rows(b" ".join(text.text[header.end :].split()), "")
+    rows = _parse_rows(b" ".join(text.text[header.end :].split()), " ")
     if rows is None:
         for line, _, content in content_lines(text, header.end, header.line + 1):
             for word in re.finditer(r"\S+", content):
