@@ -284,14 +284,15 @@ def test_coefficients_of_friction_are_swept_in_blocks(tmp_path):
     same(sweep(scenario), scenario)
 
 
-def test_sums_of_sines_and_varying_limits_are_solved_in_blocks(tmp_path):
+@pytest.mark.parametrize("swept", [0, 1])
+def test_sums_of_sines_and_varying_limits_are_solved_in_blocks(tmp_path, swept):
     file = tmp_path / "block.yaml"
     sines = "{kind: sines, components: [{frequency: 1.2, rms: 1}, {frequency: 2.4, rms: 0.4}]}"
     text = BASE.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", sines)
     varied = "15, normal_variation: {amplitude: 0.3, frequency: 0.6}}"
     file.write_text(
         f"{text.replace('15}', varied)}measure: {{steady: true}}\nsweep:\n"
-        "  excitation.components.0.frequency: [0.6, 1.8]\n"
+        f"  excitation.components.{swept}.frequency: [0.6, 1.8]\n"
         "  friction.normal_variation.amplitude: [0, 0.3]\n"
         "  friction.normal_variation.frequency: [0.3, 1.2]\n"
     )

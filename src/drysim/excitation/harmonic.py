@@ -116,25 +116,16 @@ class SineSum(PeriodicMotion):
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Return the base acceleration; components of equal frequency are added."""
-        alike: list[list[Component]] = []
-        for sine in self.components:
-            others = (
-                some for some in alike if is_same_frequency(some[0].frequency, sine.frequency)
-            )
-            if (some := next(others, None)) is None:
-                alike.append([sine])
-            else:
-                some.append(sine)
+        alike: dict[object, list[Component]] = {}
+        for number, sine in enumerate(self.components):
+            f = sine.frequency  # a column of many cases stays a sine of its own
+            alike.setdefault(f if isinstance(f, float) else (number,), []).append(sine)
         waves = [
-            (one.A, one.phase) if not more else sum_sines(one, *more) for one, *more in alike
+            (one.A, one.phase) if not more else sum_sines(one, *more)
+            for one, *more in alike.values()
         ]
         A, phases = zip(*waves, strict=True)
-        return Sines(A, tuple(some[0].frequency for some in alike), phases)
-
-
-def is_same_frequency(one: object, other: object) -> bool:
-    """Return whether two frequencies are equal; False for columns of many cases."""
-    return isinstance(one, float) and one == other
+        return Sines(A, tuple(one.frequency for one, *_ in alike.values()), phases)
 
 
 def sum_sines(*sines: Component) -> tuple[Any, Any]:
