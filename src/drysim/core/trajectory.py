@@ -95,7 +95,13 @@ from drysim.core.oscillator import (
     free_response,
     sine_response,
 )
-from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, stop_time
+from drysim.core.roots import (
+    MAX_BISECTIONS,
+    NEVER,
+    RESOLUTION,
+    safeguarded_newton,
+    stop_time,
+)
 
 # A solution, and a segment of it.
 
@@ -1287,9 +1293,6 @@ def local_force_peak(law, waves, part, low, high):
 
 # Peaks, crossings and excursions from the turning points.
 
-MAX_NEWTON_STEPS = 100
-"""Newton's method needs about 5 steps; bisection reaches adjacent floats after about 60."""
-
 
 @compiled
 def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
@@ -1344,6 +1347,8 @@ def limit_side(x_r, limits):
 def excursions(solution, x_end, end, limits, repeats):
     """Return the numbers of excursions to the limits, the first time and the total time.
 
+    As `metrics.stroke.excursions`, within the kernel that solves a block of orbits.
+
     Parameters
     ----------
     solution : EventSolution
@@ -1396,28 +1401,14 @@ def excursions(solution, x_end, end, limits, repeats):
 
 @compiled
 def level_crossing_time(solution, level, lo, hi):
-    """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m].
-
-    Newton's method, safeguarded by bisection.
-    """
-    rising = state_at(solution, hi)[0] > state_at(solution, lo)[0]
+    """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m]."""
+    side = 1.0 if state_at(solution, hi)[0] > state_at(solution, lo)[0] else -1.0
     at = 0.5 * (lo + hi)
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(MAX_BISECTIONS):
         x, v = state_at(solution, at)
-        if x == level:
-            return at
-        if (x < level) == rising:
-            lo = at
-        else:
-            hi = at
-        before = at
-        at = at + (level - x) / v if v != 0.0 else math.inf
-        if at == before:  # converged; bisecting what is left would take 50 more steps
-            return at
-        if not lo < at < hi:
-            at = 0.5 * (lo + hi)
-        if not lo < at < hi:
-            return hi
+        lo, hi, at, done = safeguarded_newton(lo, hi, at, side * (level - x), -side * v)
+        if done:
+            break
     return at
 
 

@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from drysim.approach.exact import UnreachedStopsTrajectory
     from drysim.approach.piecewise import PiecewiseTrajectory
 
-MAX_NEWTON_STEPS = 100
-"""Newton's method needs about 5 steps; a bracket halved 60 times is one float wide."""
-
-
 HOUR = 3600.0
 
 MIN_HALF_CYCLES = 150
@@ -73,25 +69,20 @@ def excursions(
     t = np.append(path.t, trajectory.end)
     x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
     side = limits.side(x_r)
-    levels = {1: limits.up, -1: -limits.down}
-    enters, sides = ([0.0], [side[0]]) if side[0] else ([], [])
-    leaves = []
-    for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
+    changes = np.flatnonzero(side[1:] != side[:-1]).tolist()
+    sides = [one for one in side[[0, *(i + 1 for i in changes)]].tolist() if one]
+    enters: list[float] = [0.0] if side[0] else []
+    leaves: list[float] = []
+    for i in changes:
         bracket = float(t[i]), float(t[i + 1]), bool(x_r[i + 1] > x_r[i])
-        # x_r equals the limit at a rigid stop: no root to find.
-        if side[i]:
-            level = levels[side[i]]
-            leaves.append(
-                bracket[0]
-                if x_r[i] == level
-                else level_crossing_time(trajectory, level, *bracket)
-            )
-        if side[i + 1]:
-            level = levels[side[i + 1]]
-            sides.append(side[i + 1])
-            enters.append(
-                bracket[1]
-                if x_r[i + 1] == level
+        for at, times in ((i, leaves), (i + 1, enters)):
+            if not side[at]:
+                continue
+            level = limits.up if side[at] > 0 else -limits.down
+            # x_r equals the limit at a rigid stop: no root to find.
+            times.append(
+                float(t[at])
+                if x_r[at] == level
                 else level_crossing_time(trajectory, level, *bracket)
             )
     if len(leaves) < len(enters):
@@ -123,22 +114,15 @@ def level_crossing_time(
     float
         Time [s], accurate to rounding.
     """
-    # Newton's method, with bisection where it leaves the bracket.
-    t = 0.5 * (lo + hi)
-    for _ in range(MAX_NEWTON_STEPS):
+    from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
+
+    t, side = 0.5 * (lo + hi), 1.0 if rising else -1.0
+    for _ in range(MAX_BISECTIONS):
         x_r, v_r = trajectory.state(t)[:2]
-        if x_r == level:
-            return t
-        lo, hi = (t, hi) if (x_r < level) == rising else (lo, t)
-        before = t
-        t = t + (level - x_r) / v_r if v_r else math.inf
-        if t == before:  # converged; bisecting what is left would take 50 more steps
-            return t
-        if not lo < t < hi:
-            t = 0.5 * (lo + hi)
-        if t in (lo, hi):
-            return hi
-    return t
+        lo, hi, t, done = safeguarded_newton(lo, hi, t, side * (level - x_r), -side * v_r)
+        if done:
+            break
+    return float(t)
 
 
 class Impacts(NamedTuple):
