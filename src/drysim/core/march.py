@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled
+from drysim.core.compile import compiled, inlined
 from drysim.core.events import (
     CONTACT,
     IMPACT,
@@ -115,7 +115,6 @@ from drysim.core.roots import (
     Stuck,
     break_away_time,
     stop_time,
-    stop_under_waves,
     velocity_and_acceleration,
 )
 from drysim.core.sampled import rescale
@@ -216,9 +215,7 @@ def march_sines(plant, law, waves, interval, state, log):
     a break-away is therefore set to d (F_fs - F_fk) N/m exactly instead of evaluated with
     rounding.
     """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
+    m, k_x, _ = plant
     n, t, h, u_0, slope = interval
     begin, x_r, v_r, d, count, closest = state
     capacity = len(log.n)
@@ -240,17 +237,13 @@ def march_sines(plant, law, waves, interval, state, log):
             count = record_event(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)
             just_broke_away = True
             continue
-        u_dd, rate, _ = base_motion(waves, u_begin, slope, 0.0)
-        load, load_d, _ = relative_normal_force(law, waves, 0.0)
-        if just_broke_away:
-            a = d * (law.F_fs - law.F_fk) * load / m
-        else:
-            a = -(u_dd + c * v_r + w * x_r + d * law.F_fk * load / m)
-        just_broke_away = False
-        j = -rate - d * law.F_fk * load_d / m - c * a - w * v_r
         equation = slip_equation(plant, law, d, u_begin, slope)
-        segment = Segment(equation, x_r, v_r, a, j, 0.0)
-        stop, x_stop = stop_under_waves(segment, waves, d, left)
+        segment = start_segment(equation, waves, x_r, v_r)
+        if just_broke_away:
+            load = relative_normal_force(law, waves, 0.0)[0]
+            segment = with_acceleration(segment, d * (law.F_fs - law.F_fk) * load / m)
+        just_broke_away = False
+        stop, x_stop = stop_time(segment, waves, law, d, left)
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
@@ -268,6 +261,16 @@ def march_sines(plant, law, waves, interval, state, log):
         kind = STICK if d == 0 else d * REVERSAL
         count = record_event(log, count, n, begin, kind, x_r, F_L)
     return SlipState(begin, x_r, v_r, d, count, closest)
+
+
+@inlined
+def with_acceleration(segment, a):
+    """Return a segment whose acceleration at the start is known without cancellation."""
+    equation = segment.equation
+    change = a - segment.a
+    j = segment.j - equation.c * change
+    k = segment.k - equation.c * (j - segment.j) - equation.w * change
+    return Segment(equation, segment.x_r, segment.v_r, a, j, k)
 
 
 @compiled
@@ -288,7 +291,8 @@ def march_sines_from_start(row, end, log, kind):
 @compiled
 def initial_slip_state(plant, law, waves, x_r, v_r, log):
     """Return the `SlipState` at t = 0 under waves alone; write it to the log as first event."""
-    set_phases(waves, plant, law, 0.0, 0)
+    # By `int`, because numba compiles a kernel anew for each literal integer.
+    set_phases(waves, plant, law, 0.0, int(STICK))
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
     d, F_L, margin = initial_direction(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
@@ -416,8 +420,7 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
         free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
         if mode.entry == LEAVING:
             # The sum of forces is zero, and its rate leads away from the stop.
-            j = segment.j + equation.c * segment.a
-            segment = Segment(equation, xi, v_r, 0.0, j, segment.k)
+            segment = with_acceleration(segment, 0.0)
         elif free:
             d = motion_direction(v_r, segment.a, segment.j)
             if d == -mode.direction:
@@ -461,31 +464,31 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
             # An exit at the end of the interval is decided in the next one.
             stop = stop if stop < left else NEVER
         else:
-            j = segment.j
             # At a break-away F_L = ±F_fs N, so the acceleration is known without cancellation.
             if mode.poised != 0 and is_rigid_slip(law, mode):
                 limits = side_of(law, mode.contact)
                 load = load_at(law, waves, ramp, 0.0)[0]
                 a = mode.contact * (limits.F_fs - limits.F_fk) * load / plant.m
-                j -= c * (a - segment.a)
             if law.k_t == 0.0:
                 creeping = no_waves and abs(v_r) <= cancellation_speed(c, w) * (
                     abs(g + u_0) + w * abs(xi)
                 )
                 if creeping and a_carried == a_carried:
                     v_r, a = rescale(v_r, a_carried)
-                    j = r - c * a - w * v_r
+                    segment = Segment(equation, xi, v_r, a, r - c * a - w * v_r, segment.k)
             elif a_carried == a_carried:
                 # The force of an elastic contact is continuous over events that take no time.
-                a, j = a_carried, j + c * (a - a_carried)
+                a = a_carried
             elif v_r == 0.0 and mode.poised * a > 0.0 and ceases_to_yield(mode):
                 # It does not yield again by rounding of forces.
-                a, j = 0.0, j + c * a
-            d = mode.contact if is_rigid_slip(law, mode) else motion_direction(v_r, a, j)
+                a = 0.0
+            segment = with_acceleration(segment, a)
+            d = mode.contact
+            if not is_rigid_slip(law, mode):
+                d = motion_direction(v_r, a, segment.j)
             d = mode.direction if mode.entry == LEAVING else d
-            segment = Segment(equation, xi, v_r, a, j, segment.k)
             if law.k_t == 0.0 or (turns_end and d != 0):
-                stop = stop_time(segment, waves, d, until)
+                stop, x = stop_time(segment, waves, law, d, until)
             rests = d == 0 and mode.poised != 0 and no_waves
             if law.k_t > 0.0 and mode.contact == HOLD and not rests:
                 hold = Hold(segment, waves, law, ramp, x_0 - x_origin, mode.poised)

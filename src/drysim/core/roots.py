@@ -10,13 +10,12 @@ Method
     1. Linear forcing (`locate_stop`): the acceleration obeys the free equation, so the extrema
        of the velocity are known in closed form. Between two of them the velocity is monotone,
        and Newton's method safeguarded by bisection finds its root.
-    2. Forcing by waves (`first_root` for any `Observable`; `stop_under_waves` for v_r): a
-       Taylor polynomial of y minus a bound on its remainder is a lower envelope P(s) <= y(s).
-       The first root of P is a step that cannot skip a root of y (`safe_step`). Step there and
-       repeat: the root is approached from one side, and a near miss is passed at its own
-       distance. Once the bound proves that y decreases monotonically to its root
-       (`is_monotone_to_zero`), Newton's method on the cubic Taylor polynomial converges in
-       about two iterations.
+    2. Forcing by waves (`first_root`): a Taylor polynomial of y minus a bound on its remainder
+       is a lower envelope P(s) <= y(s). The first root of P is a step that cannot skip a root
+       of y (`safe_step`). Step there and repeat: the root is approached from one side, and a
+       near miss is passed at its own distance. Once the bound proves that y decreases
+       monotonically to its root (`is_monotone_to_zero`), Newton's method on the cubic Taylor
+       polynomial converges in about two iterations.
     3. Break-away under waves (`break_away_time`): the same with a bound on the second
        derivative of the margin F_fs - |F_L|.
     4. A power series (`first_series_root`): the same; the series is shifted after each step.
@@ -221,9 +220,6 @@ MAX_NEWTON_ROUNDS = 20
 MAX_STEP_RADIANS = 2.0
 """Longest step that is tried, in radians of the fastest wave. The bound never proves more."""
 
-SMALL_STEP_SHARE = 0.01
-"""Share of the longest step below which `safe_step` is also tried without a positive jerk."""
-
 MAX_HALVINGS = 60
 """Maximum number of halvings of the longest step. Where a slow wave drives an overdamped mass,
 the safe step may be a millionth of it."""
@@ -323,79 +319,6 @@ def has_converged(h, a, fourth, s):
     return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
 
 
-# A velocity under waves.
-
-
-@compiled
-def stop_under_waves(segment, waves, d, h):
-    """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
-
-    The time is infinite if the mass does not stop. This is `first_root` for v_r, in fewer
-    operations; it computes the snap at the start itself.
-
-    Parameters
-    ----------
-    segment : Segment
-    waves : Waves
-        After `set_phases` at its start.
-    d : int
-        Direction of sliding, 1 or -1.
-    h : float
-        Length of the segment [s].
-    """
-    equation, x_r, v_r, a, j, _ = segment
-    c, w, _, r = equation
-    moves = d * v_r > 0.0 or d * a > 0.0
-    if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
-        return NEVER, x_r
-    growth = 0.0
-    max_omega = 0.0
-    # Snap at the start: the equation of motion, differentiated twice.
-    k = -c * j - w * a
-    for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        omega = waves.values[at + OMEGA]
-        curvature = waves.values[at + A] * omega * omega
-        growth += abs(curvature) * omega
-        k += curvature * waves.values[at + SINE]
-        max_omega = max(max_omega, omega)
-    max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
-    s, x = 0.0, x_r
-    v, a, j, k = d * v_r, d * a, d * j, d * k
-    while True:
-        snap = math.sqrt(k * k + w * j * j)
-        if is_monotone_to_zero(v, a, j, snap, growth):
-            break
-        step = safe_step(v, a, j, snap, growth, max_step)
-        if j > 0.0 and step < SMALL_STEP_SHARE * max_step:
-            # The bound also holds without a positive jerk. Where the jerk is tiny this proves
-            # a longer step; strongly damped motion would otherwise need a million steps.
-            step = max(step, safe_step(v, a, 0.0, snap, growth, max_step))
-        if s + step >= h:
-            # The end of the segment lies within the safe step.
-            return NEVER, x
-        if step <= RESOLUTION * s:
-            return s, x
-        s += step
-        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
-        v, a, j, k = d * v, d * a, d * j, d * k
-        if v <= 0.0:
-            return s, x
-    # v decreases monotonically to its root, so Newton's method cannot skip another one.
-    for _ in range(MAX_NEWTON_ROUNDS):
-        step = cubic_taylor_root(v, a, j, k)
-        snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
-        fourth = (c + math.sqrt(w)) * snap + growth
-        s += step
-        if has_converged(step, a, fourth, s):
-            # The Taylor series over the last step replaces another evaluation.
-            x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
-            break
-        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
-        v, a, j, k = d * v, d * a, d * j, d * k
-    return (s, x) if s < h else (NEVER, x)
-
-
 # Any linear observable under waves.
 
 
@@ -432,15 +355,26 @@ class Derivatives(NamedTuple):
     third_rate: float
 
 
+NO_ZEROS = 0
+"""Argument of `first_root`, passed by `int`: numba compiles a kernel anew for each literal
+integer."""
+
+
 @compiled
-def stop_time(segment, waves, direction, h):
-    """Return the first time in (0, h] at which v_r is zero, or infinity."""
+def stop_time(segment, waves, law, direction, h):
+    """Return the first time in (0, h] at which v_r is zero, or infinity, and x_r there.
+
+    `direction` is that of the motion; 0 for a mass that does not move. `law` as in
+    `first_root`.
+    """
+    (c, w, _, r), x_r, v_r, a, _, _ = segment
     if direction == 0:
-        return NEVER
+        return NEVER, x_r
     if waves.size == 0:
-        (c, w, _, r), _, v_r, a, _, _ = segment
-        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-    return stop_under_waves(segment, waves, direction, h)[0]
+        s = locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
+        return s, motion_at(segment.equation, waves, x_r, v_r, s).x_r if s < NEVER else x_r
+    speed = Observable(0.0, 0.0, float(direction), 0.0, 0.0, 0.0, 0.0)
+    return first_root(segment, waves, law, speed, int(NO_ZEROS), 0.0, h)[:2]
 
 
 @compiled
@@ -508,7 +442,8 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         value, rate, curvature, _ = derivatives
         step = safe_step(value, rate, curvature, third_bound, growth, max_step)
         if value > 0.0 and curvature > 0.0 and step < max_step:
-            # The bound also holds without a positive curvature, see `stop_under_waves`.
+            # The bound also holds without a positive curvature. Where that is tiny, this proves
+            # a longer step; strongly damped motion would otherwise need a million steps.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and s + step >= h:
             return NEVER, now.x_r, now.v_r
@@ -583,8 +518,7 @@ WINDOW_RADIANS = 32.0
 """Length of the first search window, in radians of the fastest wave."""
 
 RISING, FALLING = 1, -1
-"""Sides on which F_L breaks the contact, passed by `int`: numba compiles a kernel anew for each
-literal integer."""
+"""Sides on which F_L breaks the contact, passed by `int` as `NO_ZEROS` is."""
 
 
 class Stuck(NamedTuple):

@@ -1477,7 +1477,7 @@ def write_turning_points(solution, whole, limits, at, out):
         segment = start_segment(equation, waves, x_r, v_r)
         left = segment_length(segments, dt, i) - s
         direction = motion_direction(segment.v_r, segment.a, segment.j)
-        s_turn = stop_time(segment, waves, direction, left)
+        s_turn = stop_time(segment, waves, law, direction, left)[0]
         if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
