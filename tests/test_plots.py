@@ -613,18 +613,33 @@ def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
     assert f"{wording.format_number(peak, digits=3)} {unit}" in repr(table)
 
 
-def test_numbers_below_a_long_logarithmic_axis_do_not_touch():
-    figure = draw_transmissibility(
-        along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m")
-    )
+@pytest.mark.parametrize(
+    ("table", "least"),
+    [
+        (lambda: along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m"), 4),
+        (lambda: along("start.x_r", -0.015, 0.0, 0.02, unit="m"), 3),
+    ],
+    ids=["long logarithmic", "negative"],
+)
+def test_numbers_below_an_axis_do_not_touch(table, least):
+    figure = draw_transmissibility(table())
     figure.draw_without_rendering()
     for panel in figure.axes:
         low, high = panel.get_xlim()
         ticks = [one for one in panel.xaxis.get_major_ticks() if low <= one.get_loc() <= high]
         ends = [one.label1.get_window_extent() for one in ticks]
-        assert len(ends) >= 4
+        assert len(ends) >= least
         assert all(one.x1 < other.x0 for one, other in pairwise(ends))
         assert ends[-1].x1 <= figure.bbox.x1
+
+
+def test_stroke_limit_that_rises_above_the_panel_leaves_it_at_the_top(tmp_path):
+    table = solved(zipped(tmp_path, "stroke.limit: [10 mm, 20 mm, 500 mm]"))
+    (panel,) = draw_stroke(table).axes
+    (limit,) = lines(panel, "stroke limit")
+    peak = 1e3 * table.rows[0].metrics["x_r_peak"]
+    assert list(limit.get_ydata()) == pytest.approx([10, 20, 500])
+    assert 3.0 * peak < panel.get_ylim()[1] < 4.0 * peak
 
 
 # The pictures of sweeps of very many cases, drawn of few: bands, maps and their axes.

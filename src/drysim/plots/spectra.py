@@ -101,7 +101,7 @@ def draw(outcome: Outcome) -> Figure:
         if excited.any():
             low, high = found.f[0], 2.0 * found.f[excited][-1]
             axes.set_xlim(low, high)
-            sweep.set_log_ticks(axes.xaxis, low, high)
+            sweep.set_ticks(axes.xaxis)
     title, words, symbols = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
     method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
@@ -151,7 +151,7 @@ def _draw_transmissibility(
     values = values[values > 0]
     low, high = 0.5 * max(values.min(), 1e-3), 2.0 * values.max()
     axes.set_ylim(low, high)
-    sweep.set_log_ticks(axes.yaxis, low, high)
+    sweep.set_ticks(axes.yaxis)
 
 
 def _draw_coherence(axes: Axes, found: Spectra, excited: NDArray[np.bool_]) -> None:

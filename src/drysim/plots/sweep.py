@@ -43,7 +43,7 @@ from drysim.plots.style import (
     stroke_metric,
 )
 from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups, iter_points
-from drysim.scenario.model import LIMIT_KEYS
+from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
 from drysim.study.statistics import (
@@ -135,7 +135,7 @@ def _draw_limit(
     """
     if table.scenario.stroke is None:
         return
-    name = "smaller stroke limit" if table.scenario.has_sides else "stroke limit"
+    name = limit_name(table.scenario)
 
     def limit(row: Row) -> float:
         return metric.scale * min(stroke_limits(table.scenario, row.point) or (0.0,))
@@ -148,13 +148,20 @@ def _draw_limit(
         words = f"{name} {wording.format_number(level, metric.unit)}"
         _draw_level(axes, level, max_level, response.LIMIT_STYLE, words)
     elif any(len(own) > 1 for own in levels):
-        near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= max_level]
-        axes.plot(*zip(*near, strict=True), **response.LIMIT_STYLE, label=name)
+        # The curve leaves the panel at its top instead of raising it above `max_level`.
+        top = max(axes.dataLim.y1, max_level)
+        axes.plot(*curves[0], **response.LIMIT_STYLE, label=name)
+        axes.dataLim.y1 = min(axes.dataLim.y1, top)
     elif len(levels) <= MAX_STYLED_LINES:
         for curve_styles, own in zip(line_styles(view), levels, strict=True):
             level_style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
             for level in own:
                 _draw_level(axes, level, max_level, level_style, f"{name} per line")
+
+
+def limit_name(scenario: Scenario) -> str:
+    """Return the name of the stroke limit of which pictures show only the smaller side."""
+    return "smaller stroke limit" if scenario.has_sides else "stroke limit"
 
 
 def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
@@ -537,7 +544,7 @@ def _set_y_limits(axes: Axes, values: Sequence[float], allow_log: bool) -> None:
     """Start the y-axis at 0, or make it logarithmic for a large range if `allow_log`."""
     if allow_log and values and 0 < LOG_SCALE_RATIO * min(values) <= max(values):
         axes.set_yscale("log")
-        set_log_ticks(axes.yaxis, *axes.get_ylim())
+        set_ticks(axes.yaxis)
     else:
         panels = axes.get_shared_y_axes().get_siblings(axes)
         flat = not any(panel.dataLim.y1 > 0.0 for panel in panels)
@@ -575,11 +582,8 @@ def _draw_colorbar(figure: Figure, view: View) -> tuple[Axes, float]:
     norm, colormap = color_scale(view.line)
     bar = figure.colorbar(ScalarMappable(norm, colormap), cax=axes)
     bar.set_label(axis_label(view.line))
-    if spans_decade(view.line.values):
-        set_log_ticks(axes.yaxis, norm.vmin, norm.vmax)
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
-        set_linear_ticks(axes.yaxis)
+    axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    set_ticks(axes.yaxis)
     ticks = [x for x in axes.yaxis.get_majorticklocs() if norm.vmin <= x <= norm.vmax]
     letters = max((len(tick_label(x)) for x in ticks), default=0)
     return axes, 1.0 - (
@@ -748,8 +752,8 @@ def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
 
 
 MAX_TICK_LETTERS, MAX_TICKS = 44, 99
-"""Characters of all tick labels that fit below a panel, with two per gap; maximum number of
-ticks."""
+"""Characters of all tick labels that fit below a panel of half the width, with two per gap;
+maximum number of ticks."""
 
 NATURAL_FREQUENCY_STYLE: Style = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
@@ -762,11 +766,9 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
     x = [value for row in rows if not isnan(value := view.x(row))]
     if spans_decade(x):
         axes.set_xscale("log")
-        set_log_ticks(axes.xaxis, min(x), max(x))
-    else:
-        set_linear_ticks(axes.xaxis)
     if x and min(x) < max(x):
         axes.set_xlim(min(x), max(x))
+    set_ticks(axes.xaxis)
     axes.tick_params(labelbottom=named)
     if named:
         axes.set_xlabel(view.label)
@@ -780,22 +782,26 @@ def spans_decade(values: Iterable[float]) -> bool:
     return low > 0 and high >= 10.0 * low
 
 
-def set_log_ticks(axis: Any, low: float, high: float) -> None:
-    """Label 1, 2 and 5 of every decade of a logarithmic axis, or only 1 if labels are dense."""
-    from matplotlib.ticker import LogLocator
+def set_ticks(axis: Any) -> None:
+    """Label an axis in full, without a common power of ten, and so that no labels touch.
 
-    def some(*steps: float) -> LogLocator:
-        return LogLocator(subs=steps, numticks=MAX_TICKS)
+    A logarithmic axis has labels at 1, 2 and 5 of every decade, or only at 1 if they are dense.
+    """
+    from matplotlib.ticker import Locator, LogLocator, MaxNLocator
 
-    named = [x for x in some(1.0, 2.0, 5.0).tick_values(low, high) if low <= x <= high]
-    letters = sum(len(wording.format_number(x)) + 2 for x in named)
-    axis.set_major_locator(some(1.0, 2.0, 5.0) if letters <= MAX_TICK_LETTERS else some(1.0))
-    axis.set_major_formatter(lambda x, _: wording.format_number(x))
-    axis.minorticks_off()
-
-
-def set_linear_ticks(axis: Any) -> None:
-    """Label an axis without a common power of ten, which a title could hide."""
+    low, high = axis.get_view_interval()
+    room, locators = MAX_TICK_LETTERS, list[Locator]()
+    if axis.axis_name == "x":
+        room = 2 * MAX_TICK_LETTERS // axis.axes.get_gridspec().ncols
+        locators = [MaxNLocator(n, steps=[1, 2, 2.5, 5, 10]) for n in range(9, 1, -1)]
+    if axis.get_scale() == "log":
+        axis.minorticks_off()
+        locators = [LogLocator(subs=subs, numticks=MAX_TICKS) for subs in ((1, 2, 5), (1,))]
+    for locator in locators:
+        axis.set_major_locator(locator)
+        shown = [tick_label(x) for x in locator.tick_values(low, high) if low <= x <= high]
+        if sum(len(words) + 2 for words in shown) <= room:
+            break
     axis.set_major_formatter(lambda x, _: tick_label(x))
 
 
@@ -897,28 +903,19 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
         return
     elif stroke and min(stroke.limits) * metric.scale <= 2.0 * axes.get_ylim()[1]:
         limit = min(stroke.limits) * metric.scale
-        name = "smaller stroke limit" if table.scenario.has_sides else "stroke limit"
-        words = f"{name} {wording.format_number(limit, metric.unit)}"
+        words = f"{limit_name(table.scenario)} {wording.format_number(limit, metric.unit)}"
         axes.axhline(limit, **response.LIMIT_STYLE, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 
 
 def set_bin_axis(axes: Axes, bins: Bins, named: bool) -> None:
     """Set scale, limits and label of an x-axis over bins."""
+    axes.set_xscale("log" if bins.is_log else "linear")
     axes.set_xlim(bins.edges[0], bins.edges[-1])
-    _set_bin_scale(axes.set_xscale, axes.xaxis, bins)
+    set_ticks(axes.xaxis)
     axes.tick_params(labelbottom=named)
     if named:
         axes.set_xlabel(axis_label(bins.axis))
-
-
-def _set_bin_scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
-    """Set scale and ticks of an axis over bins."""
-    if bins.is_log:
-        set_scale("log")
-        set_log_ticks(axis, bins.edges[0], bins.edges[-1])
-    else:
-        set_linear_ticks(axis)
 
 
 def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> None:
@@ -930,8 +927,9 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     values = np.ma.masked_invalid(found.map * factor)
     mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
     set_bin_axis(axes, found.along, named=True)
+    axes.set_yscale("log" if found.across.is_log else "linear")
     axes.set_ylim(y[0], y[-1])
-    _set_bin_scale(axes.set_yscale, axes.yaxis, found.across)
+    set_ticks(axes.yaxis)
     axes.set_ylabel(axis_label(found.across.axis))
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
