@@ -134,7 +134,7 @@ for picture, (words, drawn) in PICTURES.items():
         draw(picture, words, drawn)
 if asked(MODEL):
     with tempfile.TemporaryDirectory() as place:
-        style.paint(model, Path(place, MODEL))
+        style.save_png(model, Path(place, MODEL))
         keep(Path(place, MODEL), HERE / MODEL, FEW)
 for law in LAWS:
     name = f"friction-{law}.png"
