@@ -8,13 +8,14 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from outcomes import stand_in
 from peers import heyoka
 from seat import rows_of
 
 import drysim as package
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.bench import hard_cases, scipy_ivp, score, timing
-from drysim.bench.score import Reference
+from drysim.bench.score import Bench, BenchCase, Reference, Score
 from drysim.bench.speed_error import score_answer, score_exact, with_uncertainty
 from drysim.bench.timing import BenchOptions, time_limit, try_entry, try_within
 from drysim.bench.work import Answer, Entry, make_work
@@ -48,6 +49,7 @@ SINES = (
 )
 HELD = SLIDING.replace("frequency: 2, rms: 0.75", "frequency: 5, rms: 0.33")
 SMALL = ("--samples", 200, "--repeats", 1, "--patience", 0.01)
+OWN = ("stick-slip", "switch", "moreau", "signum", "smooth", "viscous")
 TERMS = BenchOptions(samples=400, repeats=1, patience=1.0, peers=())
 
 
@@ -344,29 +346,26 @@ def test_bad_words_compute_nothing(drysim, tmp_path, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_labels_of_a_crowded_picture_do_not_cover_each_other(tmp_path):
-    from matplotlib.figure import Figure
+def test_legend_of_a_crowded_picture_tells_all_entries_apart_below_the_panels():
+    from drysim.plots.speed_error import draw
+    from drysim.plots.style import legend_entries
 
-    from drysim.plots import speed_error
-
-    axes = Figure(figsize=(5, 3), dpi=100).add_subplot()
-    lines = [[(0.1 * x, 0.02 * at + 0.1 * x * x) for x in range(5)] for at in range(8)]
-    for line in lines:
-        axes.plot(*zip(*line, strict=True))
-    axes.autoscale_view()
-    speed_error.place_labels(
-        axes,
-        [
-            speed_error.LabelledCurve(f"curve {at}", [line], "black")
-            for at, line in enumerate(lines)
-        ],
-    )
-    boxes = [text.get_window_extent() for text in axes.texts]
-    assert len(boxes) == 8
-    assert not [
-        (one, other) for at, one in enumerate(boxes) for other in boxes[:at]
-        if one.x0 < other.x1 and other.x0 < one.x1 and one.y0 < other.y1 and other.y0 < one.y1
-    ]  # fmt: skip
+    own = [Score(name, "", True, 1e-3, 9, time=5.0, error_x_r=0.1) for name in OWN]
+    peers = [Score(f"p{at}", "", False, 1e-3, 9, time=9.0, error_x_r=0.2) for at in range(8)]
+    case = BenchCase(stand_in("harmonic"), None, (), (*own, *peers), 7.0, None, ())
+    figure = draw(Bench((case,), "plain"))
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert sorted(told) == sorted([*OWN, *(one.approach for one in peers), "lfilter of scipy"])
+    styles = {
+        (line.get_color(), line.get_marker(), line.get_linestyle())
+        for line in legend_entries(figure.axes).values()
+    }
+    assert len(styles) == len(told)
+    figure.draw_without_rendering()
+    box, panels = legend.get_window_extent(), [one.get_tightbbox() for one in figure.axes]
+    assert all(box.y1 < panel.y0 for panel in panels)
+    assert (box.x0 > 0.0, box.x1 < figure.bbox.x1) == (True, True)
 
 
 def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp_path):

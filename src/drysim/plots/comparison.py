@@ -54,10 +54,6 @@ OTHER_STYLES: tuple[Style, ...] = (
 )
 FRICTIONLESS = "viscous"
 
-BARS_LEFT, ROW_GAP = 0.115, 0.8
-"""Left edge of bar panels, with room for the names [-]; gap between rows of panels, each with
-an x-axis of its own [inch]."""
-
 
 def comparison(result: Comparison, folder: Path) -> None:
     """Write comparison.png.
@@ -76,8 +72,7 @@ def draw(result: Comparison) -> Figure:
     line_styles, view = approach_styles(result), comparison_view(result)
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
     swept, bars = known and bool(view.key), known and not view.key
-    left = BARS_LEFT if bars else style.LEFT
-    figure, grid = style.panel_grid(1 + known * len(view.panels), 2, left=left, row_gap=ROW_GAP)
+    figure, grid = style.panel_grid(1 + known * len(view.panels), 2)
     above = figure.add_subplot(grid[0, 0] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
@@ -86,7 +81,7 @@ def draw(result: Comparison) -> Figure:
         draw_curves(figure, grid, result, view, line_styles)
     elif bars:
         draw_bars(figure, grid, result, line_styles)
-    style.finish_figure(figure, grid, style.comparison_heading(result, view.left_out))
+    style.finish_figure(figure, style.comparison_heading(result, view.left_out))
     return figure
 
 

@@ -61,7 +61,7 @@ def ensemble(result: Ensemble, folder: Path) -> None:
 def draw(result: Ensemble) -> Figure:
     """Return the figure of an ensemble, not yet rendered."""
     shown = list(_shown_metrics(result))
-    figure, grid = style.panel_grid(len(shown), 2, left=0.085)
+    figure, grid = style.panel_grid(len(shown), 2)
     for at, metric in enumerate(shown):
         found = result.statistics[metric.name]
         assert found is not None, "only known metrics are drawn"
@@ -72,7 +72,7 @@ def draw(result: Ensemble) -> Figure:
         _draw_distribution(left, values, found, metric, last)
         _draw_running_mean(right, values, metric, last)
         _draw_check_limits(left, right, result, values, metric)
-    style.finish_figure(figure, grid, _heading(result))
+    style.finish_figure(figure, _heading(result))
     return figure
 
 

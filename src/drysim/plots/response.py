@@ -9,9 +9,9 @@ which the stroke limit is reached are marked. Other pictures use the curves and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
     from drysim.approach.piecewise import PiecewiseTrajectory
 
+
+ROW_HEIGHT = 2.15
+"""Height of a row of panels [inch]; the loop takes two."""
 
 MAX_LINE_POINTS = 20_000
 """Grid points above which a zoomed view is added."""
@@ -63,26 +66,22 @@ def draw(outcome: Outcome) -> Figure:
     """Return the figure of a response, not yet rendered."""
     motion = outcome.response
     zoomed = len(motion) > MAX_LINE_POINTS or len(motion.events) > MAX_EVENTS_WITHOUT_ZOOM
-    heading = style.response_heading(outcome)
-    figure = style.new_figure((8.05 if zoomed else 5.15) + style.heading_height(heading))
-    style.write_heading(figure, heading)
+    figure, grid = style.panel_grid(4 if zoomed else 2, 2, ROW_HEIGHT, width_ratios=(1.5, 1))
     if zoomed:
-        _draw_zoomed(figure, outcome)
+        _draw_zoomed(figure, grid, outcome)
     else:
-        _draw_interval(
-            figure, _panel_grid(figure, 0.9, 4.9, 2), slice(None), outcome, MAX_LIMIT_RATIO
-        )
-    known = style.legend_entries(figure.axes[-3:] + figure.axes[:-3])
-    style.add_legend(figure, known, columns=7, length=1.8)
+        _draw_interval(figure, grid, slice(None), outcome, MAX_LIMIT_RATIO)
+    entries = style.legend_entries(figure.axes[-3:] + figure.axes[:-3])
+    style.finish_figure(figure, style.response_heading(outcome), entries)
     return figure
 
 
-def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
+def _draw_zoomed(figure: Figure, grid: GridSpec, outcome: Outcome) -> None:
     """Draw an overview of a long response and a zoomed view below it."""
     motion, stroke = outcome.response, outcome.scenario.stroke
     part, unit = zoom_slice(motion, _settling_time(outcome)), _stroke_unit(outcome)
     ends = time_bounds(motion, slice(None))
-    above, below = response_panels(figure, _panel_grid(figure, 5.05, 7.8, 1), *ends, unit)
+    above, below = response_panels(figure, (grid[0, :], grid[1, :]), *ends, unit)
     if len(motion) > 2 * ENVELOPE_BINS:
         draw_bands(above, below, motion, unit)
     else:
@@ -92,9 +91,7 @@ def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
     mark_settling_end(above, below, _settling_time(outcome))
     for axes in (above, below):
         axes.axvspan(*time_bounds(motion, part), **FRAME_STYLE)
-    _draw_interval(
-        figure, _panel_grid(figure, 0.9, 4.15, 2), part, outcome, MAX_LIMIT_RATIO_ZOOMED
-    )
+    _draw_interval(figure, grid, part, outcome, MAX_LIMIT_RATIO_ZOOMED)
     figure.axes[-2].set_xlabel("time $t$ [s], framed interval")
 
 
@@ -104,14 +101,14 @@ def _draw_interval(
     """Draw an interval of a response: time histories, stick phases and friction loop."""
     motion, stroke, unit = outcome.response, outcome.scenario.stroke, _stroke_unit(outcome)
     shown, (begin, end) = curve_with_events(motion, part), time_bounds(motion, part)
-    above, below = response_panels(figure, grid, begin, end, unit)
+    above, below = response_panels(figure, (grid[-2, 0], grid[-1, 0]), begin, end, unit)
     draw_lines(above, below, shown, unit)
     shade_stuck(above, below, part, motion)
     if stroke:
         draw_limit(below, motion, stroke.limits, max_ratio, unit)
     if begin < _settling_time(outcome) < end:
         mark_settling_end(above, below, _settling_time(outcome))
-    draw_loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
+    draw_loop(figure.add_subplot(grid[-2:, 1]), shown, motion, unit)
 
 
 def _stroke_unit(outcome: Outcome) -> LengthUnit:
@@ -123,15 +120,6 @@ def _settling_time(outcome: Outcome) -> float:
     """Return the settling time excluded from the metrics [s]; 0 for a periodic orbit."""
     steady = outcome.response.numerics.period_multiple is not None
     return 0.0 if steady else outcome.scenario.measure.settle
-
-
-def _panel_grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
-    """Return a grid of two rows of panels between two heights [inch]."""
-    height = figure.get_figheight()
-    return figure.add_gridspec(
-        2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
-        left=0.08, right=0.98, bottom=bottom / height, top=top / height,
-    )  # fmt: skip
 
 
 # Panels: accelerations, relative displacement, friction loop.
@@ -163,11 +151,11 @@ BASE_BAND_COLOR = "#bdbdbd"
 
 
 def response_panels(
-    figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
+    figure: Figure, places: Sequence[Any], begin: float, end: float, unit: LengthUnit
 ) -> tuple[Axes, Axes]:
     """Return empty panels of acceleration (upper) and relative displacement (lower)."""
-    above = figure.add_subplot(grid[0, 0])
-    below = figure.add_subplot(grid[1, 0], sharex=above)
+    above = figure.add_subplot(places[0])
+    below = figure.add_subplot(places[1], sharex=above)
     above.set_title("acceleration [m/s²]", loc="left")
     above.tick_params(labelbottom=False)
     below.set_title(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")

@@ -78,7 +78,7 @@ def draw_bands(outcome: Outcome) -> Figure:
         axes.set_xticks(numbers[::3], [f"{f:g}" for f in BANDS[::3]])
         axes.set_xlabel("centre frequency $f$ [Hz]")
         axes.grid(visible=False, axis="x")
-    style.finish_figure(figure, grid, style.response_heading(outcome))
+    style.finish_figure(figure, style.response_heading(outcome))
     return figure
 
 
@@ -108,7 +108,7 @@ def draw(outcome: Outcome) -> Figure:
     least = wording.format_percent(MIN_POWER_SHARE)
     cut = f"; H1 where the base PSD is at least {least} of its peak"
     caption = f"spectra: {method}{'' if excited.all() else cut}"
-    style.finish_figure(figure, grid, (title, [*words, caption], symbols))
+    style.finish_figure(figure, (title, [*words, caption], symbols))
     return figure
 
 

@@ -1,8 +1,6 @@
 """Plot speed_error.png: error of every benchmark entry over its computing time per sample.
 
-A thick line is the Pareto front. Curves are labelled directly: a label is placed next to a
-point of its curve, at the candidate position with the lowest cost (overlaps, distance, leaving
-the panel). Curves with fewer points come first, as they have fewer candidates.
+A thick line is the Pareto front: the least error reached within each computing time.
 """
 
 from __future__ import annotations
@@ -10,10 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from drysim.plots import style, sweep
 from drysim.plots.style import Style
@@ -33,9 +28,6 @@ EXACT_OFFSET = 0.1
 
 REFERENCE_ACCURACY = 1e-11
 """Errors below this are equal for the Pareto front [-]: accuracy of the reference itself."""
-
-ROW_GAP = 0.85
-"""Gap between rows of panels, each with an x-axis of its own [inch]."""
 
 EXACT_STYLE: Style = {"color": "#0b3c6f", "marker": "*", "markersize": 15, "zorder": 5}
 OWN_STYLES: dict[str, Style] = {
@@ -88,28 +80,22 @@ def speed_error(bench: Bench, folder: Path) -> None:
 
 def draw(bench: Bench) -> Figure:
     """Return the figure of a benchmark, not yet rendered."""
-    figure, grid = style.panel_grid(len(bench.cases), 2, row_gap=ROW_GAP)
+    figure, grid = style.panel_grid(len(bench.cases), 2)
     alone = len(bench.cases) == 1
-    drawn = []
     for row, panel in enumerate(bench.cases):
         for column, (words, error) in enumerate(ERRORS):
             axes = figure.add_subplot(grid[row, column])
-            known = _draw_panel(axes, panel, error)
+            _draw_panel(axes, panel, error)
             sweep.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
-            drawn.append((axes, known))
     title = bench.cases[0].scenario.name if alone else "speed against error"
-    style.finish_figure(figure, grid, (title, [CAPTION], []))
-    for axes, known in drawn:
-        place_labels(axes, known)
+    style.finish_figure(figure, (title, [CAPTION], []))
     return figure
 
 
-def _draw_panel(
-    axes: Axes, panel: BenchCase, error: Callable[[Score], float | None]
-) -> list[LabelledCurve]:
-    """Draw the entries of one case; return the curves to be labelled."""
+def _draw_panel(axes: Axes, panel: BenchCase, error: Callable[[Score], float | None]) -> None:
+    """Draw the entries of one case."""
     axes.set(xscale="log", yscale="log")
-    known: dict[str, LabelledCurve] = {}
+    points: list[tuple[float, float]] = []
     errors = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
     floor = max(EXACT_OFFSET * min(errors, default=1.0), MIN_ERROR)
     for scores, line_style in group_by_style(panel.scores):
@@ -120,25 +106,16 @@ def _draw_panel(
             if value is None or isfinite(value)
         )
         if shown:
-            t, y = zip(*shown, strict=True)
-            axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **line_style})
-            name = scores[0].approach
-            before = known[name].lines if name in known else ()
-            label = f"{name}: exact" if any(map(_is_exact, scores)) else name
-            known[name] = LabelledCurve(label, (*before, tuple(shown)), line_style["color"])
-    axes.axvline(panel.lfilter, **LFILTER_STYLE)
-    axes.text(
-        panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
-        rotation=90, ha="right", va="top",
-    )  # fmt: skip
+            label = scores[0].approach + ": exact" * any(map(_is_exact, scores))
+            drawn_style = {"markersize": 5, **line_style}
+            axes.plot(*zip(*shown, strict=True), linewidth=0.9, **drawn_style, label=label)
+            points += shown
+    axes.axvline(panel.lfilter, **LFILTER_STYLE, label="lfilter of scipy")
     axes.set_xlabel("time per sample [ns]")
     axes.margins(x=0.1, y=0.15)
     axes.autoscale_view()
     axes.autoscale(False)
-    _draw_pareto_front(
-        axes, [at for curve in known.values() for line in curve.lines for at in line]
-    )
-    return list(known.values())
+    _draw_pareto_front(axes, points)
 
 
 def _is_exact(score: Score) -> bool:
@@ -177,134 +154,3 @@ def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style
                 members,
                 {**PEER_STYLE, "marker": PEER_MARKERS[peers.index(group) % len(PEER_MARKERS)]},
             )
-
-
-# Placement of labels.
-
-
-LABEL_SIZE = 7.5
-"""Font size of the labels [pt]."""
-
-LETTER_WIDTH, LETTER_HEIGHT = 0.53, 1.15
-"""Mean width and height of a character over the font size [-]."""
-
-LABEL_DISTANCES = (7.0, 14.0, 24.0, 36.0, 50.0)
-"""Distances of candidate positions from the point [pt]."""
-
-LABEL_DIRECTIONS = 16
-"""Number of directions of candidate positions."""
-
-LABEL_MARGIN = 3.0
-"""Margin around a label [pt]."""
-
-POINT_SPACING = 4.0
-"""Spacing of the points that represent a line [pt]."""
-
-OVERLAP_COST, DISTANCE_COST, OUTSIDE_COST = 10.0, 0.02, 100.0
-"""Costs of a covered point, of a distance of 1 pt, and of leaving the panel."""
-
-
-class LabelledCurve(NamedTuple):
-    """A curve to be labelled.
-
-    Attributes
-    ----------
-    label : str
-    lines : sequence of sequence of (x, y)
-        Lines, each as points in data coordinates.
-    color : str
-    """
-
-    label: str
-    lines: Sequence[Sequence[tuple[float, float]]]
-    color: str
-
-
-class Box(NamedTuple):
-    """A rectangle [pt]: left, right, bottom, top."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
-
-
-def place_labels(axes: Axes, curves: Sequence[LabelledCurve]) -> None:
-    """Label every curve; position and limits of the axes must be final."""
-    scale = 72.0 / axes.figure.dpi
-    lines = [
-        [np.asarray(axes.transData.transform(line)) * scale for line in curve.lines]
-        for curve in curves
-    ]
-    if not lines:
-        return
-    shown = [np.concatenate(own) for own in lines]
-    occupied = np.concatenate([densify(line) for own in lines for line in own])
-    frame = axes.get_window_extent()
-    panel = Box(*(scale * end for end in (frame.x0, frame.x1, frame.y0, frame.y1)))
-    placed: list[Box] = []
-    for curve, points in sorted(zip(curves, shown, strict=True), key=lambda pair: len(pair[1])):
-        box, point = min(
-            candidate_boxes(curve.label, points),
-            key=lambda one: placement_cost(one[0], one[1], occupied, placed, panel),
-        )
-        placed.append(box)
-        middle = (0.5 * (box.left + box.right) / scale, 0.5 * (box.bottom + box.top) / scale)
-        axes.annotate(
-            curve.label, tuple(point / scale), middle, size=LABEL_SIZE,
-            xycoords="figure pixels", textcoords="figure pixels", ha="center", va="center",
-            color=curve.color, zorder=6,
-            arrowprops={"arrowstyle": "-", "color": curve.color, "linewidth": 0.4,
-                        "shrinkA": 0, "shrinkB": 3},
-        )  # fmt: skip
-
-
-def densify(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points of a line together with interpolated points every `POINT_SPACING`."""
-    samples = []
-    for begin, step in zip(line[:-1], np.diff(line, axis=0), strict=True):
-        shares = np.linspace(0.0, 1.0, int(np.abs(step).max() / POINT_SPACING) + 2)
-        samples.append(begin + shares[:, None] * step)
-    return np.concatenate([line, *samples])
-
-
-def candidate_boxes(
-    label: str, points: NDArray[np.float64]
-) -> Iterator[tuple[Box, NDArray[np.float64]]]:
-    """Yield candidate boxes of a label around every point of a curve."""
-    half = 0.5 * LETTER_WIDTH * LABEL_SIZE * len(label), 0.5 * LETTER_HEIGHT * LABEL_SIZE
-    for point in points:
-        for distance in LABEL_DISTANCES:
-            for angle in np.arange(LABEL_DIRECTIONS) * 2.0 * np.pi / LABEL_DIRECTIONS:
-                x = point[0] + np.cos(angle) * (distance + half[0])
-                y = point[1] + np.sin(angle) * (distance + half[1])
-                yield Box(x - half[0], x + half[0], y - half[1], y + half[1]), point
-
-
-def placement_cost(
-    box: Box,
-    point: NDArray[np.float64],
-    occupied: NDArray[np.float64],
-    placed: Sequence[Box],
-    panel: Box,
-) -> float:
-    """Return the cost of a position: overlaps, distance, leaving the panel."""
-    x, y = occupied[:, 0], occupied[:, 1]
-    covered = (x > box.left - LABEL_MARGIN) & (x < box.right + LABEL_MARGIN)
-    covered &= (y > box.bottom - LABEL_MARGIN) & (y < box.top + LABEL_MARGIN)
-    overlap_count = int(covered.sum()) + 2 * sum(boxes_overlap(box, other) for other in placed)
-    outside = (
-        box.left < panel.left or box.right > panel.right
-        or box.bottom < panel.bottom or box.top > panel.top
-    )  # fmt: skip
-    middle = np.array([0.5 * (box.left + box.right), 0.5 * (box.bottom + box.top)])
-    distance = float(np.abs(middle - point).max())
-    return OVERLAP_COST * overlap_count + OUTSIDE_COST * outside + DISTANCE_COST * distance
-
-
-def boxes_overlap(one: Box, other: Box) -> bool:
-    """Whether two boxes overlap."""
-    return (
-        one.left < other.right + LABEL_MARGIN and other.left < one.right + LABEL_MARGIN
-        and one.bottom < other.top and other.bottom < one.top
-    )  # fmt: skip

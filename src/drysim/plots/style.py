@@ -11,7 +11,7 @@ import logging
 import re
 import textwrap
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -77,122 +77,63 @@ def save_png(draw: Callable[[], Figure], file: Path) -> None:
         canvas.print_png(str(file), **options)
 
 
-def new_figure(height: float) -> Figure:
-    """Return an empty figure of the given height [inch]."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(WIDTH, height), dpi=DPI)
+# Layout: heading, panels, legend.
 
 
-# Layout of rows of panels.
-
-
-SINGLE_ROW_HEIGHT, ROW_HEIGHT = 3.3, 2.3
-"""Height of a single row of panels, and of one row of several [inch]."""
-
-ROW_GAP, FOOT_HEIGHT, LEGEND_LINE_HEIGHT = 0.62, 0.52, 0.21
-"""Heights above a row of panels, below the last row, and of a line of the legend [inch]."""
-
-LEFT, RIGHT, COLUMN_GAP = 0.075, 0.98, 0.17
-"""Left and right edge of the panels as share of the width [-]; gap between columns relative to
-the width of a panel [-]."""
+SINGLE_ROW_HEIGHT, ROW_HEIGHT, LEGEND_LINE_HEIGHT = 4.1, 2.95, 0.21
+"""Heights of a single row of panels and of one row of several, with titles and tick labels, and
+of a line of the legend [inch]."""
 
 HANDLE_WIDTH, LETTER_WIDTH, LEGEND_WIDTH = 0.62, 0.077, 8.8
 """Widths in the legend [inch]: a line sample with its gaps, a character, the whole legend."""
 
 
 def panel_grid(
-    rows: int,
-    columns: int,
-    left: float = LEFT,
-    right: float = RIGHT,
-    row_gap: float = ROW_GAP,
-    column_gap: float = COLUMN_GAP,
+    rows: int, columns: int, row_height: float = ROW_HEIGHT, **options: Any
 ) -> tuple[Figure, GridSpec]:
-    """Return an empty figure and the grid of its panels.
+    """Return an empty figure and the grid of its panels; further options are matplotlib's."""
+    from matplotlib.figure import Figure
 
-    Parameters
-    ----------
-    rows, columns : int
-        Shape of the grid.
-    left, right : float
-        Edges of the grid as share of the width [-].
-    row_gap : float
-        Gap between rows [inch].
-    column_gap : float
-        Gap between columns, relative to the width of a panel [-].
-    """
-    figure = new_figure(rows * _row_height(rows))
-    grid = figure.add_gridspec(
-        rows,
-        columns,
-        left=left,
-        right=right,
-        wspace=column_gap,
-        hspace=row_gap / _row_height(rows),
-    )
-    return figure, grid
+    height = SINGLE_ROW_HEIGHT if rows == 1 else rows * row_height
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+    return figure, figure.add_gridspec(rows, columns, **options)
 
 
 def finish_figure(
-    figure: Figure, grid: GridSpec, heading: Heading, unnamed: Collection[str] = ()
-) -> tuple[float, float]:
-    """Set the height of a figure and add its heading and legend.
+    figure: Figure, heading: Heading, entries: dict[str, Any] | None = None
+) -> None:
+    """Add heading and legend to a figure, which becomes higher by as much.
 
     Parameters
     ----------
-    figure, grid
-        Results of `panel_grid`, with all panels drawn.
+    figure : Figure
+        Of `panel_grid`, with all panels drawn.
     heading : Heading
-    unnamed : collection of str
-        Labels that the legend omits.
-
-    Returns
-    -------
-    tuple of float
-        Lower and upper edge of the panels as share of the height [-].
+    entries : dict, optional
+        Handles of the legend by label; all of the panels without it.
     """
-    entries = legend_entries(figure.axes, unnamed)
+    entries = legend_entries(figure.axes) if entries is None else entries
     lines = ceil(sum(map(_entry_width, entries)) / LEGEND_WIDTH)
-    foot = FOOT_HEIGHT + LEGEND_LINE_HEIGHT * lines + 0.06
-    row = _row_height(grid.nrows)
-    between = (grid.nrows - 1) * (grid.hspace or 0.0) * row
-    body = foot + grid.nrows * row + between + ROW_GAP
-    total_height = body + heading_height(heading) - 0.2
-    figure.set_figheight(total_height)
-    bottom, top = foot / total_height, (body - ROW_GAP) / total_height
-    grid.update(bottom=bottom, top=top)
-    for axes in figure.axes:
-        if (subplot := axes.get_subplotspec()) is not None:
-            axes.set_position(subplot.get_position(figure))
+    above = heading_height(heading)
+    figure.set_figheight(figure.get_figheight() + above + LEGEND_LINE_HEIGHT * lines)
+    engine: Any = figure.get_layout_engine()
+    engine.set(rect=(0, 0, 1, 1 - above / figure.get_figheight()), w_pad=0.1, h_pad=0.08)
     write_heading(figure, heading)
     if entries:
-        add_legend(figure, entries, columns=ceil(len(entries) / lines), length=2.4)
-    return bottom, top
+        figure.legend(
+            list(entries.values()), list(entries), loc="outside lower center",
+            ncols=ceil(len(entries) / lines), frameon=False, fontsize=9,
+            borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5, handlelength=2.4,
+        )  # fmt: skip
 
 
-def add_legend(figure: Figure, entries: Mapping[str, Any], columns: int, length: float) -> None:
-    """Add a legend below all panels, with line samples of `length` font sizes."""
-    figure.legend(
-        list(entries.values()), list(entries), loc="lower center", ncols=columns, frameon=False,
-        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
-        handlelength=length,
-    )  # fmt: skip
-
-
-def legend_entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dict[str, Any]:
+def legend_entries(panels: Iterable[Axes]) -> dict[str, Any]:
     """Return the handle of every label in the panels, without duplicates."""
     known: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            if label not in unnamed:
-                known.setdefault(label, handle)
+            known.setdefault(label, handle)
     return known
-
-
-def _row_height(rows: int) -> float:
-    """Return the height of each of `rows` rows of panels [inch]."""
-    return SINGLE_ROW_HEIGHT if rows == 1 else ROW_HEIGHT
 
 
 def _entry_width(label: str) -> float:

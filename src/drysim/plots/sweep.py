@@ -478,13 +478,6 @@ LOG_SCALE_RATIO = 100.0
 NATURAL_FREQUENCY_KEYS = {"oscillator.mass", "oscillator.stiffness"}
 """Keys that change the natural frequency."""
 
-PANELS_RIGHT = 0.965
-"""Right edge of the panels [-], with room for half of the last tick label."""
-
-COLORBAR_WIDTH, COLORBAR_GAP, COLORBAR_LABEL_WIDTH, COLORBAR_DIGIT_WIDTH = 0.16, 0.2, 0.36, 0.09
-"""Width of a colour bar, gap next to it, width of its label with gaps, and width of a digit of
-its tick labels [inch]."""
-
 
 def draw_panels(
     table: Table,
@@ -506,7 +499,7 @@ def draw_panels(
     """
     count = len(view.panels)
     coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
-    figure, grid = style.panel_grid(count, len(metrics), right=PANELS_RIGHT)
+    figure, grid = style.panel_grid(count, len(metrics))
     for place, metric in enumerate(metrics):
         first = None
         for at, panel in enumerate(view.panels):
@@ -524,15 +517,13 @@ def draw_panels(
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
         _set_y_limits(first, values, allow_log=metric is T_A)
-    unnamed = {line.label for line in view.panels[0].lines}
+    entries = style.legend_entries(figure.axes)
+    if coloured:
+        for line in view.panels[0].lines:
+            entries.pop(line.label, None)
+        _draw_colorbar(figure, view)
     heading = style.table_heading(table, view.left_out, of_stroke=_shows_stroke(metrics))
-    if not coloured:
-        style.finish_figure(figure, grid, heading)
-        return figure
-    bar, left = _draw_colorbar(figure, view)
-    grid.update(right=left - COLORBAR_GAP / style.WIDTH)
-    bottom, top = style.finish_figure(figure, grid, heading, unnamed)
-    bar.set_position((left, bottom, COLORBAR_WIDTH / style.WIDTH, top - bottom))
+    style.finish_figure(figure, heading, entries)
     return figure
 
 
@@ -569,26 +560,23 @@ def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
             axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
-def _draw_colorbar(figure: Figure, view: View) -> tuple[Axes, float]:
-    """Draw the colour bar of many lines.
-
-    Return its axes and the left edge that leaves room for its tick labels and label.
-    """
+def _draw_colorbar(figure: Figure, view: View) -> None:
+    """Draw the colour bar of many lines beside all panels."""
     from matplotlib.cm import ScalarMappable
-    from matplotlib.ticker import MaxNLocator
 
     assert view.line is not None
-    axes = figure.add_axes((0.9, 0.1, 0.02, 0.8))
-    norm, colormap = color_scale(view.line)
-    bar = figure.colorbar(ScalarMappable(norm, colormap), cax=axes)
+    mappable = ScalarMappable(*color_scale(view.line))
+    bar = figure.colorbar(mappable, ax=figure.axes, aspect=25, pad=0.02)
     bar.set_label(axis_label(view.line))
-    axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
-    set_ticks(axes.yaxis)
-    ticks = [x for x in axes.yaxis.get_majorticklocs() if norm.vmin <= x <= norm.vmax]
-    letters = max((len(tick_label(x)) for x in ticks), default=0)
-    return axes, 1.0 - (
-        COLORBAR_WIDTH + COLORBAR_LABEL_WIDTH + COLORBAR_DIGIT_WIDTH * letters
-    ) / style.WIDTH
+    set_colorbar_ticks(bar)
+
+
+def set_colorbar_ticks(bar: Any) -> None:
+    """Label a colour bar at round values."""
+    from matplotlib.ticker import MaxNLocator
+
+    bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    set_ticks(bar.ax.yaxis)
 
 
 def line_styles(view: View) -> list[Style]:
@@ -819,12 +807,6 @@ QUANTILE_BANDS = (
 )
 MEDIAN_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 
-MAPS_LEFT, MAPS_RIGHT = 0.1, 0.92
-"""Left and right edge of the panels with a map, with room for its labels [-]."""
-
-MAP_GAP = 0.4
-"""Gap between two maps over their width [-]: colour bar of the left, label of the right."""
-
 
 def needs_quantiles(table: Table) -> bool:
     """Whether a table is drawn as quantile bands: random samples, or too many for lines."""
@@ -854,12 +836,7 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     if references:
         count_cases(as_batches(table.rows), references[0], reference_histograms)
     shown = [i for i, one in enumerate(histograms) if one.counts.any()] or [len(histograms) - 1]
-    if across is None:
-        figure, grid = style.panel_grid(1, len(shown), right=MAPS_RIGHT)
-    else:
-        figure, grid = style.panel_grid(
-            2, len(shown), MAPS_LEFT, MAPS_RIGHT, column_gap=MAP_GAP
-        )
+    figure, grid = style.panel_grid(1 if across is None else 2, len(shown))
     for place, i in enumerate(shown):
         metric = metrics[i]
         axes = figure.add_subplot(grid[0, place])
@@ -873,9 +850,7 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {metric.full_title}")
             draw_map(figure, below, histograms[i], metric.scale)
-    style.finish_figure(
-        figure, grid, style.table_heading(table, of_stroke=_shows_stroke(metrics))
-    )
+    style.finish_figure(figure, style.table_heading(table, of_stroke=_shows_stroke(metrics)))
     return figure
 
 
@@ -920,8 +895,6 @@ def set_bin_axis(axes: Axes, bins: Bins, named: bool) -> None:
 
 def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> None:
     """Draw the mean of a metric over two swept keys, with a colour bar."""
-    from matplotlib.ticker import MaxNLocator
-
     assert found.across is not None, "a map has two axes"
     x, y = found.along.edges, found.across.edges
     values = np.ma.masked_invalid(found.map * factor)
@@ -933,8 +906,7 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     axes.set_ylabel(axis_label(found.across.axis))
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
-    # The margin for the tick labels is narrow.
-    bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    set_colorbar_ticks(bar)
 
 
 # Histograms of a metric along a swept key, updated block by block.
