@@ -465,7 +465,7 @@ def test_doctor_runs_a_scenario_to_its_picture(drysim, monkeypatch):
     def broken(*_):
         raise AttributeError("no such method")
 
-    monkeypatch.setattr("drysim.plots.response.response", broken)
+    monkeypatch.setattr("drysim.plots.response.draw", broken)
     code, out, _ = drysim("doctor")
     assert code == 3
     assert "FAIL  run          AttributeError: no such method" in out

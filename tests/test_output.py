@@ -33,7 +33,13 @@ from drysim.excitation.random import Standard
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.output import folder, sidecar, tables
-from drysim.output.folder import RESULT_FILES, install_partial, result_files, write_marker
+from drysim.output.folder import (
+    PICTURES,
+    RESULT_FILES,
+    install_partial,
+    result_files,
+    write_marker,
+)
 from drysim.output.sidecar import Provenance
 from drysim.output.tables import write_transmissibility_csv
 from drysim.plots import style
@@ -47,7 +53,6 @@ from drysim.plots.response import (
     envelope,
     excursions,
     mass_style,
-    response,
     stuck_intervals,
     zoom_slice,
 )
@@ -237,7 +242,7 @@ SCENES = {
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_picture_is_drawn_without_a_warning(scene, tmp_path):
-    response(outcome(**scene), tmp_path)
+    style.save_png(lambda: draw(outcome(**scene)), tmp_path / "response.png")
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -338,10 +343,10 @@ def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
     import matplotlib
 
     made = outcome()
-    response(made, tmp_path)
+    style.save_png(lambda: draw(made), tmp_path / "response.png")
     first = (tmp_path / "response.png").read_bytes()
     with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
-        response(made, tmp_path)
+        style.save_png(lambda: draw(made), tmp_path / "response.png")
     assert (tmp_path / "response.png").read_bytes() == first
 
 
@@ -684,9 +689,9 @@ def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
 
 def test_every_file_that_drysim_writes_is_known_by_its_name():
     package = Path(drysim.__file__).parent
-    files = [*package.glob("output/*.py"), *package.glob("plots/*.py")]
-    words = "".join(file.read_text(encoding="utf-8") for file in files)
+    words = "".join(file.read_text(encoding="utf-8") for file in package.glob("output/*.py"))
     named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
+    named |= {f"{name}.png" for names in PICTURES.values() for name in names}
     named |= {
         f"{name}.yaml"
         for name, _ in (*speed_error.BENCH_SCENARIOS, *speed_error.STEADY_SCENARIOS)

@@ -9,6 +9,7 @@ any work that this is allowed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -202,9 +203,14 @@ def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensembl
 
 
 def _plot_writers(kind: str, drawn: bool) -> tuple[Callable[[Any, Path], None], ...]:
-    """Return the drawing functions of a kind of result; imports no module if none is drawn."""
-    found = []
-    for name in PICTURES[kind] if drawn else ():
-        module, function = name.split(".")
-        found.append(getattr(import_module(f"drysim.plots.{module}"), function))
-    return tuple(found)
+    """Return a writer for each picture of a kind of result; what draws it is imported late."""
+    return tuple(partial(_write_picture, *one) for one in PICTURES[kind].items() if drawn)
+
+
+def _write_picture(name: str, function: str, result: Any, folder: Path) -> None:
+    """Draw a picture of a result and write it."""
+    from drysim.plots.style import save_png
+
+    module, draw = function.split(".")
+    drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
+    save_png(lambda: drawn(result), folder / f"{name}.png")

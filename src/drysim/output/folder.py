@@ -53,19 +53,23 @@ RESUMABLE_FILES = re.compile(
 """Files that hold finished work until all of it is done; earlier versions had `cases.jsonl`."""
 
 PICTURES = {
-    "run": ("response.response", "spectra.spectra", "spectra.bands"),
-    "ensemble": ("ensemble.ensemble",),
-    "sweep": ("sweep.transmissibility", "sweep.stroke"),
-    "comparison": ("comparison.comparison",),
-    "bench": ("speed_error.speed_error",),
+    "run": {
+        "response": "response.draw",
+        "spectra": "spectra.draw",
+        "bands": "spectra.draw_bands",
+    },
+    "ensemble": {"ensemble": "ensemble.draw"},
+    "sweep": {"transmissibility": "sweep.draw_transmissibility", "stroke": "sweep.draw_stroke"},
+    "comparison": {"comparison": "comparison.draw"},
+    "bench": {"speed_error": "speed_error.draw"},
 }
-"""Pictures of each kind of result: functions of `drysim.plots`, as module and name. Each takes
-the result and a folder, and writes `<name>.png` there if there is anything to draw."""
+"""Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
+that draws it, as module and name. It returns no figure if there is nothing to draw."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
     r"|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
-    rf"|({'|'.join(name.split('.')[1] for names in PICTURES.values() for name in names)})\.png"
+    rf"|({'|'.join(name for names in PICTURES.values() for name in names)})\.png"
     r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
 )
 """Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""

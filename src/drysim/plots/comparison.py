@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import inf, nan, pi, sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,20 +54,8 @@ OTHER_STYLES: tuple[Style, ...] = (
 FRICTIONLESS = "viscous"
 
 
-def comparison(result: Comparison, folder: Path) -> None:
-    """Write comparison.png.
-
-    Parameters
-    ----------
-    result : Comparison
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw(result), folder / "comparison.png")
-
-
 def draw(result: Comparison) -> Figure:
-    """Return the figure of a comparison, not yet rendered."""
+    """Return the figure of a comparison."""
     line_styles, view = approach_styles(result), comparison_view(result)
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
     swept, bars = known and bool(view.key), known and not view.key

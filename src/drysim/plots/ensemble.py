@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,20 +45,8 @@ HEADING_RESULTS = (
 """Name, metric and unit of the results in the heading."""
 
 
-def ensemble(result: Ensemble, folder: Path) -> None:
-    """Write ensemble.png.
-
-    Parameters
-    ----------
-    result : Ensemble
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw(result), folder / "ensemble.png")
-
-
 def draw(result: Ensemble) -> Figure:
-    """Return the figure of an ensemble, not yet rendered."""
+    """Return the figure of an ensemble."""
     shown = list(_shown_metrics(result))
     figure, grid = style.panel_grid(len(shown), 2)
     for at, metric in enumerate(shown):

@@ -10,7 +10,6 @@ which the stroke limit is reached are marked. Other pictures use the curves and 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
@@ -50,20 +49,8 @@ MAX_LIMIT_RATIO, MAX_LIMIT_RATIO_ZOOMED = 3.0, 1.3
 """Stroke limit over peak |x_r| up to which the limit is drawn [-]: full and zoomed view."""
 
 
-def response(outcome: Outcome, folder: Path) -> None:
-    """Write response.png.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw(outcome), folder / "response.png")
-
-
 def draw(outcome: Outcome) -> Figure:
-    """Return the figure of a response, not yet rendered."""
+    """Return the figure of a response."""
     motion = outcome.response
     zoomed = len(motion) > MAX_LINE_POINTS or len(motion.events) > MAX_EVENTS_WITHOUT_ZOOM
     figure, grid = style.panel_grid(4 if zoomed else 2, 2, ROW_HEIGHT, width_ratios=(1.5, 1))

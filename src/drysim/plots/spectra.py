@@ -6,7 +6,6 @@ they are ratios of spectral leakage.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,37 +33,12 @@ MASS_BAR_STYLE: Style = {"color": "#0b3c6f"}
 VISCOUS_STYLE: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
-def spectra(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.png if the scenario requests spectra.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Output folder.
-    """
-    if outcome.spectra is not None:
-        style.save_png(lambda: draw(outcome), folder / "spectra.png")
-
-
-def bands(outcome: Outcome, folder: Path) -> None:
-    """Write bands.png if the scenario requests one-third-octave bands.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Output folder.
-    """
-    if outcome.spectra is not None and outcome.spectra.bands is not None:
-        style.save_png(lambda: draw_bands(outcome), folder / "bands.png")
-
-
-def draw_bands(outcome: Outcome) -> Figure:
-    """Return the figure of the RMS values in bands, not yet rendered."""
-    assert outcome.spectra is not None, "only requested bands are drawn"
-    found, weights = outcome.spectra.bands, outcome.scenario.measure.weights
-    assert found is not None, "only requested bands are drawn"
+def draw_bands(outcome: Outcome) -> Figure | None:
+    """Return the figure of the RMS values in bands, None if they were not requested."""
+    found = None if outcome.spectra is None else outcome.spectra.bands
+    if found is None:
+        return None
+    weights = outcome.scenario.measure.weights
     pairs = [("RMS acceleration", found.a_u, found.a_x)]
     if weights is not None and found.a_wu is not None and found.a_w is not None:
         pairs.append((f"weighted {weights[0]}, k {weights[1]:g}", found.a_wu, found.a_w))
@@ -82,10 +56,11 @@ def draw_bands(outcome: Outcome) -> Figure:
     return figure
 
 
-def draw(outcome: Outcome) -> Figure:
-    """Return the figure of the spectra of an outcome, not yet rendered."""
+def draw(outcome: Outcome) -> Figure | None:
+    """Return the figure of the spectra of an outcome, None if they were not requested."""
     found = outcome.spectra
-    assert found is not None, "only requested spectra are drawn"
+    if found is None:
+        return None
     excited = _excited_lines(found.G_u)
     figure, grid = style.panel_grid(2, 2)
     _draw_psd(figure.add_subplot(grid[:, 0]), found)

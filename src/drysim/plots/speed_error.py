@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.plots import style, sweep
@@ -66,20 +65,8 @@ ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
 )
 
 
-def speed_error(bench: Bench, folder: Path) -> None:
-    """Write speed_error.png: errors of x_r and T_a over the time per sample.
-
-    Parameters
-    ----------
-    bench : Bench
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw(bench), folder / "speed_error.png")
-
-
 def draw(bench: Bench) -> Figure:
-    """Return the figure of a benchmark, not yet rendered."""
+    """Return the figure of a benchmark: errors of x_r and T_a over the time per sample."""
     figure, grid = style.panel_grid(len(bench.cases), 2)
     alone = len(bench.cases) == 1
     for row, panel in enumerate(bench.cases):

@@ -49,13 +49,13 @@ RC_PARAMS: Style = {
 }
 
 
-def save_png(draw: Callable[[], Figure], file: Path) -> None:
+def save_png(draw: Callable[[], Figure | None], file: Path) -> None:
     """Draw a figure in drysim's style and write it as PNG.
 
     Parameters
     ----------
     draw : callable
-        Returns the figure; called with drysim's rcParams in effect.
+        Returns the figure, or None for no file; called with drysim's rcParams in effect.
     file : Path
         The PNG file.
     """
@@ -70,7 +70,9 @@ def save_png(draw: Callable[[], Figure], file: Path) -> None:
     with matplotlib.rc_context(params), warnings.catch_warnings():
         # A character that is missing in the font is drawn as a box, without a warning.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        canvas: Any = FigureCanvasAgg(draw())
+        if (figure := draw()) is None:
+            return
+        canvas: Any = FigureCanvasAgg(figure)
         # Without the version of matplotlib, equal pictures are equal files.
         # Level 3 of zlib takes half the time of the default for a file 5 % larger.
         options = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 3}}

@@ -23,7 +23,6 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, pi, sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -63,20 +62,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def transmissibility(table: Table, folder: Path) -> None:
-    """Write transmissibility.png: T_x on the left, T_a on the right, as in the paper.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw_transmissibility(table), folder / "transmissibility.png")
-
-
 def draw_transmissibility(table: Table) -> Figure:
-    """Return the figure of the transmissibilities, not yet rendered."""
+    """Return the figure of T_x on the left and T_a on the right, as in the paper."""
     if needs_quantiles(table):
         return draw_quantiles(table, [T_X, T_A])
     view = sweep_view(table)
@@ -88,20 +75,8 @@ def draw_transmissibility(table: Table) -> Figure:
     return draw_panels(table, view, known or [T_A], draw_unity)
 
 
-def stroke(table: Table, folder: Path) -> None:
-    """Write stroke.png: peak of |x_r|, stroke limit and violations.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path
-        Output folder.
-    """
-    style.save_png(lambda: draw_stroke(table), folder / "stroke.png")
-
-
 def draw_stroke(table: Table) -> Figure:
-    """Return the figure of the stroke, not yet rendered."""
+    """Return the figure of the peak of |x_r|, the stroke limit and its violations."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     peak = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     if needs_quantiles(table):
