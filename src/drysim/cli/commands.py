@@ -51,19 +51,43 @@ PNG_TRAILER = b"IEND\xaeB`\x82"
 """Last bytes of a complete PNG file."""
 
 
-def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> int:
-    """Copy a commented scenario from the gallery."""
+def init(
+    name: options.Name = None, record: options.FromRecord = None, show: options.Show = False
+) -> int:
+    """Copy a commented scenario from the gallery, or draft one for a measured record."""
     from drysim.console import terminal
     from drysim.study import gallery
 
     if show:
         return show_gallery(gallery.HARD_FOLDER if name == gallery.HARD_FOLDER else "")
+    if record is not None:
+        return draft(record, name or "")
+    name = name or DEFAULT_SCENARIO
     written = gallery.copy(name, Path())
     with tolerate_closed_pipe(Path()):
         terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
         terminal.print_stderr(f"friction loop: {loop}")
     terminal.print_stderr(f"next: drysim run {written[0]}")
+    return EXIT_OK
+
+
+def draft(record: str, name: str) -> int:
+    """Write a scenario for a measured record, and show what is left to decide and to check."""
+    from drysim.console import terminal
+    from drysim.study.draft import write_draft
+
+    file, found = write_draft(Path(record), name)
+    with tolerate_closed_pipe(Path()):
+        terminal.print_stdout(str(file))
+    terminal.print_stderr("; ".join(found.layout))
+    left = {
+        "give values to": [one.key for one in found.proposals if one.value is None],
+        "check": [one.key for one in found.proposals if one.value and not one.is_certain],
+    }
+    steps = [f"{verb} {', '.join(keys)}" for verb, keys in left.items() if keys]
+    steps += ["replace the example oscillator and friction", f"drysim validate {file}"]
+    terminal.print_stderr(f"next: {'; '.join(steps)}")
     return EXIT_OK
 
 

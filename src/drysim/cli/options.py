@@ -178,8 +178,12 @@ TlsKey = Annotated[
     typer.Option("--tls-key", metavar="FILE", help="Private key of that certificate (PEM)."),
 ]
 Name = Annotated[
-    str,
+    str | None,
     typer.Argument(metavar="NAME", autocompletion=complete_gallery, help="Gallery scenario."),
+]
+FromRecord = Annotated[
+    str | None,
+    typer.Option("--from", metavar="RECORD", help="Draft a scenario for a measured record."),
 ]
 Show = Annotated[
     bool, typer.Option("--list", help="List the gallery; with `hard`, the hard cases.")

@@ -1,0 +1,433 @@
+"""What an unknown record file contains: proposed keys of a scenario, each with its reason.
+
+A logger file rarely says all that a scenario must state. Where its header, its times and its
+statistics show an answer, that is proposed together with the observation; a proposal that is
+not certain is marked as such. Where they show none, the proposed key has no value: the user
+has to decide, and validation of the scenario reports the key until then.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from itertools import islice
+from math import ceil
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.core.model import mean_and_std
+from drysim.errors import RecordError
+from drysim.records import SI
+from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid
+from drysim.records.columns import Columns, Floats, RecordFile, open_record, time_factor
+from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
+from drysim.records.options import SUGGESTED_HIGH_PASS
+from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TIME_OF_DAY, TextTable, split_cells
+from drysim.records.warnings import GRAVITY, GRAVITY_TOLERANCE, LARGE_MEAN
+from drysim.units import NUMBER_PATTERN, conversion_factor, is_common_unit
+from drysim.wording import format_count, format_number
+
+MAX_BYTES = 1 << 26
+"""Bytes of a text file that are inspected; what follows is left to validation."""
+
+STANDARD_GRAVITY = conversion_factor("g", "m/s²")
+"""Acceleration of 1 g [m/s²]."""
+
+NAMES_OF_TIME = re.compile(
+    r"(?i)(t|time(stamp)?|elapsed|seconds?|sec|zeit|temps|tiempo|tempo)\b.*"
+)
+NAMES_OF_BASE = re.compile(r"(?i).*(base|floor|ground|platform|chassis|boden|plancher).*")
+NAMES_OF_VERTICAL = re.compile(r"(?i).*(?<![a-z])((a|acc)?_?z|vert[a-z]*)(?![a-z]).*")
+
+LONG_STEP = 0.1
+"""Times without a unit that advance by more than this [s] are not taken as seconds: vibration
+is not recorded at less than 10 Hz."""
+
+SHORT_GAP = 0.05
+"""Longest gap [s] whose interpolation is proposed without a question."""
+
+PERIODS_OF_HIGH_PASS = 10
+"""A high-pass is proposed for records of at least this many of its periods: within one period
+of either end its output depends on how the record is continued."""
+
+MAX_LINE = 10_000
+"""Bytes at the end of a file in which its last row is looked for."""
+
+DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", "": "blanks"}
+
+
+class Proposal(NamedTuple):
+    """A key of the excitation block; without a value where the file shows no answer.
+
+    `is_certain` is false for a guess.
+    """
+
+    key: str
+    value: object
+    reason: str
+    is_certain: bool = True
+
+
+class ColumnSummary(NamedTuple):
+    """0-based number, label and unit of a column, and its statistics in that unit."""
+
+    column: int
+    name: str
+    unit: str
+    mean: float
+    rms_about_mean: float
+    smallest: float
+    largest: float
+    missing: int
+
+
+class Inspection(NamedTuple):
+    """What was found: the layout in words, the columns of samples, and the proposals."""
+
+    layout: tuple[str, ...]
+    columns: tuple[ColumnSummary, ...]
+    proposals: tuple[Proposal, ...]
+
+
+@np.errstate(all="ignore")  # overflow shows in the statistics
+def inspect_record(path: Path) -> Inspection:
+    """Return what a record file contains, and the keys that a scenario needs to read it.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, or contains no rows or channels of numbers.
+    """
+    skip, columns = _find_columns(open_record(path, FORMATS_BY_SUFFIX))
+    proposals, layout = [], [_describe_layout(columns)]
+    if skip:
+        proposals.append(Proposal("skip", skip, "rows above the header or the first numbers"))
+    columns, is_whole = _first_part(columns)
+    if not is_whole:
+        layout.append(f"only the first {MAX_BYTES / 1e6:.0f} MB were inspected")
+    values: dict[int, Floats] = {}
+    for index in columns.series():
+        try:
+            values[index] = columns.numbers([index], index)[0][:]
+        except RecordError as error:
+            layout.append(f"left out: {error.message}")
+    if not values:
+        raise columns.error("; ".join([f"there is no {columns.word} of numbers", *layout[1:]]))
+    time, grid, of_time = _propose_times(columns, values)
+    summaries = [_summarise(columns, i, x) for i, x in values.items() if i != time]
+    if not summaries:
+        raise columns.error(f"there is no {columns.word} of numbers besides the time")
+    count = max(len(values[one.column]) for one in summaries)
+    rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
+    layout.insert(1, format_count(count, "sample") + rate)
+    is_choice = len(columns.series()) > 1 + any(one.key == "time" for one in of_time)
+    chosen, quantity, of_column = _propose_column(columns, summaries, is_choice)
+    proposals += of_time + of_column
+    if chosen is not None:
+        proposals += _propose_clean_up(values[chosen.column], grid, chosen, quantity)
+    return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
+
+
+def _find_columns(file: RecordFile) -> tuple[int, Columns]:
+    """Return the rows to skip, and the columns below them."""
+    member = format_of(file.path)
+    assert member is not None  # ensured by `open_record`
+    try:
+        columns = member.columns(file)
+        fault = None if _has_numbers(columns) else columns.error("there are no rows of numbers")
+    except RecordError as error:
+        fault = error
+    if fault is None:
+        return 0, columns
+    if "skip" not in member.unused_keys:
+        for skip in range(1, MAX_ROWS_EXAMINED):
+            try:
+                columns = member.columns(replace(file, skip=skip))
+            except RecordError:
+                continue
+            if _has_numbers(columns):
+                return skip, columns
+    raise fault
+
+
+def _has_numbers(columns: Columns) -> bool:
+    """Whether the first rows of a text table have numbers in the same columns throughout."""
+    if not isinstance(columns, TextTable):
+        return True
+    rows = [cells for _, cells in islice(columns.rows(), MAX_ROWS_EXAMINED) if cells]
+    if not rows or any(len(cells) != columns.width for cells in rows):
+        return False
+    first, last = (
+        {i for i, cell in enumerate(cells) if _is_number_or_missing(cell.text)}
+        for cells in (rows[0], rows[-1])
+    )
+    return bool(last) and last <= first
+
+
+def _is_number_or_missing(text: str) -> bool:
+    number = NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1))
+    return number is not None or MISSING.fullmatch(text) is not None
+
+
+def _first_part(columns: Columns) -> tuple[Columns, bool]:
+    """Return the columns of the first rows of a large text file, and whether it is whole."""
+    if not isinstance(columns, TextTable) or len(columns.file.text) <= MAX_BYTES:
+        return columns, True
+    part = columns.file.text[:MAX_BYTES]
+    part = part[: part.rfind(b"\n") + 1]
+    return replace(columns, file=columns.file._replace(text=part)), False
+
+
+def _describe_layout(columns: Columns) -> str:
+    """Return how the file is laid out."""
+    if not isinstance(columns, TextTable):
+        return format_count(columns.width, columns.word)
+    comma = ", decimal commas" if columns.decimal(columns.series()) == "," else ""
+    header = f"header in row {columns.header_line}" if columns.header_line else "no header"
+    delimiter = f"delimited by {DELIMITERS[columns.delimiter]}{comma}"
+    return f"{format_count(columns.width, 'column')} {delimiter}, {header}"
+
+
+def _summarise(columns: Columns, index: int, x: Floats) -> ColumnSummary:
+    """Return the statistics of a column."""
+    there = x[~np.isnan(x)]
+    mean, rms = mean_and_std(there) if len(there) else (np.nan, np.nan)
+    label = columns.labels[index] if columns.labels else None
+    return ColumnSummary(
+        index,
+        label.name if label else "",
+        label.unit if label else "",
+        mean,
+        rms,
+        float(there.min(initial=np.inf)),
+        float(there.max(initial=-np.inf)),
+        len(x) - len(there),
+    )
+
+
+def _identify(columns: Columns, index: int) -> str | int:
+    """Return the name of a column, or its number from 1 if that alone is unique."""
+    names = [label.name for label in columns.labels]
+    name = names[index] if names else ""
+    return name if name and names.count(name) == 1 else index + 1
+
+
+# Times.
+
+
+Times = tuple[int | None, TimeGrid | None, list[Proposal]]
+"""Column of the times, their grid, and the keys that state them."""
+
+
+def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
+    """Return what is known of the times."""
+    for index in values:
+        if (spacing := columns.file_spacing(index)) is not None:
+            return None, TimeGrid(*spacing), []
+        if (found := columns.time_column(index)) is not None:
+            times = columns.numbers([found])[0][:]
+            return found, fit_grid(times, 1.0, columns, found, may_jitter=True), []
+    column = _find_times(columns, values)
+    if column is not None:
+        return _propose_time_column(columns, column, values[column])
+    span, reason = _time_of_day_span(columns)
+    steps = max(map(len, values.values())) - 1
+    if span <= 0 or steps < 1:
+        return None, None, [Proposal("rate", None, reason)]
+    rate = Proposal("rate", f"{steps / span:.4g} Hz", reason, False)
+    return None, TimeGrid(span / steps, 0.0), [rate]
+
+
+def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
+    """Return the keys for a column of times: `time`, or `rate` where it cannot be used."""
+    name, unit = columns.describe_column(column), ""
+    if columns.labels:
+        unit = columns.labels[column].unit
+    step = float(np.median(np.diff(t)))
+    if not unit and step > LONG_STEP:
+        counts = f"{name} advances by {step:.6g}"
+        if (np.diff(t) == 1.0).all():
+            reason = f"{counts}: sample numbers, or milliseconds (then 1000 Hz)"
+            return column, None, [Proposal("rate", None, reason)]
+        rate = Proposal(
+            "rate", f"{1e3 / step:.6g} Hz", f"{counts}, taken as milliseconds", False
+        )
+        return column, TimeGrid(step * 1e-3, 0.0), [rate]
+    second = time_factor(columns, column)
+    try:
+        grid = fit_grid(t, second, columns, column, may_jitter=True)
+    except RecordError as error:
+        mean = float(t[-1] - t[0]) * second / (len(t) - 1)
+        if not mean > 0:
+            return column, None, [Proposal("rate", None, error.message)]
+        reason = f"mean rate; the times cannot be used: {error.message}"
+        rate = Proposal("rate", f"{1 / mean:.6g} Hz", reason, False)
+        return column, TimeGrid(mean, 0.0), [rate]
+    span = f"{t[0]:.6g} to {t[-1]:.6g} {unit or 's'}{'' if unit else ', taken as seconds'}"
+    proposals = [Proposal("time", _identify(columns, column), span, bool(unit))]
+    if grid.spread is not None:
+        low, high = grid.spread
+        reason = (
+            f"steps vary from {low * 1e3:.4g} to {high * 1e3:.4g} ms; the mean rate, rounded"
+        )
+        mean_rate = float(f"{1 / grid.dt:.3g}")  # within the 1 % that needs no low-pass
+        resample = {"rate": f"{mean_rate:.6g} Hz", "by": "spline"}
+        proposals.append(Proposal("resample", resample, reason))
+    return column, grid, proposals
+
+
+def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
+    """Return the column whose unit or name is one of time; else the first even, rising one."""
+    for index in values:
+        label = columns.labels[index] if columns.labels else None
+        of_time = label and (
+            is_common_unit(label.unit, "s")
+            if label.unit
+            else NAMES_OF_TIME.fullmatch(label.name)
+        )
+        if of_time and not np.isnan(values[index]).any():
+            return index
+    for index, t in values.items():
+        steps = np.diff(t)
+        if (
+            len(values) > 1
+            and len(t) > 2
+            and (steps > 0).all()
+            and steps.max() < 2 * steps.min()
+        ):
+            return index
+    return None
+
+
+def _time_of_day_span(columns: Columns) -> tuple[float, str]:
+    """Return the seconds from the first to the last row by times of day, 0 if unknown."""
+    if isinstance(columns, TextTable):
+        tail = columns.file.text[-MAX_LINE:].rstrip().splitlines()[-1]
+        first = next(cells for _, cells in columns.rows() if cells)
+        last = split_cells(tail.decode(errors="replace"), columns.delimiter)
+        for index, (begin, end) in enumerate(zip(first, last, strict=False)):
+            if TIME_OF_DAY.fullmatch(begin.text) and TIME_OF_DAY.fullmatch(end.text):
+                span = (_seconds_of_day(end.text) - _seconds_of_day(begin.text)) % 86400.0
+                return (
+                    span,
+                    f"mean rate of the times of day in {columns.describe_column(index)}",
+                )
+    return 0.0, "the file does not contain the times"
+
+
+def _seconds_of_day(text: str) -> float:
+    """Return the last group `h:m:s` of a time of day in seconds."""
+    clock = re.findall(r"\d{1,2}(?::\d\d){1,2}(?:[.,]\d*)?", text)[-1].replace(",", ".")
+    hours, minutes, *seconds = (float(part) for part in clock.split(":"))
+    return 3600.0 * hours + 60.0 * minutes + sum(seconds)
+
+
+# The column of the samples, and its unit.
+
+
+def _propose_column(
+    columns: Columns, summaries: list[ColumnSummary], is_choice: bool
+) -> tuple[ColumnSummary | None, str, list[Proposal]]:
+    """Return the column that is most likely ü, its quantity, and the keys that select it."""
+    known = {one: _quantity_and_unit(one) for one in summaries}
+
+    def likelihood(one: ColumnSummary) -> tuple[bool, ...]:
+        quantity, _, has_gravity, _ = known[one]
+        return (
+            quantity == "acceleration",
+            bool(quantity),
+            NAMES_OF_BASE.fullmatch(one.name) is not None,
+            has_gravity,
+            NAMES_OF_VERTICAL.fullmatch(one.name) is not None,
+        )
+
+    best = max(summaries, key=likelihood)  # the first of equals
+    ties = [one for one in summaries if likelihood(one) == likelihood(best)]
+    quantity, unit, has_gravity, is_certain = known[best]
+    proposals = []
+    if is_choice:
+        value: str | int | None = _identify(columns, best.column)
+        if len(ties) > 1:
+            names = ", ".join(f"`{_identify(columns, one.column)}`" for one in ties)
+            value, reason = None, f"which is the motion of the base? {names} look alike"
+        elif len(summaries) == 1:
+            reason = f"the only {columns.word} of numbers besides the time"
+        elif NAMES_OF_BASE.fullmatch(best.name):
+            reason = "by its name"
+        elif has_gravity:
+            reason = "its mean is gravity: the vertical direction"
+        elif NAMES_OF_VERTICAL.fullmatch(best.name):
+            reason = "by its name"
+        else:
+            reason = f"the only one with a unit of {quantity}"
+        proposals.append(Proposal(columns.key, value, reason, len(summaries) == 1))
+    if columns.normalised:
+        reason = "integer samples are fractions of a full scale, e.g. 50 m/s2"
+        proposals.append(Proposal("full_scale", None, reason))
+    elif not quantity:
+        proposals.append(Proposal("unit", None, "the file does not contain it; e.g. m/s2 or g"))
+    elif not is_certain:
+        reason = (
+            f"no unit in the file; the mean of {best.mean:.4g} looks like gravity in {unit}"
+        )
+        proposals.append(Proposal("unit", unit, reason, False))
+    if quantity not in ("", "acceleration"):
+        proposals.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
+    return (best if len(ties) == 1 else None), quantity, proposals
+
+
+def _quantity_and_unit(one: ColumnSummary) -> tuple[str, str, bool, bool]:
+    """Return quantity, unit, whether the mean is gravity, and whether the unit is certain.
+
+    Quantity and unit are empty where neither header nor mean shows them.
+    """
+    for quantity in ("acceleration", "velocity", "displacement"):
+        if one.unit and is_common_unit(one.unit, SI[quantity]):
+            mean = one.mean * conversion_factor(one.unit, SI[quantity])
+            return quantity, one.unit, quantity == "acceleration" and _is_gravity(mean), True
+    if not one.unit and one.rms_about_mean < abs(one.mean):
+        for unit, factor in (
+            ("m/s2", 1.0),
+            ("g", STANDARD_GRAVITY),
+            ("mg", STANDARD_GRAVITY / 1e3),
+        ):
+            if _is_gravity(one.mean * factor):
+                return "acceleration", unit, True, False
+    return "", "", False, False
+
+
+def _is_gravity(mean: float) -> bool:
+    return abs(abs(mean) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY
+
+
+# Clean-up.
+
+
+def _propose_clean_up(
+    x: Floats, grid: TimeGrid | None, summary: ColumnSummary, quantity: str
+) -> list[Proposal]:
+    """Return the keys that fill gaps and remove gravity, offset and drift."""
+    proposals = []
+    if grid is not None:
+        at = (np.arange(float(len(x))) if grid.at is None else grid.at)[~np.isnan(x)]
+        longest = float(np.diff(at).max(initial=0.0)) * grid.dt
+        if longest > MIN_GAP_STEPS * grid.dt:
+            at_most = ceil(min(longest, SHORT_GAP) * 1e3 * (1 - 1e-9))
+            gaps = {"fill": "spline", "at_most": f"{at_most} ms"}
+            reason = f"the longest gap lasts {format_number(longest, 's')}"
+            if is_long := longest > SHORT_GAP:
+                reason += ": allow it, or cut the file there"
+            proposals.append(Proposal("gaps", gaps, reason, not is_long))
+        enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
+        if quantity == "acceleration" and len(x) * grid.dt >= enough:
+            reason = "high-pass: removes gravity, offset and drift; T_x is known with it"
+            below = {"below": f"{SUGGESTED_HIGH_PASS:g} Hz"}
+            return [*proposals, Proposal("remove", below, reason, False)]
+    if abs(summary.mean) > LARGE_MEAN * summary.rms_about_mean:
+        what = "gravity" if _quantity_and_unit(summary)[2] else "an offset"
+        trend = "line" if quantity == "velocity" else "mean"
+        reason = f"the mean of {summary.mean:.4g} {summary.unit} looks like {what}"
+        proposals.append(Proposal("remove", trend, reason.replace("  ", " "), False))
+    return proposals

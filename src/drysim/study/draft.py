@@ -1,0 +1,129 @@
+"""A commented scenario for a measured record: what its file shows, and what it leaves open."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from textwrap import indent, wrap
+
+from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
+from drysim.study.gallery import SUFFIX, refuse_existing, write_new
+from drysim.wording import format_number
+from drysim.yaml_document import dump
+
+WIDTH, COMMENT_COLUMN = 96, 31
+"""Columns of the text, and the column where the comment on a short line begins."""
+
+HEADER = ("column", "name", "unit", "mean", "RMS about it", "smallest", "largest", "missing")
+"""Header of the table of columns."""
+
+SEAT = """\
+# decide: the values of your seat, cab or mount. These are an example: a seat with its driver.
+oscillator:
+  mass: 75 kg
+  stiffness: 7500 N/m
+  damping: 500 N·s/m
+friction:
+  law: coulomb
+  kinetic: 45 N
+  static_ratio: 1.2             # break-away force over kinetic friction
+stroke: {limit: 60 mm}          # to either side
+"""
+
+QUESTIONS = """\
+# Which friction is best within the stroke? `drysim sweep` answers.
+sweep:
+  friction.kinetic: {from: 0, to: 100, step: 10}
+checks:
+  - stroke_used < 1             # peak |x_r| over the stroke limit
+"""
+
+VERTICAL = """\
+# check: vertical or horizontal; weights the vibration by ISO 2631-1 for SEAT and a_w
+measure: {direction: vertical}
+"""
+
+
+def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
+    """Write a scenario that reads a record into the current folder.
+
+    Parameters
+    ----------
+    record : Path
+    name : str, optional
+        Name of the scenario; default: that of the record.
+
+    Returns
+    -------
+    file : Path
+        The scenario, which may lack what the record does not show.
+    inspection : Inspection
+
+    Raises
+    ------
+    RecordError
+        If the record cannot be read.
+    OutputError
+        If the scenario exists, or cannot be written.
+    """
+    name = name.removesuffix(SUFFIX) or record.stem
+    file = Path(name + SUFFIX)
+    refuse_existing(file)
+    inspection = inspect_record(record)
+    write_new(file, _draft(file, record, inspection).encode())
+    return file, inspection
+
+
+def _draft(file: Path, record: Path, inspection: Inspection) -> str:
+    """Return the text of the scenario."""
+    path = Path(os.path.relpath(record.resolve(), file.parent.resolve())).as_posix()
+    about = f"Is the seat good enough on the floor motion of {record.name}?"
+    block = [
+        *_comment(f"Found in {record.name}: {inspection.layout[0]}."),
+        *(line for more in inspection.layout[1:] for line in _comment(more)),
+        *(f"# {row}" for row in _table(inspection.columns)),
+        "excitation:",
+        "  kind: record",
+        indent(dump({"file": path}), "  ").rstrip(),
+        *(line for proposal in inspection.proposals for line in _lines_of(proposal)),
+    ]
+    legend = "# Lines marked `check` are guesses from the record; `decide` is left to you."
+    head = dump({"drysim": 1, "about": about})  # the name is that of the file
+    return "\n".join([head + legend, "", SEAT, *block, "", VERTICAL, QUESTIONS])
+
+
+def _lines_of(proposal: Proposal) -> list[str]:
+    """Return the line of a proposed key with its reason, beside or above it."""
+    value = proposal.value
+    if isinstance(value, dict):
+        items = ", ".join(dump({key: inner}).strip() for key, inner in value.items())
+        line = f"  {proposal.key}: {{{items}}}"
+    elif value is None:
+        line = f"  {proposal.key}:"
+    else:
+        line = indent(dump({proposal.key: value}), "  ").rstrip()
+    mark = "decide: " if proposal.value is None else "" if proposal.is_certain else "check: "
+    reason, comment = mark + proposal.reason, f"{line:<{COMMENT_COLUMN}}  # "
+    if len(comment) + len(reason) <= WIDTH:
+        return [comment + reason]
+    return [*(f"  {words}" for words in _comment(reason)), line]
+
+
+def _comment(text: str) -> list[str]:
+    """Return text as lines of a comment."""
+    return [f"# {line}" for line in wrap(text, WIDTH - 6, break_on_hyphens=False)]
+
+
+def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
+    """Yield the rows of a table with the statistics of the columns."""
+    rows: list[tuple[str, ...]] = [HEADER]
+    for one in columns:
+        numbers = (one.mean, one.rms_about_mean, one.smallest, one.largest)
+        words = (str(one.column + 1), one.name or "-", one.unit or "-")
+        rows.append((*words, *map(format_number, numbers), str(one.missing)))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        yield "  ".join(
+            f"{word:<{width}}" for word, width in zip(row, widths, strict=True)
+        ).rstrip()

@@ -1,0 +1,159 @@
+"""`drysim init --from`: what is found in an unknown record, and the scenario drafted for it."""
+
+from __future__ import annotations
+
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.errors import RecordError
+from drysim.records.inspection import inspect_record
+from drysim.study.case import base_motion
+
+RATE, COUNT = 400.0, 16_000
+T = np.arange(COUNT) / RATE
+FLOOR = 0.5 * np.sin(2 * np.pi * 2.5 * T) + 0.2 * np.cos(2 * np.pi * 1.1 * T)
+"""Vertical acceleration of a floor [m/s²], without gravity."""
+SIDE = 0.3 * np.sin(2 * np.pi * 1.7 * T)
+G = 9.80665
+
+
+def rows(*columns, delimiter=",", digits=6):
+    """Return the rows of a table."""
+    lines = (
+        delimiter.join(f"{value:.{digits}f}" for value in row)
+        for row in zip(*columns, strict=True)
+    )
+    return "\n".join(lines) + "\n"
+
+
+def clock(t):
+    """Return a time of day, in milliseconds."""
+    return f"2026-03-12 23:59:{t:06.3f}" if t < 60 else f"2026-03-13 00:00:{t - 60:06.3f}"
+
+
+FILES = {
+    "blanks.txt": "Logger 7\nchannels: 3\n\n"
+    + rows(T, SIDE / G, SIDE / G, FLOOR / G + 1, delimiter=" "),
+    "semicolons.csv": "Run 12;;;\nDate;12.3.2026;;\nZeit [s];ax [g];ay [g];az [g]\n"
+    + rows(T, SIDE / G, SIDE / G, FLOOR / G + 1, delimiter=";").replace(".", ","),
+    "units.csv": "Time;Acc\ns;m/s^2\n" + rows(T, FLOOR + 9.81, delimiter=";"),
+    "names.csv": "t,acc floor,acc seat\n" + rows(T, FLOOR + 9.81, SIDE),
+    "milliseconds.csv": "ms,az (mg)\n" + rows(T * 1e3, FLOOR / G * 1e3 + 1e3),
+    "clock.csv": "Time,Accel,Status\n"
+    + "".join(f"{clock(t + 30)},{a + 9.81:.6f},OK\n" for t, a in zip(T, FLOOR, strict=True)),
+    "crlf.csv": "\ufefft [s],u_dd [m/s2]\r\n" + rows(T, FLOOR).replace("\n", "\r\n"),
+}
+
+
+def drafted(drysim, name, content):
+    """Write a record, draft a scenario for it, and return its keys as they are proposed."""
+    with open(name, "w", encoding="utf-8", newline="") as stream:
+        stream.write(content)
+    answer = drysim("init", "--from", name, "draft")
+    assert (answer.code, answer.out) == (0, "draft.yaml\n")
+    return {one.key: one for one in inspect_record(Path(name)).proposals}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_draft_for_a_common_file_reads_its_base_motion(drysim, tmp_path, name):
+    drafted(drysim, name, FILES[name])
+    answer = drysim("validate", "draft.yaml")
+    assert answer.code == 0, answer.out
+    motion = base_motion(package.load("draft.yaml"))
+    inner = slice(COUNT // 4, 3 * COUNT // 4)  # away from the ends of the high-pass
+    assert motion.dt == pytest.approx(1 / RATE, rel=1e-4)
+    assert motion.u_dd[inner] == pytest.approx(FLOOR[inner], abs=0.02)
+
+
+def test_channel_named_floor_is_chosen_before_one_with_gravity(drysim, tmp_path):
+    text = "t [s],floor [m/s2],seat z [m/s2]\n" + rows(T, FLOOR, FLOOR + 9.81)
+    assert drafted(drysim, "both.csv", text)["column"].value == "floor"
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "reason"),
+    [
+        (rows(FLOOR + 9.81), "rate", "does not contain the times"),
+        ("n,z\n" + rows(np.arange(COUNT), FLOOR / G + 1, digits=3), "rate", "sample numbers"),
+        ("t [s],value\n" + rows(T, FLOOR), "unit", "does not contain it"),
+        ("t [s],a [m/s2],b [m/s2]\n" + rows(T, FLOOR, SIDE), "column", "`a`, `b` look alike"),
+    ],
+)
+def test_what_the_record_does_not_show_is_left_open_and_reported(
+    drysim, tmp_path, text, key, reason
+):
+    found = drafted(drysim, "open.csv", text)
+    assert found[key].value is None
+    assert reason in found[key].reason
+    answer = drysim("validate", "draft.yaml")
+    assert answer.code == 2
+    assert f"excitation.{key} has no value" in answer.out
+
+
+def test_integer_wav_needs_its_full_scale(drysim, tmp_path):
+    with wave.open("floor.wav", "wb") as stream:
+        stream.setparams((1, 2, 1000, 0, "NONE", ""))
+        stream.writeframes((FLOOR * 1e4).astype("<i2").tobytes())
+    answer = drysim("init", "--from", "floor.wav")
+    assert "give values to full_scale" in answer.err
+    assert "excitation.full_scale has no value" in drysim("validate", "floor.yaml").out
+    assert drysim("validate", "floor.yaml", "--set", "excitation.full_scale=33 m/s2").code == 0
+
+
+def test_uneven_times_are_resampled_at_their_mean_rate(drysim, tmp_path):
+    t = T + np.random.default_rng(1).uniform(-4e-4, 4e-4, COUNT)
+    found = drafted(drysim, "uneven.csv", "t [s],a [m/s2]\n" + rows(t, FLOOR))
+    assert found["resample"].value == {"rate": "400 Hz", "by": "spline"}
+    assert drysim("validate", "draft.yaml").code == 0
+
+
+@pytest.mark.parametrize(("missing", "code"), [(6, 0), (600, 2)])
+def test_short_gap_is_filled_and_long_one_left_to_the_user(drysim, tmp_path, missing, code):
+    there = np.ones(COUNT, bool)
+    there[5000 : 5000 + missing] = False
+    found = drafted(drysim, "gap.csv", "t [s],a [m/s2]\n" + rows(T[there], FLOOR[there]))
+    assert found["gaps"].is_certain == (code == 0)
+    assert drysim("validate", "draft.yaml").code == code
+
+
+def test_draft_reads_a_record_in_another_folder(drysim, tmp_path):
+    (tmp_path / "measured").mkdir()
+    (tmp_path / "measured" / "day 1.csv").write_text(FILES["names.csv"])
+    assert drysim("init", "--from", "measured/day 1.csv").out == "day 1.yaml\n"
+    assert drysim("validate", "day 1.yaml").code == 0
+
+
+def test_draft_never_replaces_a_file_and_nothing_is_written_for_a_faulty_record(
+    drysim, tmp_path
+):
+    (tmp_path / "r.csv").write_text("no numbers\nat all\n")
+    (tmp_path / "s.csv").write_text(FILES["names.csv"])
+    (tmp_path / "s.yaml").write_text("mine")
+    for record in ("r.csv", "s.csv", "missing.csv", "r.xyz"):
+        answer = drysim("init", "--from", record)
+        assert answer.code == 2
+        assert answer.err.startswith("error: ")
+    assert (tmp_path / "s.yaml").read_text() == "mine"
+    assert sorted(file.name for file in tmp_path.glob("*.yaml")) == ["s.yaml"]
+
+
+def test_damaged_text_is_inspected_or_refused(tmp_path):
+    random = np.random.default_rng(2)
+    sound = [text[:2000].encode() for text in FILES.values()]
+    file = tmp_path / "r.csv"
+    for number in range(300):
+        data = bytearray(sound[number % len(sound)])
+        for at in random.integers(0, len(data), 4):
+            data[at : at + int(random.integers(0, 3))] = bytes(
+                random.integers(9, 127, 1).tolist()
+            )
+        file.write_bytes(bytes(data))
+        try:
+            found = inspect_record(file)
+        except RecordError:
+            continue
+        assert found.columns
