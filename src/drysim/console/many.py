@@ -259,6 +259,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
     if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
         yield _isolation_row(table, compare.isolation_limits(table.own))
     yield from stroke_rows(table, own)
+    yield from _best_row(table)
     if ends := own.extremes.get("stuck_share"):
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
@@ -304,6 +305,20 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
         if first < last:
             remark += f"; on {begins.count(first)} of them from {format_number(first, 'Hz')}"
     return SummaryRow("isolation", f"from {format_number(last, 'Hz')}", remark)
+
+
+def _best_row(table: Table) -> Iterator[SummaryRow]:
+    """Yield the best admissible case of a sweep of designs."""
+    best = table.best
+    if best is None:
+        return
+    if best.row is None:
+        yield SummaryRow("best", "none", f"no case of {best.cases} is admissible", "bold red")
+        return
+    value = format_number(best.row.metrics[best.objective])
+    where = wording.describe_case(best.row.point, table.axes)
+    of = f"least of {best.admissible} admissible cases of {best.cases}"
+    yield SummaryRow("best", f"{best.objective} {value}", f"at {where}, {of}")
 
 
 def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:

@@ -165,9 +165,9 @@ class Check:
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
-    def holds(self, value: float) -> bool:
-        """Whether a value of the metric satisfies the check."""
-        return bool(COMPARISONS[self.op](value, self.limit))
+    def holds(self, value: Any) -> Any:
+        """Whether a value, or each value of a column, of the metric satisfies the check."""
+        return COMPARISONS[self.op](value, self.limit)
 
     @property
     def constant_result(self) -> bool | None:

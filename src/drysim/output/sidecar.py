@@ -224,7 +224,19 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
         "reference": next(iter(references), None),
         **_numerics_fields(table, own),
     }
-    return sidecar_fields(table, table.motion, numerics, _metric_fields(own), provenance)
+    metrics, best = _metric_fields(own), _best_fields(table)
+    return sidecar_fields(table, table.motion, numerics, metrics, provenance, **best)
+
+
+def _best_fields(table: Table) -> Fields:
+    """Return the best admissible case, if the cases are designs to choose from."""
+    best = table.best
+    if best is None:
+        return {}
+    value = None if best.row is None else best.row.metrics[best.objective]
+    at = None if best.row is None else dict(best.row.point)
+    count = {"admissible": best.admissible, "cases": best.cases}
+    return {"best": {"metric": best.objective, "value": value, "at": at, **count}}
 
 
 def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:

@@ -109,6 +109,21 @@ class Table:
         limits_of = partial(stroke_limits, self.scenario)
         return self.summary or Tally.of(as_batches(self.rows), limits_of)
 
+    @cached_property
+    def best(self) -> BestCase | None:
+        """The best admissible case of the scenario's approach.
+
+        None unless the cases are designs to choose from: under the same base motion, and
+        limited by a stroke limit or by checks.
+        """
+        own = next(iter(self.tallies.values()), None)
+        limits = self.scenario.checks or self.scenario.stroke
+        if own is None or self.motion is None or not self.axes or not limits:
+            return None
+        objective = next((name for name in OBJECTIVES if name in own.extremes), OBJECTIVES[-1])
+        found = own.best.get(objective)
+        return BestCase(objective, found and found.row, own.admissible, own.cases)
+
     def exit_code(self, strict: bool = False) -> int:
         """Return 3 if a case failed, 1 if a check failed, else 0.
 
@@ -126,6 +141,24 @@ class Table:
     def of(self, approach: str) -> Iterator[Row]:
         """Yield the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
+
+
+class BestCase(NamedTuple):
+    """The admissible case with the least objective; no row if there is none.
+
+    Attributes
+    ----------
+    objective : str
+        SEAT where the vibration is weighted, otherwise T_a.
+    row : Row or None
+    admissible, cases : int
+        Number of cases that stay within the stroke limit and keep all checks, and of all.
+    """
+
+    objective: str
+    row: Row | None
+    admissible: int
+    cases: int
 
 
 def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits | None:
@@ -153,6 +186,8 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
 
 # Statistics of the cases of one approach, updated batch by batch.
 
+OBJECTIVES = "SEAT", "T_a"
+"""Metrics of which the best case has the least value: SEAT where the vibration is weighted."""
 
 class Extreme(NamedTuple):
     """Least or greatest value of a metric, and its row."""
@@ -190,6 +225,10 @@ class Tally:
         `Quantiles` over the cases with numbers, of the metrics `with_quantiles`.
     worst : Row or None
         The case that exceeds its stroke limit by most.
+    admissible : int
+        Number of cases that stay within the stroke limit and keep all checks.
+    best : dict
+        The first of these cases with the least value of each of the `OBJECTIVES`.
     seeds : SeedSummary or None
         Statistics of the means, if the cases have several seeds.
     forces : list of float
@@ -209,6 +248,8 @@ class Tally:
         }
     )
     worst: Row | None = None
+    admissible: int = 0
+    best: dict[str, Extreme] = field(default_factory=dict)
     seeds: SeedSummary | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _most_beyond: float = -np.inf
@@ -248,6 +289,7 @@ class Tally:
         for name, quantiles in self.quantiles.items():
             quantiles.add(batch.metrics[name][good])
         self._update_limit(batch, row)
+        self._update_best(batch, row)
         if batch.over:
             self.seeds = self.seeds or SeedSummary()
             self.seeds.add(batch, self.checks)
@@ -305,6 +347,15 @@ class Tally:
                 self._most_beyond = float(beyond.max())
                 self.worst = row(int(met[np.argmax(beyond)]))
 
+    def _update_best(self, batch: Batch, row: RowAt) -> None:
+        keeps = is_admissible(batch, self.checks)
+        self.admissible += int(keeps.sum())
+        for name in OBJECTIVES:
+            values = np.where(keeps, batch.metrics[name], np.nan)
+            least = float(np.fmin.reduce(values))
+            if least == least and (name not in self.best or least < self.best[name].value):
+                self.best[name] = Extreme(least, row(int(np.argmax(values == least))))
+
     def _beyond_limits(self, batch: Batch) -> NDArray[np.float64]:
         """Return how far the cases move beyond their stroke limits [m]."""
         up, down = self.limits_of(batch.points) or (0.0, 0.0)
@@ -328,6 +379,19 @@ class Tally:
             before = self._verdicts.get(i)
             if before is None or violation(verdict) > violation(before):
                 self._verdicts[i] = verdict
+
+
+def is_admissible(batch: Batch, checks: Iterable[Check]) -> NDArray[np.bool_]:
+    """Return which cases have numbers, stay within the stroke limit and keep all checks.
+
+    A check binds only the cases to which it applies.
+    """
+    keeps = batch.status == STATUSES.index(OK)
+    keeps &= ~(np.nan_to_num(batch.metrics["violations"]) > 0)
+    for check in checks:
+        applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
+        keeps &= ~applies | check.holds(batch.metrics[check.metric])
+    return np.asarray(keeps)
 
 
 class Count(NamedTuple):

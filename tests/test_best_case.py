@@ -1,0 +1,121 @@
+"""The best admissible case of a sweep is the one that a look through all rows finds."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.metrics.checks import Check
+from drysim.metrics.table import METRICS
+from drysim.study.statistics import FAILED, OK, Batch, Row
+from drysim.study.table import Tally
+
+KEY = "friction.kinetic"
+SEAT = """\
+oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
+friction: {law: coulomb, kinetic: 20 N}
+stroke: {limit: 8 mm}
+excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}
+solver: {step: 5 ms}
+measure: {direction: vertical}
+sweep:
+  friction.kinetic: [0, 10, 20, 30, 40, 60]
+  oscillator.damping: [150, 400]
+checks: [SEAT < 0.9, T_a < 0.4 at friction.kinetic >= 30]
+"""
+
+
+def by_hand(rows, checks, objective):
+    """Return the admissible rows, and the first of them with the least objective."""
+    kept = []
+    for row in rows:
+        values = [row.metrics[check.metric] for check in checks if check.applies(row.point)]
+        limits = [check for check in checks if check.applies(row.point)]
+        holds = all(
+            value is not None and check.holds(value)
+            for check, value in zip(limits, values, strict=True)
+        )
+        if row.status == OK and not row.metrics["violations"] and holds:
+            kept.append(row)
+    known = [row for row in kept if row.metrics[objective] is not None]
+    return kept, min(known, key=lambda row: row.metrics[objective], default=None)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_tally_finds_what_a_look_through_all_rows_finds(seed):
+    random = np.random.default_rng(seed)
+    checks = [
+        Check.parse(text, {KEY: "N"}) for text in ("T_a < 0.6", f"SEAT < 0.8 at {KEY} > 3")
+    ]
+    rows = []
+    for i in range(40):
+        # Few distinct values, so that there are ties.
+        metrics = {metric.name: float(random.integers(0, 9)) / 10 for metric in METRICS}
+        metrics["violations"] = int(random.random() < 0.2)
+        for name in ("T_a", "SEAT"):
+            metrics[name] = None if random.random() < 0.1 else metrics[name]
+        status = FAILED if random.random() < 0.1 else OK
+        rows.append(Row({KEY: float(i % 7)}, "stick-slip", 1.0, 1.0, metrics, status))
+    chosen = checks[: seed % 3]
+    tally = Tally("stick-slip", chosen)
+    for first in range(0, 40, 8):
+        tally.add(Batch.of(first, rows[first : first + 8]))
+    for objective in ("SEAT", "T_a"):
+        kept, best = by_hand(rows, chosen, objective)
+        assert tally.admissible == len(kept)
+        found = tally.best.get(objective)
+        assert (best is None) == (found is None)
+        if found is not None:
+            assert found.value == best.metrics[objective]
+            assert found.row.point == best.point
+
+
+def test_best_case_is_named_on_the_console_and_in_the_file(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    answer = drysim("sweep", "seat.yaml", "--no-plots")
+    table = package.sweep(package.load("seat.yaml"))
+    kept, best = by_hand(table.own, table.scenario.checks, "SEAT")
+    assert 0 < len(kept) < len(table.own)
+    assert table.best.row == best
+    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]
+    assert words == {
+        "metric": "SEAT",
+        "value": best.metrics["SEAT"],
+        "at": dict(best.point),
+        "admissible": len(kept),
+        "cases": 12,
+    }
+    assert f"least of {len(kept)} admissible cases of 12" in " ".join(answer.out.split())
+
+
+def test_no_admissible_case_is_said(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    answer = drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.01]")
+    assert answer.code == 1
+    assert "no case of 12 is admissible" in answer.out
+    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]
+    assert (words["value"], words["at"], words["admissible"]) == (None, None, 0)
+
+
+def test_cases_with_different_base_motion_are_no_designs(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    change = {"sweep": {"excitation.seed": [1, 2]}, "checks": ["SEAT < 1"]}
+    assert package.sweep(package.load(tmp_path / "seat.yaml", change)).best is None
+
+
+def test_without_limits_there_is_nothing_to_be_admissible(tmp_path):
+    text = SEAT.replace("stroke: {limit: 8 mm}\n", "").replace("checks", "# checks")
+    (tmp_path / "seat.yaml").write_text(text)
+    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
+
+
+def test_unknown_metric_is_not_admissible():
+    check = Check.parse("T_x < 1")
+    metrics = dict.fromkeys((metric.name for metric in METRICS), 0.5) | {"violations": 0}
+    tally = Tally("stick-slip", [check])
+    tally.add(Batch.of(0, [Row({KEY: 1.0}, "stick-slip", 1.0, 1.0, metrics | {"T_x": None})]))
+    assert tally.admissible == 0
+    assert not tally.best
