@@ -22,9 +22,12 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.compare import (
     Comparison,
+    Judgement,
     compare,
     describe_coinciding,
+    describe_others,
     describe_region,
+    judge,
     parse_names,
 )
 from drysim.study.ensemble import run
@@ -179,6 +182,64 @@ def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
     found = compare(load(scene, {"excitation.frequency": 2}), ("signum", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
     assert sentence.endswith("in 1 of 2 cases: kinetic 15 N")
+
+
+NOISY = """\
+oscillator: {mass: 75, stiffness: 3500, damping: 250}
+friction: {law: coulomb, kinetic: 20}
+excitation: {kind: standard, class: EM6, duration: 20 s, seed: 1}
+solver: {step: 2.5e-3, smooth: {sharpness: 30}}
+measure: {direction: vertical}
+sweep: {friction.kinetic: [0, 5, 10, 15, 20, 30, 45]}
+"""
+
+
+@pytest.mark.parametrize("name", ["signum", "smooth", "switch"])
+def test_agreement_needs_T_a_stroke_and_SEAT_and_no_chatter(scene: Path, name: str) -> None:
+    scene.write_text(NOISY)
+    found = compare(load(scene), (name, "stick-slip"))
+    exact = {row.point["friction.kinetic"]: row for row in found.table.of("stick-slip")}
+    largest = max(row.metrics["x_r_peak"] for row in exact.values())
+    good = []
+    for row in found.table.of(name):
+        own, theirs = row.metrics, exact[row.point["friction.kinetic"]].metrics
+        peak = abs(own["x_r_peak"] - theirs["x_r_peak"])
+        agrees = (
+            abs(own["T_a"] / theirs["T_a"] - 1) <= 0.05
+            and abs(own["SEAT"] / theirs["SEAT"] - 1) <= 0.05
+            and peak <= 0.05 * max(theirs["x_r_peak"], 0.05 * largest)
+            and own["chatter_share"] <= 0.01
+        )
+        good.append(agrees)
+    assert [one.agrees for one in judge(found, name)] == good
+    said = found.verdict[0].startswith(f"{name} agrees with")
+    assert said == all(good)
+    counted = f"{name} agrees within 5 % in {sum(good) or 'no'}"
+    assert all(good) or any(words.startswith(counted) for words in found.verdict)
+
+
+def test_SEAT_that_deviates_is_named_where_T_a_agrees(scene: Path) -> None:
+    scene.write_text(NOISY.replace("sweep", "# sweep"))
+    found = compare(load(scene), ("signum", "stick-slip"))
+    # The chatter replaces in T_a what the friction should transmit; SEAT filters it out.
+    assert abs(of(found, "signum")) < 0.05
+    assert found.verdict[0].startswith("signum deviates from stick-slip: T_a +")
+    assert "; SEAT -20" in found.verdict[0]
+
+
+@pytest.mark.parametrize(
+    ("others", "chatter", "beyond", "within"),
+    [
+        ({"peak |x_r|": 0.01, "SEAT": -0.02}, 0.0, "", "peak |x_r| +1 %, SEAT -2 %"),
+        ({"peak |x_r|": 0.3, "SEAT": -0.02}, 0.0, "peak |x_r| +30 %", "SEAT -2 %"),
+        ({}, 0.02, "chatter 2 %", ""),
+        ({}, 0.01, "", ""),
+    ],
+)
+def test_stroke_and_chatter_beyond_their_tolerance_are_named(others, chatter, beyond, within):
+    judged = [Judgement(Row({}, "signum", 1.0, 1.0, {}), (0.0, None), others, chatter)]
+    assert describe_others(judged, ()) == (beyond, within)
+    assert judged[0].agrees == (not beyond)
 
 
 def lying(good: list[int], count: int, keys: int = 1) -> str:

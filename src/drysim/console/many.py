@@ -431,11 +431,13 @@ T_A_DIGITS, OTHER_DIGITS = 4, 3
 LENGTH_METRIC = "x_r_peak"
 """The metric shown in the unit of length that suits the greatest value of its column."""
 
-OPTIONAL_COMPARISON_COLUMNS = ("T_x", "chatter %", "peak |x_r|")
+OPTIONAL_COMPARISON_COLUMNS = ("a_w m/s²", "T_x", "chatter %", "peak |x_r|")
 """Columns that a narrow terminal omits, in this order."""
 
 COMPARISON_METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("T_a", "T_a", lambda value: format_number(value, digits=T_A_DIGITS)),
+    ("SEAT", "SEAT", lambda value: format_number(value, digits=OTHER_DIGITS)),
+    ("a_w m/s²", "a_w", lambda value: format_number(value, digits=OTHER_DIGITS)),
     ("T_x", "T_x", lambda value: format_number(value, digits=OTHER_DIGITS)),
     ("peak |x_r|", LENGTH_METRIC, lambda value: format_number(value, digits=OTHER_DIGITS)),
     ("stuck %", "stuck_share", lambda value: _shorten_percentage(format_percent(value))),

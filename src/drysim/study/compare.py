@@ -361,8 +361,8 @@ class Deviation(NamedTuple):
 
 def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
     """Return the deviations of an approach wherever T_a is known."""
-    found = paired_deviations(comparison, approach)
-    return [Deviation(off[0], row, off[1]) for row, off in found if off is not None]
+    judged = judge(comparison, approach)
+    return [Deviation(one.T_a[0], one.row, one.T_a[1]) for one in judged if one.T_a is not None]
 
 
 def largest_deviation(found: Sequence[Deviation]) -> Deviation | None:
@@ -370,43 +370,102 @@ def largest_deviation(found: Sequence[Deviation]) -> Deviation | None:
     return max(found, key=lambda one: abs(one.value), default=None)
 
 
-def paired_deviations(
-    comparison: Comparison, approach: str
-) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
-    """Yield row and deviation, with half-width, at each point.
-
-    The row is whichever of the two has more swept keys.
-    """
-    for row, other in comparison.pairs(approach):
-        yield (
-            row if len(row.point) >= len(other.point) else other,
-            relative_deviation(row, other),
-        )
-
-
 # Range of agreement, and coinciding curves.
 
 AGREEMENT_TOLERANCE = 0.05
-"""Deviation of T_a up to which two approaches agree [-]."""
+"""Deviation of a judged metric up to which two approaches agree [-]."""
 
 MAX_LISTED_CASES = 5
 """Number of cases up to which each is listed if they are not adjacent."""
 
 
-def describe_agreement(comparison: Comparison, name: str) -> Iterator[str]:
+JUDGED_METRICS = (("x_r_peak", "peak |x_r|"), ("SEAT", "SEAT"))
+"""Metrics besides T_a in which two approaches have to agree, with their labels."""
+
+SMALL_PEAK = 0.05
+"""Peaks |x_r| are compared relative to at least this share of the largest of the reference."""
+
+MAX_CHATTER = 0.01
+"""Share of chatter above which an approach agrees in no case, whatever its metrics [-]."""
+
+
+class Judgement(NamedTuple):
+    """How an approach and the reference compare at one point.
+
+    Attributes
+    ----------
+    row : Row
+        Whichever of the two has more swept keys.
+    T_a : tuple or None
+        Deviation of T_a and half-width, as by `relative_deviation`.
+    others : mapping
+        Deviation of the other judged metrics by label, where both are known [-].
+    chatter : float
+        Share of the time in which the approach chatters [-].
+    """
+
+    row: Row
+    T_a: tuple[float, float | None] | None
+    others: Mapping[str, float]
+    chatter: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all judged metrics are within the tolerance, without chatter."""
+        known = [] if self.T_a is None else [self.T_a[0], *self.others.values()]
+        within = (abs(value) <= AGREEMENT_TOLERANCE for value in known)
+        return bool(known) and all(within) and self.chatter <= MAX_CHATTER
+
+
+def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
+    """Yield how an approach compares with the reference at each point."""
+    ends = comparison.table.tallies[comparison.yardstick].ends
+    least = {"x_r_peak": SMALL_PEAK * ends.get("x_r_peak", (0.0, 0.0))[1]}
+    for row, other in comparison.pairs(name):
+        others = {}
+        for metric, label in JUDGED_METRICS:
+            own, theirs = row.metrics.get(metric), other.metrics.get(metric)
+            scale = max(theirs or 0.0, least.get(metric, 0.0))
+            if own is not None and theirs is not None and scale:
+                others[label] = (own - theirs) / scale
+        yield Judgement(
+            row if len(row.point) >= len(other.point) else other,
+            relative_deviation(row, other),
+            others,
+            row.metrics.get("chatter_share") or 0.0,
+        )
+
+
+def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[str, str]:
+    """Describe the largest deviations besides that of T_a: those beyond the tolerance, others.
+
+    Chatter counts as a deviation.
+    """
+    beyond, within = [], []
+    for _, label in JUDGED_METRICS:
+        known = [one for one in judged if label in one.others]
+        if not known:
+            continue
+        worst = max(known, key=lambda one: abs(one.others[label]))
+        words = f"{label} {format_deviation(worst.others[label])}"
+        if abs(worst.others[label]) > AGREEMENT_TOLERANCE:
+            beyond.append(f"{words}{format_at(worst.row, axes)}")
+        else:
+            within.append(words)
+    worst = max(judged, key=lambda one: one.chatter)
+    if worst.chatter > MAX_CHATTER:
+        beyond.append(f"chatter {format_percent(worst.chatter)}{format_at(worst.row, axes)}")
+    return "; ".join(beyond), ", ".join(within)
+
+
+def describe_agreement(judged: Sequence[Judgement], name: str, axes: Sequence[Axis]) -> str:
     """Describe in how many cases an approach agrees with the reference, and where these are."""
-    found, axes = list(paired_deviations(comparison, name)), comparison.table.axes
-    rows = [row for row, _ in found]
-    good = [row for row, off in found if off is not None and abs(off[0]) <= AGREEMENT_TOLERANCE]
-    if len(rows) < 2:
-        return
+    rows, good = [one.row for one in judged], [one.row for one in judged if one.agrees]
+    tolerance = format_percent(AGREEMENT_TOLERANCE)
     if not good:
-        yield f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in no case"
-        return
-    yield (
-        f"{name} agrees within {format_percent(AGREEMENT_TOLERANCE)} in {len(good)} of "
-        f"{len(rows)} cases{describe_region(good, rows, axes)}"
-    )
+        return f"{name} agrees within {tolerance} in no case"
+    where = describe_region(good, rows, axes)
+    return f"{name} agrees within {tolerance} in {len(good)} of {len(rows)} cases{where}"
 
 
 def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:
@@ -519,16 +578,21 @@ def describe_approach(
             "by stick-slip"
         )
         return
-    reference_label, T_a_deviation = describe_reference(comparison), format_deviation(deviation)
-    if abs(deviation) <= AGREEMENT_TOLERANCE:
-        yield f"{name} agrees with {reference_label}: T_a {T_a_deviation}{place}"
-    elif (limits := reference_limits(comparison)) or comparison.laws.get(name) == name:
-        # With another law, or an inexact reference, a deviation is no error of the approach.
-        yield f"{name} differs from {reference_label}: T_a {T_a_deviation}{place}{limits}"
-        yield from describe_agreement(comparison, name)
+    axes, judged = comparison.table.axes, list(judge(comparison, name))
+    reference_label = describe_reference(comparison)
+    T_a_deviation = f"T_a {format_deviation(deviation)}{place}"
+    beyond, within = describe_others(judged, axes)
+    limits = reference_limits(comparison)
+    if abs(deviation) <= AGREEMENT_TOLERANCE and not beyond:
+        also = f"; {within}" if within else ""
+        yield f"{name} agrees with {reference_label}: {T_a_deviation}{also}"
     else:
-        yield f"{name} deviates from {reference_label}: T_a {T_a_deviation}{place}"
-        yield from describe_agreement(comparison, name)
+        # With another law, or an inexact reference, a deviation is no error of the approach.
+        is_error = not limits and comparison.laws.get(name) != name
+        verb, also = "deviates" if is_error else "differs", f"; {beyond}" if beyond else ""
+        yield f"{name} {verb} from {reference_label}: {T_a_deviation}{also}{limits}"
+        if len(judged) > 1:
+            yield describe_agreement(judged, name, axes)
     if exact is None or reference_limits(comparison):
         return
     case = scenario_at(scenarios[name], row.point)
