@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING
 
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
-from drysim.wording import format_count, format_length, format_number, join_words, length_unit
+from drysim.metrics.table import UNITS
+from drysim.wording import (
+    format_count,
+    format_length,
+    format_number,
+    format_unit,
+    join_words,
+    length_unit,
+)
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
@@ -59,6 +68,15 @@ class Outcome:
         return format_repr(
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
+
+    def _repr_html_(self) -> str:
+        """Return metrics and verdicts as HTML, for notebooks."""
+        rows = [
+            (name, format_number(value), format_unit(UNITS[name]))
+            for name, value in self.metrics.items()
+            if value is not None
+        ]
+        return html_table(repr(self), ("metric", "value", "unit"), rows, self.checks)
 
     def exit_code(self, strict: bool = False) -> int:
         """Return 0, or 1 if a check failed; `strict` counts a warning as a failed check."""
@@ -121,6 +139,23 @@ def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]
     parts += [f"{left} skipped"] * bool(left)
     parts += [format_count(len(warnings), "warning")] * bool(warnings)
     return join_words(parts) if parts else ""
+
+
+def html_table(
+    caption: str,
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    checks: Iterable[Verdict] = (),
+) -> str:
+    """Return a table as HTML, with verdicts below it."""
+    lines = [
+        "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
+        for tag, cells in (("th", header), *(("td", row) for row in rows))
+    ]
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    verdicts = "".join(f"<li>{escape(verdict.sentence)}</li>" for verdict in checks)
+    below = f"<ul>{verdicts}</ul>" if verdicts else ""
+    return f"<table><caption>{escape(caption)}</caption>{body}</table>{below}"
 
 
 def format_repr(what: str, name: str, *parts: str) -> str:

@@ -17,23 +17,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Samples, Sines, StrokeLimits
-from drysim.errors import WarningMessage
+from drysim.errors import UsageError, WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
-from drysim.metrics.table import METRICS, Metrics
+from drysim.metrics.table import METRICS, UNITS, Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
-from drysim.study.outcome import count_verdicts, exit_code, format_metric_ranges, format_repr
+from drysim.study.outcome import (
+    count_verdicts,
+    exit_code,
+    format_metric_ranges,
+    format_repr,
+    html_table,
+)
 from drysim.study.statistics import (
     FAILED,
     METRIC_NAMES,
     OK,
     STATUSES,
     Batch,
+    OverSeeds,
     Row,
     as_batches,
     with_interval,
 )
-from drysim.wording import format_count
+from drysim.wording import format_count, format_number, format_unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +105,16 @@ class Table:
         )
         return format_repr("Table", name, ", ".join(summary), found, verdicts)
 
+    def _repr_html_(self) -> str:
+        """Return the ranges of the metrics as HTML, for notebooks."""
+        rows = [
+            (tally.approach, name, *map(format_number, ends), format_unit(UNITS[name]))
+            for tally in self.tallies.values()
+            for name, ends in tally.ends.items()
+        ]
+        header = ("approach", "metric", "least", "greatest", "unit")
+        return html_table(repr(self), header, rows, self.checks)
+
     @property
     def approaches(self) -> tuple[str, ...]:
         """Approaches, in the order in which they were requested."""
@@ -141,6 +158,42 @@ class Table:
     def of(self, approach: str) -> Iterator[Row]:
         """Yield the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
+
+    def to_frame(self) -> Any:
+        """Return the table as a DataFrame of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row per case: `approach`, the swept keys, `F_fk`, `F_fs`, the metrics and
+            `status`, in SI units, NaN where a value is unknown. A metric that is a mean over
+            seeds has its half-width in a column such as `T_a_half_width`.
+
+        Raises
+        ------
+        UsageError
+            If pandas is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError:
+            hint = 'pip install "drysim[pandas]"'
+            raise UsageError("to_frame needs the package pandas", hint) from None
+        frames = []
+        for batch in as_batches(self.rows):
+            over = [batch.over.get(i, OverSeeds(1)).half_widths for i in range(len(batch))]
+            means = {name: None for widths in over for name in widths}
+            columns = {
+                "approach": batch.approach,
+                **batch.points,
+                "F_fk": batch.F_fk,
+                "F_fs": batch.F_fs,
+                **batch.metrics,
+                **{f"{name}_half_width": [one.get(name) for one in over] for name in means},
+                "status": [STATUSES[code] for code in batch.status],
+            }
+            frames.append(pd.DataFrame(columns, index=range(len(batch))))
+        return pd.concat(frames, ignore_index=True)
 
 
 class BestCase(NamedTuple):
@@ -188,6 +241,7 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
 
 OBJECTIVES = "SEAT", "T_a"
 """Metrics of which the best case has the least value: SEAT where the vibration is weighted."""
+
 
 class Extreme(NamedTuple):
     """Least or greatest value of a metric, and its row."""
