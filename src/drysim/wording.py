@@ -30,13 +30,15 @@ SIGNIFICANT_DIGITS = 4
 UNKNOWN = "not known"
 
 
-def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT_DIGITS) -> str:
+def format_number(
+    value: float | str | None, unit: str = "", digits: int = SIGNIFICANT_DIGITS
+) -> str:
     """Return a number with few digits, without trailing zeros, followed by its unit.
 
     Parameters
     ----------
-    value : float or None
-        None yields `not known`.
+    value : float or str or None
+        None yields `not known`; text, such as a swept file, is returned as it is.
     unit : str, optional
         Unit of the value; empty or a dash for none.
     digits : int, optional
@@ -47,6 +49,8 @@ def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT
     str
         E.g. `17.26 mm`, `7500 N/m`, `2.1e-15`.
     """
+    if isinstance(value, str):
+        return value
     if value is None:
         return UNKNOWN
     value += 0.0  # -0.0 is printed as 0

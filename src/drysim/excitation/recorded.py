@@ -45,8 +45,9 @@ class Record(RecordedMotion, RecordKind):
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the file, and the factor on its samples."""
-        factor = "" if self.scale == 1.0 else f" times {format_number(self.scale)}"
-        return sanitise(self.named) + ("" if "scale" in varied else factor)
+        file = "" if "file" in varied else sanitise(self.named)
+        has_factor = self.scale != 1.0 and "scale" not in varied
+        return (file + f" times {format_number(self.scale)}" * has_factor).strip()
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return the grid and the RMS, and the mean where that contributes to the RMS."""

@@ -123,7 +123,8 @@ def sidecar_fields(
     """
     scenario, law = result.scenario, result.scenario.law()
     force_record = law.force_record
-    inputs = (*getattr(motion, "inputs", ()), *(force_record.inputs if force_record else ()))
+    records = getattr(result, "inputs", ()) or getattr(motion, "inputs", ())
+    inputs = (*records, *(force_record.inputs if force_record else ()))
     fields = {
         **header_fields(provenance, getattr(result, "complete", True)),
         "scenario": {"name": scenario.name, **origin_fields(scenario.origin)},

@@ -20,6 +20,7 @@ from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
 from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
+from drysim.scenario.axes import FILE_KEY
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import asks_for
 from drysim.study.statistics import (
@@ -203,10 +204,23 @@ def case_columns(table: Table) -> list[Column]:
 
 
 def key_column(key: str, unit: str) -> Column:
-    """Return the column of a swept key; NaN for cases whose approach lacks the key."""
+    """Return the column of a swept key; missing for cases whose approach lacks the key."""
+    if key == FILE_KEY:
+
+        def files(batch: Batch) -> Values:
+            return [_csv_text(file) for file in batch.points.get(key, [""] * len(batch))]
+
+        return Column(key, "", files)
     return Column(
         key, unit or "-", lambda batch: batch.points.get(key, np.full(len(batch), np.nan))
     )
+
+
+def _csv_text(text: str) -> bytes:
+    """Return the cell of a text in a CSV file, quoted where necessary."""
+    if any(mark in text for mark in ',"\r\n'):
+        text = '"' + text.replace('"', '""') + '"'
+    return text.encode()
 
 
 def metric_column(metric: str, name: str = "") -> Column:
@@ -357,7 +371,8 @@ def write_cases(
 def _case_cells(column: Column, batch: Batch, part: slice | NDArray[np.bool_]) -> Values:
     values = column.values(batch)
     if not isinstance(values, np.ndarray):
-        return values
+        selected: list[bytes] = np.array(values, dtype=object)[part].tolist()
+        return selected
     whole = column.whole or values.dtype.kind == "i"
     return format_counts(values[part]) if whole else values[part]
 

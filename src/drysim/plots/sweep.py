@@ -41,7 +41,7 @@ from drysim.plots.style import (
     Style,
     stroke_metric,
 )
-from drysim.scenario.axes import Axis, EvenlySpaced, axis_groups, iter_points
+from drysim.scenario.axes import FILE_KEY, Axis, EvenlySpaced, axis_groups, iter_points
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
@@ -228,6 +228,8 @@ class View(NamedTuple):
         Number of curves that are not drawn.
     sampled : bool
         Whether the cases are random samples, which lines do not connect.
+    files : sequence of str
+        Swept files of the x-axis, which are drawn at 0, 1, 2 and so on.
     """
 
     key: str
@@ -236,11 +238,14 @@ class View(NamedTuple):
     panels: Sequence[Panel]
     left_out: int
     sampled: bool = False
+    files: Sequence[Any] = ()
 
     def x(self, row: Row) -> float:
         """Return the abscissa of a row; nan for a reference that does not depend on the key."""
         if self.key not in row.point:
             return nan
+        if self.files:
+            return float(self.files.index(row.point[self.key]))
         return row.F_fk if self.key in FORCE_KEYS else row.point[self.key]
 
 
@@ -257,7 +262,8 @@ def sweep_view(table: Table) -> View:
     references = [RowGroups(table.of(name), linked_keys) for name in table.approaches[1:]]
     panels = [_make_panel(point, drawn_points, own, references, table.axes) for point in shown]
     left_out = len(points) * len(line_points) - len(shown) * len(drawn_points)
-    return View(x_key, label, line_axes[0] if line_axes else None, panels, left_out)
+    line, files = line_axes[0] if line_axes else None, swept_files(table.axes, x_key)
+    return View(x_key, label, line, panels, left_out, files=files)
 
 
 def comparison_view(comparison: Comparison) -> View:
@@ -284,7 +290,13 @@ def comparison_view(comparison: Comparison) -> View:
         for point in shown
     ]
     sampled = any(isinstance(axis.values, SampledValues) for axis in table.axes)
-    return View(x_key, label, None, panels, len(points) - len(shown), sampled)
+    files = swept_files(table.axes, x_key)
+    return View(x_key, label, None, panels, len(points) - len(shown), sampled, files)
+
+
+def swept_files(axes: Sequence[Axis], key: str) -> Sequence[Any]:
+    """Return the values of a swept key if they are files, otherwise none."""
+    return next((axis.values for axis in axes if axis.key == key == FILE_KEY), ())
 
 
 def _split_axes(
@@ -303,8 +315,12 @@ def _split_axes(
 
 
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
-    """Return the swept key of the x-axis: the frequency, or the key that varies fastest."""
+    """Return the swept key of the x-axis: the frequency, or the key that varies fastest.
+
+    Files are the x-axis only if nothing else is swept.
+    """
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
+    several.sort(key=lambda axis: axis.key == FILE_KEY)
     frequency = [
         a for a in several if a.key == FREQUENCY_KEY and len(a.values) >= MIN_FREQUENCIES
     ]
@@ -351,6 +367,8 @@ def _make_panel(
 ) -> Panel:
     """Return a panel with a line per line point, for the approach and each reference."""
     values = [next(iter(line_point.values()), nan) for line_point in line_points]
+    if values and isinstance(values[0], str):
+        values = [float(i) for i in range(len(values))]
     lines = [
         Line(point_label(line_point, axes) or own.name, value, own.at({**point, **line_point}))
         for value, line_point in zip(values, line_points, strict=True)
@@ -398,6 +416,8 @@ def axis_label(axis: Axis) -> str:
     symbol = SYMBOLS.get(axis.key)
     name = axis.key.rpartition(".")[2].replace("_", " ")
     words = f"{name} {symbol}" if symbol else axis.key
+    if axis.key == FILE_KEY:
+        return axis.key
     return f"{words} [{wording.format_unit(axis.unit) or '–'}]"
 
 
@@ -406,9 +426,14 @@ def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
     units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
     return ", ".join(
         f"{SYMBOLS.get(key, wording.short_key(key, units))} "
-        f"{wording.format_number(value, units[key])}"
+        f"{escape_text(wording.format_number(value, units[key]))}"
         for key, value in point.items()
     )
+
+
+def escape_text(text: str) -> str:
+    """Return text of a scenario so that matplotlib draws it as it is."""
+    return wording.sanitise(text).replace("$", r"\$")
 
 
 def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
@@ -543,7 +568,11 @@ def _draw_colorbar(figure: Figure, view: View) -> None:
     mappable = ScalarMappable(*color_scale(view.line))
     bar = figure.colorbar(mappable, ax=figure.axes, aspect=25, pad=0.02)
     bar.set_label(axis_label(view.line))
-    set_colorbar_ticks(bar)
+    if view.line.key == FILE_KEY:
+        lines = view.panels[0].lines
+        bar.set_ticks([line.value for line in lines], labels=[line.label for line in lines])
+    else:
+        set_colorbar_ticks(bar)
 
 
 def set_colorbar_ticks(bar: Any) -> None:
@@ -561,7 +590,8 @@ def line_styles(view: View) -> list[Style]:
     colormap = matplotlib.colormaps["viridis"]
     lines = view.panels[0].lines
     if view.line is None:
-        return [{"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}]
+        own = {"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}
+        return [{**own, "linestyle": "none"} if view.files else own]
     if len(lines) > MAX_STYLED_LINES:
         norm, many = color_scale(view.line)
         return [{"color": many(norm(line.value)), "linewidth": 1.0} for line in lines]
@@ -578,11 +608,10 @@ def color_scale(axis: Axis) -> tuple[Any, Any]:
     import matplotlib
     from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
-    low, high = min(axis.values), max(axis.values)
+    values = range(len(axis.values)) if axis.key == FILE_KEY else axis.values
+    low, high = min(values), max(values)
     dark = matplotlib.colormaps["viridis"]([COLORMAP_END * at / 255 for at in range(256)])
-    return (LogNorm if spans_decade(axis.values) else Normalize)(low, high), ListedColormap(
-        dark
-    )
+    return (LogNorm if spans_decade(values) else Normalize)(low, high), ListedColormap(dark)
 
 
 def draw_curves(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> None:
@@ -727,6 +756,12 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
     """Set scale, limits and label of the x-axis; logarithmic from a decade on."""
     rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
     x = [value for row in rows if not isnan(value := view.x(row))]
+    if view.files:
+        axes.set_xlim(-0.5, len(view.files) - 0.5)
+        labels = [escape_text(file) for file in view.files]
+        axes.set_xticks(range(len(labels)), labels, rotation=30, ha="right")
+        axes.tick_params(labelbottom=named)
+        return
     if spans_decade(x):
         axes.set_xscale("log")
     if x and min(x) < max(x):
@@ -785,6 +820,9 @@ MEDIAN_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 
 def needs_quantiles(table: Table) -> bool:
     """Whether a table is drawn as quantile bands: random samples, or too many for lines."""
+    x_axis = abscissa(table.axes)
+    if x_axis is None or x_axis.key == FILE_KEY:
+        return False
     return len(table.rows) > MAX_CACHED_ROWS or any(
         isinstance(axis.values, SampledValues) for axis in table.axes
     )
@@ -801,7 +839,11 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     """
     x_axis = abscissa(table.axes)
     assert x_axis is not None, "a sweep has a key"
-    others = [axis for axis in table.axes if axis is not x_axis and len(axis.values) > 1]
+    others = [
+        axis
+        for axis in table.axes
+        if axis is not x_axis and axis.key != FILE_KEY and len(axis.values) > 1
+    ]
     y_axis = max(others, key=lambda axis: len(axis.values), default=None)
     bins, across = Bins.of(x_axis), None if y_axis is None else Bins.of(y_axis)
     approach, *references = table.approaches

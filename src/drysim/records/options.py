@@ -294,6 +294,10 @@ class Recorded(Block):
         """Return the SI unit of the samples given the validated fields; None if unknown."""
         raise NotImplementedError
 
+    def with_file(self, file: str) -> Self:
+        """Return the same block for another file, not validated."""
+        return self.model_copy(update={"file": file})
+
     def file_from(self, folder: Path) -> str:
         """Return the path of the record relative to another folder."""
         path = self.path

@@ -35,6 +35,9 @@ from drysim.yaml_document import KeyPath
 SWEEP_KEY = "sweep"
 """Key of the sweep block; the keys in it are dotted keys of the scenario."""
 
+FILE_KEY = "excitation.file"
+"""The one key whose values are text: the records of a sweep."""
+
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"
 """Keys of the sweep block that contain groups of keys varying together."""
 
@@ -50,8 +53,8 @@ class Axis:
     """Dotted key, such as `excitation.frequency`."""
     unit: str
     """SI unit as in table headers, such as m/s2; `-` for a dimensionless value."""
-    values: Sequence[float]
-    """Values in sweep order and in SI; integers for integer keys."""
+    values: Sequence[Any]
+    """Values in sweep order and in SI; integers for integer keys, text for files."""
     words: Any = field(default=None, compare=False, repr=False)
     """The values as a scenario file writes them: a list, or from, to and step or count."""
     group: str = ""
@@ -316,6 +319,7 @@ class Sample(Block):
     """Dotted keys of this file, each with its range or distribution."""
 
 
+FILES_DESCRIPTION = "Records to compare: a list of files, or a pattern such as `runs/*.csv`."
 ZIP_DESCRIPTION = "Keys that vary together, with equally many values: one case per position."
 
 
@@ -348,7 +352,17 @@ class _SweepSchema:
         return {
             "type": "object",
             "minProperties": 1,
-            "properties": {"zip": zip_schema, "sample": sample},
+            "properties": {
+                "zip": zip_schema,
+                "sample": sample,
+                FILE_KEY: {
+                    "description": FILES_DESCRIPTION,
+                    "anyOf": [
+                        {"type": "array", "minItems": 1, "items": {"type": "string"}},
+                        {"type": "string"},
+                    ],
+                },
+            },
             "patternProperties": {KEY_PATTERN: axis},
             "additionalProperties": False,
             "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],

@@ -31,7 +31,7 @@ from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction
 from drysim.metrics.table import METRICS_BY_NAME, Need
-from drysim.scenario.axes import Axis, Sweep, count_points, iter_points
+from drysim.scenario.axes import FILE_KEY, Axis, Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
     ApproachName,
@@ -342,6 +342,10 @@ class Scenario(FromFile):
         words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
         if isinstance(self.excitation, Record) and relative_to is not None:
             words["excitation"]["file"] = self.excitation.file_from(relative_to)
+            for axis in self.sweep:
+                if axis.key == FILE_KEY:
+                    records = [self.excitation.with_file(file) for file in axis.values]
+                    words["sweep"][FILE_KEY] = [one.file_from(relative_to) for one in records]
         if self.friction is not None:
             words["friction"] = _friction_dict(self, self.friction, relative_to)
         member = self.solver.member().model_dump(mode="json", exclude_none=True)

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from glob import glob
 from itertools import takewhile
 from math import nan
+from pathlib import Path
 from typing import Any, get_args
 
 from drysim.excitation.base import as_integer
 from drysim.metrics.checks import STATUS, Check, has_condition
 from drysim.scenario.axes import (
+    FILE_KEY,
     MAX_AXIS_VALUES,
     SAMPLE_KEY,
     SWEEP_KEY,
@@ -197,6 +200,8 @@ def _read_keys(
 def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis | None:
     """Return an axis; None if it has an error."""
     at = (SWEEP_KEY, key)
+    if key == FILE_KEY and get_block(reading.words, "excitation").get("kind") == "record":
+        return _read_files(reading, at, value)
     numeral = _read_key(reading, known, at, key)
     if numeral is None:
         return None
@@ -204,6 +209,35 @@ def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis
         reading.fault(f"sweep.{key} has no values", at, at_key=True)
         return None
     return _read_values(reading, at, numeral, key, value)
+
+
+def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
+    """Return the axis for records: a list of files, or a pattern such as `runs/*.csv`."""
+    known, files = len(reading.problems), [value]
+    with reading.reporting(at):
+        if isinstance(value, str):
+            folder = Path(reading.document.file).parent
+            files = sorted(
+                Path(name).as_posix()
+                for name in glob(value, root_dir=folder, recursive=True)
+                if (folder / name).is_file()
+            )
+            if not files:
+                raise ValueError(f"is a pattern that matches no file: {format_value(value)}")
+        elif isinstance(value, list) and value:
+            files = value
+        else:
+            form = "a list of files, or a pattern such as `runs/*.csv`"
+            raise ValueError(f"must be {form}; not {format_value(value)}")
+    for i, file in enumerate(files):
+        with reading.reporting((*at, i)):
+            if not isinstance(file, str) or not file:
+                raise ValueError(f"must be the name of a file, not {format_value(file)}")
+            if file in files[:i]:
+                raise ValueError(f"is a duplicate: {format_value(file)}")
+    if len(reading.problems) > known:
+        return None
+    return Axis(FILE_KEY, "", tuple(files), list(files))
 
 
 def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:

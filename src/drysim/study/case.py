@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from drysim.core.model import (
     AnyLaw,
     CoulombLaw,
     DynamicLaw,
+    Input,
     PiecewiseLaw,
     Plant,
     Samples,
@@ -47,12 +48,14 @@ from drysim.errors import Problem, RecordError, ScenarioError, UsageError, Warni
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
+from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
 from drysim.units import Block, shorten
 from drysim.wording import describe_clean_up, format_number
+from drysim.yaml_document import KeyPath
 
 STEPS_PER_WAVE = 5
 """Cost of one sine at one grid point, in steps of sampled motion."""
@@ -78,6 +81,8 @@ class Case:
         Period of the excitation [s] for a periodic orbit, else None.
     warnings : tuple of WarningMessage
         Warnings known before the computation.
+    inputs : tuple of Input
+        Records of the base motion; all of them where the record is swept.
     """
 
     scenario: Scenario
@@ -90,6 +95,7 @@ class Case:
     window: tuple[float, float]
     period: float | None
     warnings: tuple[WarningMessage, ...]
+    inputs: tuple[Input, ...] = ()
 
     @property
     def steps(self) -> int:
@@ -169,12 +175,23 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
+    swept = [
+        base_motion(scenario.at({FILE_KEY: file}))
+        for axis in scenario.sweep
+        if axis.key == FILE_KEY
+        for file in axis.values
+    ]
+    records = [one for one in (motion, *swept) if isinstance(one, Samples)]
     known = (
         *scenario_warnings(scenario, motion, compared),
-        *getattr(motion, "warnings", ()),
+        *(warning for one in records for warning in one.warnings),
         *force,
     )
-    case = assemble(scenario, motion, known)
+    inputs = (record for one in records for record in one.inputs)
+    case = replace(
+        assemble(scenario, motion, tuple({one.sentence: one for one in known}.values())),
+        inputs=tuple(dict.fromkeys(inputs)),
+    )
     if refused := spectra_problem(case):
         raise case_error(scenario, *refused)
     return case
@@ -618,22 +635,31 @@ def volume_warnings(case: Case) -> Iterator[WarningMessage]:
 # Hashes of files and base motions.
 
 
-def named_files(block: Block, keys: tuple[str, ...] = ()) -> Iterator[tuple[Any, Path]]:
-    """Yield the files that a scenario names, each with the keys of its block."""
+def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
+    """Yield the files that a scenario names, each with the path of its key."""
+    yield from _named_files(scenario, ())
+    for axis in scenario.sweep:
+        if axis.key == FILE_KEY and isinstance(scenario.excitation, Record):
+            for i, file in enumerate(axis.values):
+                yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
+
+
+def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
     path = getattr(block, "path", None)
     if isinstance(path, Path):
-        yield keys, path
+        yield (*keys, "file"), path
     for name in type(block).model_fields:
         if isinstance(inner := getattr(block, name), Block):
-            yield from named_files(inner, (*keys, name))
+            yield from _named_files(inner, (*keys, name))
 
 
-def file_hashes(scenario: Block) -> dict[str, str]:
+def file_hashes(scenario: Scenario) -> dict[str, str]:
     """Return the SHA-256 (hex) of each file that a scenario names, by key."""
     found = {}
     for keys, path in named_files(scenario):
         with system.open_regular_file(path) as stream:
-            found[".".join(keys)] = hashlib.file_digest(stream, "sha256").hexdigest()
+            name = ".".join(map(str, keys))
+            found[name] = hashlib.file_digest(stream, "sha256").hexdigest()
     return found
 
 

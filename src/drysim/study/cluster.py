@@ -688,9 +688,9 @@ class Payload:
             name = f"{number}{path.suffix}"
             files.append((name, path.read_bytes()))
             block: Any = words
-            for key in keys:
+            for key in keys[:-1]:
                 block = block[key]
-            block["file"] = name
+            block[keys[-1]] = name
         return cls(dump(words), tuple(files), tuple(versions().items()), sweep)
 
     @property

@@ -274,6 +274,7 @@ def make_table(
         motion,
         describe_numerics(case),
         tallies,
+        case.inputs,
     )
 
 

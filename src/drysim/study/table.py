@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import Samples, Sines, StrokeLimits
+from drysim.core.model import Input, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import METRICS, UNITS, Metrics
@@ -65,6 +65,8 @@ class Table:
         Core, reason, engine, step, as far as all cases share them.
     summary : mapping
         `Tally` by approach, if it was gathered during the computation.
+    inputs : tuple of Input
+        Records of the base motion.
     """
 
     scenario: Scenario
@@ -76,6 +78,7 @@ class Table:
     motion: Sines | Samples | None = None
     numerics: Mapping[str, object] = field(default_factory=dict)
     summary: Mapping[str, Tally] = field(default_factory=dict)
+    inputs: tuple[Input, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
