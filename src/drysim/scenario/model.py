@@ -288,7 +288,8 @@ class Scenario(FromFile):
         ScenarioError
             If a parameter is missing, or the parameters are inconsistent.
         """
-        found = [*_law_problems(self, name)]
+        faults = law_faults(self.friction, name)
+        found = [self.problem(sentence, key) for key, sentence in faults]
         if not found:
             used = tuple(axis for axis in self.sweep if law_uses_key(self, name, axis.key))
             closed = name in CLOSED_FORM_LAWS
@@ -918,16 +919,6 @@ COULOMB = "coulomb"
 
 NORMAL_FORCE_PREFIX = "normal_"
 """Prefix of the keys of a varying normal force, which are common to all laws."""
-
-
-def _law_problems(scenario: Scenario, name: str) -> Iterator[Problem]:
-    """Yield the located problems that prevent a comparison under a law."""
-    if scenario.friction is None:
-        sentence = f"law {name} needs a friction block; this scenario has none"
-        yield scenario.problem(sentence, "friction")
-        return
-    for key, sentence in law_faults(scenario.friction, name):
-        yield scenario.problem(sentence, key)
 
 
 def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:

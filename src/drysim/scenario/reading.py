@@ -343,7 +343,10 @@ def _missing_keys(friction: Friction, name: str) -> list[str]:
 
 def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
     """Yield the dotted key and message of everything that prevents using a law."""
-    if friction is None or name in ("", friction.law):
+    if not name or (friction is not None and friction.law == name):
+        return
+    if friction is None:
+        yield "friction", f"law {name} needs a friction block; this scenario has none"
         return
     if needed := _missing_keys(friction, name):
         remedy = f"give them in a block `{name}` in friction"
