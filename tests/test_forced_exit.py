@@ -120,7 +120,7 @@ NOTHING_KEPT = {
         ("sweep", "seat.yaml", "--set", SWEEP, "--workers", "2"),
     ),
     "the first seeds": (
-        "patch('drysim.study.ensemble.try_measure', 0)",
+        "patch('drysim.study.plan.try_measure', 0)",
         ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW),
     ),
     "a comparison": (

@@ -8,6 +8,7 @@ import time
 import mpmath
 import numpy as np
 import pytest
+from seat import rows_of
 
 from drysim.plots import sweep as sweep_plots
 from drysim.scenario.axes import count_points, decimal_geomspace, point_columns
@@ -141,6 +142,20 @@ def test_parquet_holds_what_the_csv_holds(drysim, huge, asked):
     assert found == set(lines[1:])
     assert drysim("sweep", huge, *words, "-o", "b").code == 0  # replaces what is ours
     assert not folder.exists()
+
+
+def test_parquet_keeps_the_decimals_of_a_mean_of_counts(drysim, huge):
+    dataset = pytest.importorskip("pyarrow.dataset")
+    asked = SEEDS | {"stroke": "{limit: 2 mm}"}
+    sets = [word for item in asked.items() for word in ("--set", "=".join(item))]
+    words = (*sets, "--no-plots", "--quiet")
+    assert drysim("sweep", huge, *words, "-o", "a").code == 0
+    assert drysim("sweep", huge, *words, "-o", "b", "--format", "parquet").code == 0
+    folder = huge.parent / "b/transmissibility"
+    means = dataset.dataset(folder, partitioning="hive").to_table()["violations"].to_pylist()
+    rows = rows_of(huge.parent / "a/transmissibility.csv")
+    assert means == [float(row["violations [-]"]) for row in rows]
+    assert any(mean % 1 for mean in means)
 
 
 def test_file_of_the_user_in_a_dataset_is_not_removed(drysim, huge):

@@ -406,13 +406,19 @@ def write_transmissibility_parquet(table: Table, folder: Path) -> None:
     import pyarrow.parquet
 
     columns = case_columns(table)[1:]  # the approach is in the path
-    if _has_means(table):  # of counts, too
-        columns = [column._replace(whole=False) for column in columns]
+    if _has_means(table):  # a mean of counts may have decimals
+        columns = [one._replace(whole=one.whole and _is_whole(one, table)) for one in columns]
     for batch in as_batches(table.rows):
         place = folder / PARQUET_FOLDER / f"approach={batch.approach}"
         place.mkdir(parents=True, exist_ok=True)
         file = place / f"{batch.first:012d}.parquet"
         pyarrow.parquet.write_table(_arrow_table(columns, batch), file)
+
+
+def _is_whole(column: Column, table: Table) -> bool:
+    """Whether all known numbers of a column are whole."""
+    parts = (np.asarray(column.values(batch)) for batch in as_batches(table.rows))
+    return all(bool(((part % 1 == 0) | np.isnan(part)).all()) for part in parts)
 
 
 def _arrow_table(columns: Sequence[Column], batch: Batch) -> Any:
