@@ -6,8 +6,10 @@ a row of units may precede the numbers. Delimiter, header and units are detected
 
 Reading is done in two passes. The fast pass parses blocks of bytes with `numpy.loadtxt` and
 accepts only perfectly regular blocks. If it fails, a second pass goes through the cells one by
-one and reports the first fault by row and column. It does not use the `csv` module, which does
-not tell in which column a cell begins.
+one and reports the first fault by row and column.
+
+The `csv` module is not used. Its reader does not tell in which column a cell begins, and its
+sniffer names a wrong delimiter for columns apart by blanks and for single columns.
 
 An AT2 file is an accelerogram of the PEER ground motion database: a header of four lines with
 NPTS and DT, followed by one series of numbers.
