@@ -9,11 +9,8 @@ from typing import Any, ClassVar, Literal
 from drysim.core.model import Samples, integrate_base_squares, mean_and_std
 from drysim.excitation.base import ExcitationBase, describe_grid
 from drysim.records import SI
-from drysim.records.options import RecordedMotion
+from drysim.records.options import LARGE_MEAN, RecordedMotion
 from drysim.wording import format_number, sanitise
-
-NOTABLE_MEAN = 0.1
-"""Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
 
 
 class RecordKind(ExcitationBase):
@@ -59,7 +56,7 @@ class Record(RecordedMotion, RecordKind):
         mean = mean_and_std(motion.u_dd)[0]
         spread = sqrt(max(0.0, square - mean**2))
         words += f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
-        if abs(mean) > NOTABLE_MEAN * spread:
+        if abs(mean) > LARGE_MEAN * spread:
             words += (
                 f"; mean {format_number(mean, 'm/s²')}, "
                 f"{format_number(spread, 'm/s² RMS')} about it"

@@ -40,6 +40,9 @@ from drysim.units import (
 SUGGESTED_HIGH_PASS = 0.3
 """Corner frequency of the high-pass that messages suggest [Hz], below human sensitivity."""
 
+LARGE_MEAN = 0.1
+"""Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
+
 TRENDS = ("nothing", "mean", "line")
 """Values of `remove` that are a single word, each removing more than the one before."""
 

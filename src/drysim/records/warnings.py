@@ -26,7 +26,13 @@ from drysim.errors import WarningMessage
 from drysim.records import SI
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import Floats
-from drysim.records.options import SUGGESTED_HIGH_PASS, TRENDS, Recorded, RecordedMotion
+from drysim.records.options import (
+    LARGE_MEAN,
+    SUGGESTED_HIGH_PASS,
+    TRENDS,
+    Recorded,
+    RecordedMotion,
+)
 
 GRAVITY = 9.81
 """Gravitational acceleration as rounded in the paper [m/s²]."""
@@ -44,9 +50,6 @@ LINEAR_CORNER, SPLINE_CORNER = 0.05, 0.15
 
 A second-order low-pass with this corner leaves little above it.
 """
-
-LARGE_MEAN = 0.1
-"""Ratio of mean to RMS about the mean from which the mean affects the results."""
 
 NOTABLE_SHARE = 0.01
 """Share of samples, or of the RMS, from which a change affects the results."""
