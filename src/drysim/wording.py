@@ -1,4 +1,4 @@
-"""Text shared by all outputs: numbers, base motion, swept cases, seeds, the model.
+"""Text shared by all outputs: numbers, cleaning of records, swept cases, seeds, the model.
 
 Each function returns text on one line. Numbers have four significant digits, units are written
 as in print (`m/s²`, `N·s/m`), and unprintable characters of foreign text are escaped. Text that
