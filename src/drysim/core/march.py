@@ -51,8 +51,11 @@ from drysim.core.events import (
     sign,
 )
 from drysim.core.forcing import (
+    PHASE,
     V_R,
+    WAVE_COLUMNS,
     X_R,
+    A,
     Segment,
     base_motion,
     motion_at,
@@ -115,6 +118,7 @@ from drysim.core.roots import (
     Stuck,
     break_away_time,
     stop_time,
+    stop_under_waves,
     velocity_and_acceleration,
 )
 from drysim.core.sampled import rescale
@@ -243,7 +247,7 @@ def march_sines(plant, law, waves, interval, state, log):
             load = relative_normal_force(law, waves, 0.0)[0]
             segment = with_acceleration(segment, d * (law.F_fs - law.F_fk) * load / m)
         just_broke_away = False
-        stop, x_stop = stop_time(segment, waves, law, d, left)
+        stop, x_stop = stop_under_waves(segment, waves, law, d, left)
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
@@ -291,9 +295,10 @@ def march_sines_from_start(row, end, log, kind):
 @compiled
 def initial_slip_state(plant, law, waves, x_r, v_r, log):
     """Return the `SlipState` at t = 0 under waves alone; write it to the log as first event."""
-    # By `int`, because numba compiles a kernel anew for each literal integer.
-    set_phases(waves, plant, law, 0.0, int(STICK))
-    u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
+    u_dd = 0.0
+    for i in range(waves.base):
+        at = WAVE_COLUMNS * i
+        u_dd += waves.values[at + A] * math.sin(waves.values[at + PHASE])
     d, F_L, margin = initial_direction(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
     return SlipState(0.0, x_r, v_r, d, count, margin)
@@ -488,7 +493,7 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
                 d = motion_direction(v_r, a, segment.j)
             d = mode.direction if mode.entry == LEAVING else d
             if law.k_t == 0.0 or (turns_end and d != 0):
-                stop, x = stop_time(segment, waves, law, d, until)
+                stop = stop_time(segment, waves, law, d, until)
             rests = d == 0 and mode.poised != 0 and no_waves
             if law.k_t > 0.0 and mode.contact == HOLD and not rests:
                 hold = Hold(segment, waves, law, ramp, x_0 - x_origin, mode.poised)

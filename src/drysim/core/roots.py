@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import compiled, inlined, merged
 from drysim.core.events import stick_limit
 from drysim.core.forcing import (
     COSINE,
@@ -355,26 +355,39 @@ class Derivatives(NamedTuple):
     third_rate: float
 
 
+@compiled
+def stop_time(segment, waves, law, direction, h):
+    """Return the first time in (0, h] at which v_r is zero, or infinity.
+
+    `direction` is that of the motion; 0 for a mass that does not move. `law` as in
+    `first_root`.
+    """
+    if direction == 0:
+        return NEVER
+    if waves.size == 0:
+        (c, w, _, r), _, v_r, a, _, _ = segment
+        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
+    return stop_under_waves(segment, waves, law, direction, h)[0]
+
+
 NO_ZEROS = 0
 """Argument of `first_root`, passed by `int`: numba compiles a kernel anew for each literal
 integer."""
 
 
-@compiled
-def stop_time(segment, waves, law, direction, h):
+@merged
+def stop_under_waves(segment, waves, law, d, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity, and x_r there.
 
-    `direction` is that of the motion; 0 for a mass that does not move. `law` as in
-    `first_root`.
+    Parameters as in `stop_time`, with a direction d of ±1; there may be no waves.
     """
     (c, w, _, r), x_r, v_r, a, _, _ = segment
-    if direction == 0:
+    moves = d * v_r > 0.0 or d * a > 0.0
+    if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
         return NEVER, x_r
-    if waves.size == 0:
-        s = locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-        return s, motion_at(segment.equation, waves, x_r, v_r, s).x_r if s < NEVER else x_r
-    speed = Observable(0.0, 0.0, float(direction), 0.0, 0.0, 0.0, 0.0)
-    return first_root(segment, waves, law, speed, int(NO_ZEROS), 0.0, h)[:2]
+    speed = Observable(0.0, 0.0, float(d), 0.0, 0.0, 0.0, 0.0)
+    s, x, _ = first_root(segment, waves, law, speed, int(NO_ZEROS), 0.0, h)
+    return s, x
 
 
 @compiled

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import compiled, inlined, merged
 from drysim.core.events import direction_after, motion_direction, sign
 from drysim.core.forcing import (
     COSINE,
@@ -947,7 +947,7 @@ def integrate_motion(law, waves, part, lo, hi):
     return sums
 
 
-@compiled
+@merged
 def integrate_panel(law, waves, part, rule, s, length):
     """Integrate one panel, which begins at time s [s], by one of the rules."""
     ramp = part.ramp
@@ -1294,7 +1294,7 @@ def local_force_peak(law, waves, part, low, high):
 # Peaks, crossings and excursions from the turning points.
 
 
-@compiled
+@merged
 def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
     """Return the extremes of x_r and the counts of zero and limit crossings.
 
@@ -1343,7 +1343,7 @@ def limit_side(x_r, limits):
     return -1 if x_r <= -limits.down else 0
 
 
-@compiled
+@merged
 def excursions(solution, x_end, end, limits, repeats):
     """Return the numbers of excursions to the limits, the first time and the total time.
 
@@ -1477,7 +1477,7 @@ def write_turning_points(solution, whole, limits, at, out):
         segment = start_segment(equation, waves, x_r, v_r)
         left = segment_length(segments, dt, i) - s
         direction = motion_direction(segment.v_r, segment.a, segment.j)
-        s_turn = stop_time(segment, waves, law, direction, left)[0]
+        s_turn = stop_time(segment, waves, law, direction, left)
         if s_turn >= left or not t + s + s_turn > t + s:
             i, s = i + 1, 0.0
             continue
