@@ -11,7 +11,7 @@ from drawn import Scene
 from hypothesis import note
 
 from drysim.approach.solution import Trajectory
-from drysim.core.events import direction_after
+from drysim.core.events import sign
 from drysim.metrics.table import measure
 
 CLOSES = 1e-10
@@ -66,7 +66,7 @@ def friction_only_takes(scene: Scene) -> None:
     assert (response.F_f * response.v_r >= 0.0).all()
     trajectory = scene.trajectory()
     way = np.diff(np.append(trajectory.turning_points.x_r, trajectory.state(scene.end).x_r))
-    going = np.array([direction_after(int(kind)) for kind in trajectory.turning_points.kind])
+    going = np.array([sign(int(kind)) for kind in trajectory.turning_points.kind])
     scale = np.abs(trajectory.turning_points.x_r).max() + np.abs(way).max()
     assert (going * way >= -ROUNDINGS * scale).all()
     assert (way[going == 0] == 0.0).all()
@@ -133,10 +133,10 @@ def split_run_equals_the_whole(scene: Scene) -> None:
     trajectory, whole = first.trajectory(), scene.trajectory()
     middle, mode = (
         trajectory.state(first.end),
-        direction_after(int(trajectory.turning_points.kind[-1])),
+        sign(int(trajectory.turning_points.kind[-1])),
     )
     rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).trajectory()
-    if direction_after(int(rest.turning_points.kind[0])) != mode or hinges(scene, whole):
+    if sign(int(rest.turning_points.kind[0])) != mode or hinges(scene, whole):
         return  # broken away but not moving yet: the state alone does not tell the mode
     scale = np.abs(whole.turning_points.x_r).max() + abs(whole.state(scene.end).x_r)
     gap = abs(rest.state(second.end).x_r - whole.state(scene.end).x_r)

@@ -69,7 +69,7 @@ from drysim.approach.solution import (
 )
 from drysim.core import orbit
 from drysim.core.compile import as_engine_array
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, direction_after
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
 from drysim.core.forcing import SCENE_COLUMNS, V_R, WAVE_COLUMNS, Waves
 from drysim.core.march import (
     Interval,
@@ -385,7 +385,7 @@ class SampledTrajectory(MarchedTrajectory):
         i = int(np.searchsorted(events.t, t, side="right")) - 1
         if events.t[i] > n * dt:
             start, x_r, v_r = float(events.t[i]) - n * dt, float(events.x_r[i]), 0.0
-            d = direction_after(int(events.kind[i]))
+            d = sign(int(events.kind[i]))
         slope = (float(block.u_dd[at + 1]) - float(block.u_dd[at])) / dt
         base = SegmentBase(n * dt + start, float(block.u_dd[at]) + slope * start, slope)
         waves = self.march.waves

@@ -40,7 +40,7 @@ class EventLog(NamedTuple):
         Time since that sample [s].
     kind : array of int8, shape (capacity,)
         0 stick, ±1 slip, ±2 reversal, 3 lift-off, ±4 contact with an end stop, ±5 release from
-        it, ±6 impact; the sign is the new direction of v_r.
+        it, ±6 impact; the sign is the new direction of v_r, 0 for stuck.
     x_r, F_L : array of float, shape (capacity,)
         Relative displacement [m] and limit force [N].
     """
@@ -127,12 +127,6 @@ def record_segment(segments, at, time, state, d):
     segments[2][at], segments[3][at], segments[4][at] = state
     segments.d[at] = d
     return at + 1
-
-
-@compiled
-def direction_after(kind):
-    """Return the direction of sliding after an event of this kind, 0 for stuck."""
-    return sign(kind)
 
 
 @compiled

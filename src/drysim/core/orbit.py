@@ -34,7 +34,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined, merged
-from drysim.core.events import direction_after
+from drysim.core.events import sign
 from drysim.core.forcing import (
     OMEGA,
     PHASE,
@@ -594,7 +594,7 @@ def period_map_jacobian(scene, period, rate, d, events):
             b, e = keep * b + y * rate * e, y_d * e - w * y / rate * b
         if i == events:
             return a, b, c, e
-        begin, after = until, direction_after(log.kind[i])
+        begin, after = until, sign(log.kind[i])
         set_phases(waves, plant, law, begin, d)
         lag = saltation_factor(plant, law, waves, d, after, log.x_r[i])
         # A stop depends on the velocity before it, a break-away on the displacement.

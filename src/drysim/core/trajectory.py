@@ -35,7 +35,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.core.compile import compiled, inlined, merged
-from drysim.core.events import direction_after, motion_direction, sign
+from drysim.core.events import motion_direction, sign
 from drysim.core.forcing import (
     COSINE,
     FREQUENCY,
@@ -58,7 +58,7 @@ from drysim.core.forcing import (
     slip_equation,
     start_segment,
 )
-from drysim.core.model import Plant
+from drysim.core.model import FOUR_NODES, FOUR_WEIGHTS, Plant
 from drysim.core.modes import (
     APART,
     ARRIVAL,
@@ -271,7 +271,7 @@ def resume_event(solution, i):
     plant, law, waves, t, kind, x_r, v_first = solution
     state = x_r[i], v_first if i == 0 else 0.0
     base = SegmentBase(t[i], 0.0, 0.0)
-    return resume_slip_or_stick(plant, law, waves, direction_after(kind[i]), state, base)
+    return resume_slip_or_stick(plant, law, waves, sign(kind[i]), state, base)
 
 
 @compiled
@@ -448,7 +448,7 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
-        d = direction_after(kind[event])
+        d = sign(kind[event])
         until = last
         if event + 1 < len(t):
             until = min(until, grid_index_before(t[event + 1], dt) + 1)
@@ -722,13 +722,6 @@ def add_wave_acceleration(table, i, row, rows, of_wave, at, u_out):
 
 # Integrals by Gauss-Legendre quadrature on panels. Nodes and weights on [0, 1] are literals:
 # importing them from numpy is slow.
-
-FOUR_NODES = (
-    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
-)  # fmt: skip
-FOUR_WEIGHTS = (
-    0.17392742256872679, 0.3260725774312732, 0.3260725774312732, 0.17392742256872679,
-)  # fmt: skip
 
 SIX_NODES = (
     0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
@@ -1319,7 +1312,7 @@ def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
     lowest, highest = min(x_begin, x_end), max(x_begin, x_end)
     upcrossings, entries = 0, 0
     side = sign(x_begin)
-    beyond = limit_side(x_begin, limits)
+    beyond = stroke_side(x_begin, limits)
     for i in range(len(t) + 1):
         x = x_r[i] if i < len(t) else x_end
         if i < len(t):
@@ -1329,14 +1322,14 @@ def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
         if x != 0.0:
             upcrossings += side < 0 and x > 0.0
             side = sign(x)
-        now = limit_side(x, limits)
+        now = stroke_side(x, limits)
         entries += now != 0 and now != beyond
         beyond = now
     return lowest, highest, upcrossings, entries
 
 
 @compiled
-def limit_side(x_r, limits):
+def stroke_side(x_r, limits):
     """Return 1 at or beyond the upper stroke limit, -1 at or beyond the lower one, else 0."""
     if x_r >= limits.up:
         return 1
@@ -1369,7 +1362,7 @@ def excursions(solution, x_end, end, limits, repeats):
         Total time at or beyond the limit [s].
     """
     t, x_r = solution.t, solution.x_r
-    begins = limit_side(x_r[0], limits)
+    begins = stroke_side(x_r[0], limits)
     up, down = int(begins > 0), int(begins < 0)
     first = 0.0 if begins != 0 else -1.0
     entered, left = 0.0, 0.0
@@ -1377,7 +1370,7 @@ def excursions(solution, x_end, end, limits, repeats):
     for i in range(len(t)):
         until = t[i + 1] if i + 1 < len(t) else end
         x = x_r[i + 1] if i + 1 < len(t) else x_end
-        now = limit_side(x, limits)
+        now = stroke_side(x, limits)
         if now == side:
             continue
         # The total time is the sum of the leaving times minus that of the entering times.
