@@ -23,9 +23,9 @@ from drysim.records import SI
 from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid
 from drysim.records.columns import Columns, Floats, RecordFile, open_record, time_factor
 from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
-from drysim.records.options import SUGGESTED_HIGH_PASS
+from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
 from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TIME_OF_DAY, TextTable, split_cells
-from drysim.records.warnings import GRAVITY, GRAVITY_TOLERANCE, LARGE_MEAN
+from drysim.records.warnings import GRAVITY, GRAVITY_TOLERANCE
 from drysim.units import NUMBER_PATTERN, conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
 
