@@ -191,7 +191,8 @@ class PlottedMetric(NamedTuple):
 
 T_X = PlottedMetric("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
 T_A = PlottedMetric("$T_a$ [–]", "T_a", title="acceleration transmissibility")
-SEAT = PlottedMetric("SEAT [–]", "SEAT")
+SEAT = PlottedMetric("SEAT [–]", "SEAT", title="weighted transmissibility")
+A_W = PlottedMetric("$a_w$ [m/s²]", "a_w", title="weighted acceleration")
 IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")
 STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops:")
 

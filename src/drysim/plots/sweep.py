@@ -22,6 +22,7 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, pi, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -32,8 +33,10 @@ from drysim import wording
 from drysim.approach.solution import Floats
 from drysim.plots import response, style
 from drysim.plots.style import (
+    A_W,
     IMPACT_SPEED,
     PEAK_STROKE,
+    SEAT,
     STOP_FORCE,
     T_A,
     T_X,
@@ -55,7 +58,7 @@ from drysim.study.statistics import (
     Row,
     as_batches,
 )
-from drysim.study.table import Table, stroke_limits
+from drysim.study.table import Table, is_admissible, stroke_limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,14 +66,20 @@ if TYPE_CHECKING:
 
 
 def draw_transmissibility(table: Table) -> Figure:
-    """Return the figure of T_x on the left and T_a on the right, as in the paper."""
+    """Return the figure of T_x on the left and T_a on the right, as in the paper.
+
+    SEAT is added where the vibration is weighted, or a_w where SEAT is not known.
+    """
+    ends = table.tallies[table.approaches[0]].ends if table.rows else {}
+    metrics = [T_X, T_A, *[one for one in (SEAT, A_W) if one.name in ends][:1]]
     if needs_quantiles(table):
-        return draw_quantiles(table, [T_X, T_A])
+        return draw_quantiles(table, metrics)
     view = sweep_view(table)
-    known = [one for one in (T_X, T_A) if any(True for _ in known_values(view, one.of))]
+    known = [one for one in metrics if any(True for _ in known_values(view, one.of))]
 
     def draw_unity(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
-        axes.axhline(1.0, **UNITY_STYLE)
+        if metric is not A_W:
+            axes.axhline(1.0, **UNITY_STYLE)
 
     return draw_panels(table, view, known or [T_A], draw_unity)
 
@@ -472,6 +481,17 @@ INTERVAL_STYLE: Style = {
     "label": "95 % confidence interval of the mean",
 }  # fmt: skip
 
+ADMISSIBLE_STYLE: Style = {
+    "color": "#e4efe2", "linewidth": 0.0, "zorder": 0, "label": "admissible",
+}  # fmt: skip
+BEST_STYLE: Style = {
+    "marker": "*", "markersize": 13, "color": "#f2b705", "markeredgecolor": "black",
+    "markeredgewidth": 0.8, "linestyle": "none", "zorder": 5, "clip_on": False,
+}  # fmt: skip
+
+MAX_NAMED_METRICS = 2
+"""Columns of panels up to which the title of each has the name of its metric."""
+
 LOG_SCALE_RATIO = 100.0
 """Ratio of largest to smallest T_a from which on its axis is logarithmic [-]."""
 
@@ -505,12 +525,14 @@ def draw_panels(
         for at, panel in enumerate(view.panels):
             # All rows share a y-axis, so that they can be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
-            words = f"{panel.title}: {metric.symbol}" if panel.title else metric.full_title
+            name = metric.full_title if len(metrics) <= MAX_NAMED_METRICS else metric.symbol
+            words = f"{panel.title}: {metric.symbol}" if panel.title else name
             set_title(axes, words, pad=15)
             set_x_axis(axes, view, named=at == count - 1)
             draw_curves(axes, view, panel, metric)
             extra(axes, panel, metric)
             mark_gaps(axes, view, panel)
+            _mark_admissible(axes, table, view, panel, metric)
             _mark_natural_frequency(axes, table, view)
         assert first is not None, "a view has a panel"
         values = list(known_values(view, metric.of))
@@ -525,6 +547,34 @@ def draw_panels(
     heading = style.table_heading(table, view.left_out, of_stroke=_shows_stroke(metrics))
     style.finish_figure(figure, heading, entries)
     return figure
+
+
+def _mark_admissible(
+    axes: Axes, table: Table, view: View, panel: Panel, metric: PlottedMetric
+) -> None:
+    """Mark the best admissible case, and shade the admissible range of a single line."""
+    best = table.best
+    if best is None:
+        return
+    rows = [row for line in panel.lines for row in line.rows]
+    if len(panel.lines) == 1 and rows and not view.files:
+        rows.sort(key=view.x)
+        admissible = is_admissible(Batch.of(0, rows), table.scenario.checks)
+        for keeps, run in groupby(zip(rows, admissible, strict=True), key=lambda one: one[1]):
+            x = [view.x(row) for row, _ in run]
+            if keeps and x[0] < x[-1]:
+                axes.axvspan(x[0], x[-1], **ADMISSIBLE_STYLE)
+    if best.row is None or not any(row.point == best.row.point for row in rows):
+        return
+    if (y := metric.of(best.row)) is not None:
+        label = _best_label(best.objective, best.row, table.axes)
+        axes.plot([view.x(best.row)], [y], **BEST_STYLE, label=label)
+
+
+def _best_label(objective: str, row: Row, axes: Sequence[Axis]) -> str:
+    """Return the legend of the best admissible case."""
+    value = wording.format_number(row.metrics[objective])
+    return f"best: {objective} {value} at {point_label(row.point, axes)}"
 
 
 def _shows_stroke(metrics: Sequence[PlottedMetric]) -> bool:
@@ -867,6 +917,10 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {metric.full_title}")
             draw_map(figure, below, histograms[i], metric.scale)
+            if y_axis is not None and table.best is not None and (row := table.best.row):
+                at = [row.point[x_axis.key]], [row.point[y_axis.key]]
+                label = _best_label(table.best.objective, row, table.axes)
+                below.plot(*at, **BEST_STYLE, label=label)
     style.finish_figure(figure, style.table_heading(table, of_stroke=_shows_stroke(metrics)))
     return figure
 
