@@ -36,12 +36,15 @@ def march(
     mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])[0]
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)
-    out = kernel.sampled.march(
-        core_plant, law, u_dd, dt, 0, n - 1, *start, mode, math.nan, x_r, v_r, d, log, 0,
-        len(log.n),
-    )  # fmt: skip
-    count = out[5]
-    events = [column[:count].copy() for column in log]
+    sampled = kernel.sampled
+    end = sampled.march(
+        sampled.sampled_scene(core_plant, law, u_dd, dt),
+        sampled.SampledState(0, *start, mode, math.nan, 0, math.inf),
+        sampled.SampledMotion(x_r, v_r, d),
+        log,
+        n - 1,
+    )
+    events = [column[: end.events].copy() for column in log]
     return SimpleNamespace(x_r=x_r, v_r=v_r, d=d, t=events[0] * dt + events[1], events=events)
 
 

@@ -220,7 +220,7 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     (folder / "core_0").mkdir()
     (folder / "core_0" / "taylor.march_taylor-1.py311.nbi").touch()
     assert settled(middling, "taylor.march_taylor") == compile.COMPILED
-    assert settled(middling, "march.march_modes sampled.march_chunks") == compile.PLAIN
+    assert settled(middling, "march.march_modes sampled.march") == compile.PLAIN
 
 
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.

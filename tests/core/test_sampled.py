@@ -73,13 +73,11 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     columns[2][0] = kernel.events.initial_direction(plant, law, 0.0, 0.0, u_dd[0])[0]
-    state = (0, 0.0, 0.0, int(columns[2][0]), math.nan)
+    sampled = kernel.sampled
+    scene, out = sampled.sampled_scene(plant, law, u_dd, DT), sampled.SampledMotion(*columns)
+    state = sampled.SampledState(0, 0.0, 0.0, int(columns[2][0]), math.nan, 0, math.inf)
     for end in ends:
-        log = log_of(kernel)
-        out = kernel.sampled.march(
-            plant, law, u_dd, DT, state[0], end, *state[1:], *columns, log, 0, len(log.n)
-        )
-        state = out[:5]
+        state = sampled.march(scene, state._replace(events=0), out, log_of(kernel), end)
     return np.array(columns[:2])
 
 
@@ -107,13 +105,14 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
     whole = march(kernel, u_dd, DT, (30.0, 36.0))
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 36.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
-    state, handed = (0, 0.0, 0.0, int(whole.d[0]), math.nan), 0
-    while state[0] < 2999:
+    sampled = kernel.sampled
+    scene, out = sampled.sampled_scene(plant, law, u_dd, DT), sampled.SampledMotion(*columns)
+    state = sampled.SampledState(0, 0.0, 0.0, int(whole.d[0]), math.nan, 0, math.inf)
+    handed = 0
+    while state.n < 2999:
         log = log_of(kernel, kernel.events.MAX_EVENTS_PER_STEP + 2)
-        out = kernel.sampled.march(
-            plant, law, u_dd, DT, state[0], 2999, *state[1:], *columns, log, 0, len(log.n)
-        )
-        state, handed = out[:5], handed + 1
+        state = sampled.march(scene, state._replace(events=0), out, log, 2999)
+        handed += 1
     assert handed > 5
     assert np.array_equal(columns[0][1:], whole.x_r[1:])
     assert np.array_equal(columns[1][1:], whole.v_r[1:])

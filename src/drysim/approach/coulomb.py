@@ -92,7 +92,7 @@ from drysim.core.model import (
     integrate_base_squares,
 )
 from drysim.core.modes import SegmentBase
-from drysim.core.sampled import march
+from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.trajectory import (
     STEPS_PER_CHUNK,
     EventSolution,
@@ -593,39 +593,35 @@ class BlockMarch:
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
         """March through a block; return the state at its end and the closest decision [-]."""
-        first, state, closest_decision = number * self.size, self.checkpoints[number], math.inf
+        first, dt = number * self.size, self.motion.dt
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
         # One allocation, which the allocator reuses for the next block of this length.
-        x_r, v_r = as_engine_array(np.empty((2, last + 1)))
-        d = as_engine_array(np.empty(last + 1, dtype=np.int8))
-        x_r[0], v_r[0], d[0], _ = state
-        kernel_input, n, count = as_engine_array(u_dd), 0, 1
+        columns = *np.empty((2, last + 1)), np.empty(last + 1, dtype=np.int8)
+        out = SampledMotion(*map(as_engine_array, columns))
+        state = SampledState(0, *self.checkpoints[number], 1, math.inf)
+        write_first_row(out, (state.x_r, state.v_r, state.d))
         log = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT)
-        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
-        write_first_row(log, (0, 0.0, state[2], state[0], F_L))
-        while n < last:
-            if count > len(log.n) - MAX_EVENTS_PER_STEP:
+        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state.x_r
+        write_first_row(log, (0, 0.0, state.d, state.x_r, F_L))
+        kernel_input = as_engine_array(u_dd)
+        scene = sampled_scene(self.plant, self.law, kernel_input, dt)
+        varying_scene = Scene(self.plant, self.law, self.waves, kernel_input, dt)
+        while state.n < last:
+            if state.events > len(log.n) - MAX_EVENTS_PER_STEP:
                 log = enlarge_columns(log, 2 * len(log.n))
-            until, capacity = min(n + SAMPLES_PER_CALL, last), len(log.n)
-            plant, law, dt = self.plant, self.law, self.motion.dt
-            out = x_r, v_r, d, log, count, capacity
-            rest: tuple[Any, ...]
-            if law.variation:
-                scene = Scene(plant, law, self.waves, kernel_input, dt)
-                here = SlipState(0.0, *state[:3], count, math.inf)
-                n, here = march_varying_limits(scene, first, n, until, here, out[:3], log)
-                _, *end, count, tight = here
-                state = (*end, math.nan)
+            end = min(state.n + SAMPLES_PER_CALL, last)
+            if self.law.variation:
+                n, x_r, v_r, d, _, count, closest = state
+                here = SlipState(0.0, x_r, v_r, d, count, closest)
+                n, here = march_varying_limits(varying_scene, first, n, end, here, out, log)
+                _, x_r, v_r, d, count, closest = here
+                state = SampledState(n, x_r, v_r, d, math.nan, count, closest)
             else:
-                rest = n, until, *state, *out
-                n, *end, count, tight = march(plant, law, kernel_input, dt, *rest)
-                state = tuple(end)
-            closest_decision = min(closest_decision, tight)
-            check_progress(count, (first + n) * self.motion.dt, state, self.motion.dt)
-        series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+                state = march(scene, state, out, log, end)
+            check_progress(state.events, (first + state.n) * dt, (state.x_r, state.v_r), dt)
+        points = np.asarray(out.x_r), np.asarray(out.v_r), np.asarray(out.d, dtype=np.int8)
+        log = EventLog(*(np.asarray(column[: state.events]) for column in log))
         self.cached.clear()
-        self.cached[number] = SampleBlock(
-            first, u_dd, *series, EventLog(*(np.asarray(column[:count]) for column in log))
-        )
-        return state, closest_decision
+        self.cached[number] = SampleBlock(first, u_dd, *points, log)
+        return (state.x_r, state.v_r, state.d, state.a), state.closest

@@ -406,7 +406,7 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
     affine = no_waves and law.step == 0.0
     stalled = 0
     # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
-    # interval to interval instead, as in `advance_creep`.
+    # interval to interval instead, as in `sampled.march`.
     a_carried = math.nan
     while n <= end and at < full and count < full:
         if affine and s == 0.0 and mode.end_stop == APART and moves_freely(law, mode, v_r):

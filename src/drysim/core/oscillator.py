@@ -14,10 +14,10 @@ Method
     - `sine_response` adds the response to a sine as a divided difference of exp over the
       frequency and both characteristic roots, which is regular at resonance.
     - `linear_recursion` solves the oscillator without dry friction on samples.
-    - `velocity_series` and `long_velocity_series` are the Taylor series of v in a segment with
-      linear forcing. Most steps with an event are much shorter than the time constants of the
-      oscillator: there ten terms reach rounding at a third of the cost of `flow`, and sixteen
-      terms serve segments five times as long. `chebyshev_stop` finds the zero of such a series.
+    - `velocity_series` is the Taylor series of v in a segment with linear forcing. Most steps
+      with an event are much shorter than the time constants of the oscillator: there twelve
+      terms reach rounding at a third of the cost of `flow`. `chebyshev_stop` finds the zero of
+      the series.
     - `SlipSteps` holds the affine maps of whole sample steps of sliding under Coulomb friction
       and all other constants of a march over samples.
 
@@ -292,13 +292,9 @@ def end_weights(y, Y, YY, dt):
 
 # The power series of a short segment of sliding.
 
-SERIES_TERMS, EXTRA_TERMS = 10, 6
-"""Number of terms of `velocity_series`, and of those that `long_velocity_series` adds. The
-functions below index the added terms from the end: numba drops the branch for a short tuple,
-but type-checks constant indices first."""
-
-BRIEF_SEGMENT = 0.1
-"""Largest (c + √w)·length for which ten terms of the series reach double precision."""
+SERIES_SEGMENT = 0.2
+"""Largest (c + √w)·length that `velocity_series` serves: the first omitted term is then
+0.2^10/12!, or 2e-16, of that of the jerk."""
 
 CHEBYSHEV_TOLERANCE = 1e-6
 """Relative step of Chebyshev's third-order method after which the error is below rounding."""
@@ -308,7 +304,7 @@ MAX_CHEBYSHEV_ROUNDS = 8
 
 
 class SeriesFactors(NamedTuple):
-    """Factors of acceleration (a) and jerk (j) in the coefficients q_3 to q_15 of v(s).
+    """Factors of acceleration (a) and jerk (j) in the coefficients q_3 to q_11 of v(s).
 
     With linear forcing, q_n = a[n - 3]·a(0) + j[n - 3]·j(0) for n >= 3.
     """
@@ -319,52 +315,34 @@ class SeriesFactors(NamedTuple):
 
 @compiled
 def series_factors(c, w):
-    """Return the factors of q_3 to q_15, from v⁽ⁿ⁾ = -(c v⁽ⁿ⁻¹⁾ + w v⁽ⁿ⁻²⁾)."""
+    """Return the factors of q_3 to q_11, from v⁽ⁿ⁾ = -(c v⁽ⁿ⁻¹⁾ + w v⁽ⁿ⁻²⁾)."""
     return SeriesFactors(
-        derivatives_over_factorials(c, w, -w, -c * -w),
-        derivatives_over_factorials(c, w, -c, -(c * -c + w)),
+        series_recursion(c, w, -w / 6.0, -c * -w / 24.0),
+        series_recursion(c, w, -c / 6.0, -(c * -c + w) / 24.0),
     )
 
 
 @compiled
-def derivatives_over_factorials(c, w, d_3, d_4):
-    """Return d_n/n! for n = 3 to 15, from d_3, d_4 and d_n = -(c d_(n-1) + w d_(n-2))."""
-    d_5 = -(c * d_4 + w * d_3)
-    d_6 = -(c * d_5 + w * d_4)
-    d_7 = -(c * d_6 + w * d_5)
-    d_8 = -(c * d_7 + w * d_6)
-    q_8, q_9 = d_8 / 40320.0, -(c * d_8 + w * d_7) / 362880.0
-    # Derivatives of higher order may leave the range of double precision.
+def series_recursion(c, w, q_3, q_4):
+    """Return q_3 to q_11 from n q_n = -(c q_(n-1) + w q_(n-2)/(n - 1))."""
+    q_5 = -(c * q_4 + w * q_3 / 4.0) / 5.0
+    q_6 = -(c * q_5 + w * q_4 / 5.0) / 6.0
+    q_7 = -(c * q_6 + w * q_5 / 6.0) / 7.0
+    q_8 = -(c * q_7 + w * q_6 / 7.0) / 8.0
+    q_9 = -(c * q_8 + w * q_7 / 8.0) / 9.0
     q_10 = -(c * q_9 + w * q_8 / 9.0) / 10.0
     q_11 = -(c * q_10 + w * q_9 / 10.0) / 11.0
-    q_12 = -(c * q_11 + w * q_10 / 11.0) / 12.0
-    q_13 = -(c * q_12 + w * q_11 / 12.0) / 13.0
-    q_14 = -(c * q_13 + w * q_12 / 13.0) / 14.0
-    q_15 = -(c * q_14 + w * q_13 / 14.0) / 15.0
-    return (
-        d_3 / 6.0, d_4 / 24.0, d_5 / 120.0, d_6 / 720.0, d_7 / 5040.0, q_8, q_9,
-        q_10, q_11, q_12, q_13, q_14, q_15,
-    )  # fmt: skip
+    return q_3, q_4, q_5, q_6, q_7, q_8, q_9, q_10, q_11
 
 
 @compiled
 def velocity_series(factors, v, a, j):
-    """Return the coefficients q_0 to q_9 of v(s) = Σ q_n sⁿ from v, a and jerk j at 0."""
+    """Return the coefficients q_0 to q_11 of v(s) = Σ q_n sⁿ from v, a and jerk j at 0."""
     f, g = factors
     return (
         v, a, 0.5 * j, f[0] * a + g[0] * j, f[1] * a + g[1] * j, f[2] * a + g[2] * j,
         f[3] * a + g[3] * j, f[4] * a + g[4] * j, f[5] * a + g[5] * j, f[6] * a + g[6] * j,
-    )  # fmt: skip
-
-
-@compiled
-def long_velocity_series(factors, v, a, j):
-    """Return the coefficients q_0 to q_15."""
-    f, g = factors
-    return (
-        *velocity_series(factors, v, a, j),
-        f[7] * a + g[7] * j, f[8] * a + g[8] * j, f[9] * a + g[9] * j,
-        f[10] * a + g[10] * j, f[11] * a + g[11] * j, f[12] * a + g[12] * j,
+        f[7] * a + g[7] * j, f[8] * a + g[8] * j,
     )  # fmt: skip
 
 
@@ -374,18 +352,13 @@ def series_distance(q, s):
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * (1.0 / 2.0) * s) + s_2 * (q[2] * (1.0 / 3.0) + q[3] * (1.0 / 4.0) * s)
-    high = (q[4] * (1.0 / 5.0) + q[5] * (1.0 / 6.0) * s) + s_2 * (
+    mid = (q[4] * (1.0 / 5.0) + q[5] * (1.0 / 6.0) * s) + s_2 * (
         q[6] * (1.0 / 7.0) + q[7] * (1.0 / 8.0) * s
     )
-    high += s_4 * (q[8] * (1.0 / 9.0) + q[9] * (1.0 / 10.0) * s)
-    if len(q) > SERIES_TERMS:
-        n = len(q) - EXTRA_TERMS
-        far = (q[n] * (1.0 / 11.0) + q[n + 1] * (1.0 / 12.0) * s) + s_2 * (
-            (q[n + 2] * (1.0 / 13.0) + q[n + 3] * (1.0 / 14.0) * s)
-            + s_2 * (q[n + 4] * (1.0 / 15.0) + q[n + 5] * (1.0 / 16.0) * s)
-        )
-        high += s_4 * s_2 * far
-    return s * (low + s_4 * high)
+    high = (q[8] * (1.0 / 9.0) + q[9] * (1.0 / 10.0) * s) + s_2 * (
+        q[10] * (1.0 / 11.0) + q[11] * (1.0 / 12.0) * s
+    )
+    return s * (low + s_4 * (mid + s_4 * high))
 
 
 @compiled
@@ -394,14 +367,9 @@ def series_velocity(q, s):
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
-    high = (q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s) + s_4 * (q[8] + q[9] * s)
-    if len(q) > SERIES_TERMS:
-        n = len(q) - EXTRA_TERMS
-        far = (q[n] + q[n + 1] * s) + s_2 * (
-            (q[n + 2] + q[n + 3] * s) + s_2 * (q[n + 4] + q[n + 5] * s)
-        )
-        high += s_4 * s_2 * far
-    return low + s_4 * high
+    mid = (q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s)
+    high = (q[8] + q[9] * s) + s_2 * (q[10] + q[11] * s)
+    return low + s_4 * (mid + s_4 * high)
 
 
 @compiled
@@ -410,16 +378,9 @@ def series_acceleration(q, s):
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[1] + 2.0 * q[2] * s) + s_2 * (3.0 * q[3] + 4.0 * q[4] * s)
-    high = (5.0 * q[5] + 6.0 * q[6] * s) + s_2 * (7.0 * q[7] + 8.0 * q[8] * s)
-    high += s_4 * (9.0 * q[9])
-    if len(q) > SERIES_TERMS:
-        n = len(q) - EXTRA_TERMS
-        far = (10.0 * q[n] + 11.0 * q[n + 1] * s) + s_2 * (
-            (12.0 * q[n + 2] + 13.0 * q[n + 3] * s)
-            + s_2 * (14.0 * q[n + 4] + 15.0 * q[n + 5] * s)
-        )
-        high += s_4 * s * far
-    return low + s_4 * high
+    mid = (5.0 * q[5] + 6.0 * q[6] * s) + s_2 * (7.0 * q[7] + 8.0 * q[8] * s)
+    high = (9.0 * q[9] + 10.0 * q[10] * s) + s_2 * (11.0 * q[11])
+    return low + s_4 * (mid + s_4 * high)
 
 
 @inlined
@@ -429,7 +390,7 @@ def chebyshev_stop(q, h):
     Parameters
     ----------
     q : tuple of float
-        Coefficients from `velocity_series` or `long_velocity_series`.
+        Coefficients from `velocity_series`.
     h : float
         Length of the segment [s]; short, so that v has at most one extremum and one such zero.
 
@@ -473,8 +434,8 @@ these units, so that a fine step holds at most one; and what decays within it ke
 twentieth, far above rounding."""
 
 CANCELLATION_SHARE = 1e-6
-"""Share of the force balance below which the affine map has lost the digits of v_r, and
-`advance_creep` takes over. At 1e-6 the acceleration keeps a relative error of 1e-10."""
+"""Share of the force balance below which the affine map has lost the digits of v_r, which is
+then propagated by itself. At 1e-6 the acceleration keeps a relative error of 1e-10."""
 
 DIP_SAFETY = 2.0
 """Safety factor on the bound of a dip of v_r between samples; it exceeds all rounding."""
@@ -504,14 +465,12 @@ class SlipSteps(NamedTuple):
         b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
     dt : float
         Length of a step [s].
-    whole : tuple of float, shape (4,)
-        `flow` over a step.
     fine : bool
         Whether a step holds at most one extremum of v_r.
-    short, brief : bool
-        Whether `long_velocity_series` and `velocity_series` reach double precision over a step.
+    short : bool
+        Whether `velocity_series` reaches double precision over a step.
     factors : SeriesFactors
-        Of these series.
+        Of this series.
     step_map, four_step_map : AffineMap
         Of one step and of four.
     x_0, x_1, v_0, v_1 : float
@@ -530,10 +489,8 @@ class SlipSteps(NamedTuple):
     w: float
     f: float
     dt: float
-    whole: tuple[float, float, float, float]
     fine: bool
     short: bool
-    brief: bool
     factors: SeriesFactors
     step_map: AffineMap
     four_step_map: AffineMap
@@ -562,8 +519,7 @@ def slip_steps(plant, law, dt):
     """
     c, w, f = plant.b / plant.m, plant.k_x / plant.m, law.F_fk / plant.m
     radians = (c + math.sqrt(w)) * dt
-    whole = flow(c, w, dt)
-    y, _, Y, YY = whole
+    y, _, Y, YY = flow(c, w, dt)
     x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     # Contributions of ü at the start and at the end of a step one, two and three steps later.
     one, two = affine_map(c, w, f, dt), affine_map(c, w, f, 2.0 * dt)
@@ -576,8 +532,8 @@ def slip_steps(plant, law, dt):
     steep, fast = dip_factor * dt, dip_factor * (0.25 * c + w * dt) * dt
     rate, speed_per_force = characteristic_rate(c, w), cancellation_speed(c, w)
     return SlipSteps(
-        c, w, f, dt, whole, rate * dt <= FINE_STEP, radians <= SHORT_SEGMENT,
-        radians <= BRIEF_SEGMENT, series_factors(c, w), one, four, x_0, x_1, v_0, v_1,
+        c, w, f, dt, rate * dt <= FINE_STEP, radians <= SERIES_SEGMENT, series_factors(c, w),
+        one, four, x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
         steep, fast, speed_per_force * f, speed_per_force * w,
@@ -621,13 +577,3 @@ def cancellation_threshold(steps, x_r):
     their rounding would decide the sign of v_r.
     """
     return steps.threshold_f + steps.threshold_x * abs(x_r)
-
-
-@compiled
-def step_end(steps, x_r, v_r, d, u_0, u_1):
-    """Return x_r and v_r at the end of a step without events."""
-    x, v = free_motion(steps.step_map, x_r, v_r)
-    return (
-        x - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * steps.step_map.x_f),
-        v - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * steps.step_map.v_f),
-    )

@@ -12,11 +12,15 @@ Method
        within four steps does not depend on the state and is summed beforehand
        (`advance_slip_by_four`).
     2. Steps with events. `step_through_events` follows any number of events within a step.
-       Stops are located in the power series of a short step; a step too long for that is
-       divided into substeps up to the one with the first stop.
+       Stops are located in the power series of a short step, and by `roots.locate_stop` in a
+       longer one.
     3. Creep. Once the base is silent, a mass that creeps to rest has a velocity far below the
-       forces from which the affine map computes it. Below a threshold `advance_creep`
-       propagates velocity and acceleration by themselves, which keeps their relative accuracy.
+       forces from which the affine map computes it. Below a threshold only
+       `step_through_events` advances it: it propagates velocity and acceleration by themselves,
+       which keeps their relative accuracy.
+
+    The constants of the steps (`SlipSteps`) are computed within the kernel: to pass the many
+    numbers in from Python takes as long as a thousand steps.
 
 No stop is missed
     A fine step holds at most one extremum of v_r, so the acceleration at both ends shows any
@@ -27,7 +31,7 @@ No stop is missed
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,24 +48,20 @@ from drysim.core.events import (
     stick_limit,
 )
 from drysim.core.oscillator import (
-    FINE_STEP,
-    SHORT_SEGMENT,
     cancellation_threshold,
-    characteristic_rate,
     chebyshev_stop,
     flow,
-    long_velocity_series,
     series_acceleration,
     series_distance,
     series_velocity,
     slip_steps,
-    step_end,
     velocity_series,
 )
 from drysim.core.roots import (
     NEVER,
     locate_stop,
     never_stops,
+    velocity_and_acceleration,
 )
 
 # Coulomb friction, chunk by chunk.
@@ -75,41 +75,113 @@ STICK_BLOCK = 16
 """Stuck samples that are tested at once; a few vector registers hold them."""
 
 
-def march(
-    plant, law, u_dd, dt, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count, capacity
-):  # fmt: skip
-    """March from sample n to sample `end`, or until the log is nearly full.
+class SampledScene(NamedTuple):
+    """Input of a march over samples.
 
-    Parameters
+    Attributes
     ----------
-    plant : Plant
-    law : CoulombLaw
-        With constant limits.
+    plant, law : Plant, CoulombLaw
+        With constant limits of friction.
     u_dd : array, shape (samples,)
         Base acceleration [m/s²].
     dt : float
         Sample interval [s].
-    n, end : int
-        First and last sample of this march.
+    x_base_sums, v_base_sums : array, shape (CHUNK,)
+        Work arrays, see `Chunk`.
+    """
+
+    plant: Any
+    law: Any
+    u_dd: Any
+    dt: float
+    x_base_sums: Any
+    v_base_sums: Any
+
+
+class SampledState(NamedTuple):
+    """State of a march over samples.
+
+    Attributes
+    ----------
+    n : int
+        Sample reached.
     x_r, v_r : float
-        State at sample n [m, m/s].
+        State there [m, m/s].
     d : int
-        Direction of sliding at sample n, 0 if stuck.
+        Direction of sliding, 0 if stuck.
     a : float
-        Relative acceleration at sample n [m/s²] in creep; NaN where x_r and v_r determine it.
-    x_out, v_out, d_out : array, shape (samples,)
-        Overwritten from n + 1 to the sample reached; values after that, up to `end`, are
-        undefined.
+        Relative acceleration [m/s²] in creep; NaN where x_r and v_r determine it.
+    events : int
+        Number of events in the log, negative if one step holds too many.
+    closest : float
+        Smallest relative margin of a stick decision so far [-].
+    """
+
+    n: int
+    x_r: float
+    v_r: float
+    d: int
+    a: float
+    events: int
+    closest: float
+
+
+class SampledMotion(NamedTuple):
+    """Solution at every sample: x_r [m], v_r [m/s] and direction of sliding, 0 if stuck."""
+
+    x_r: Any
+    v_r: Any
+    d: Any
+
+
+class Chunk(NamedTuple):
+    """Part of the samples, and what the base contributes there.
+
+    Attributes
+    ----------
+    begin, until : int
+        First and last sample.
+    u_dd : array, shape (samples,)
+        Base acceleration of the whole march [m/s²].
+    x_base_sums, v_base_sums : array, shape (CHUNK,)
+        What the base contributes to x_r [m] and v_r [m/s] in the four steps from each sample
+        on; the first is for sample `begin`. See `sum_base_motion`.
+    """
+
+    begin: int
+    until: int
+    u_dd: Any
+    x_base_sums: Any
+    v_base_sums: Any
+
+
+def sampled_scene(plant, law, u_dd, dt):
+    """Return the scene of a march, with work arrays."""
+    base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
+    return SampledScene(plant, law, u_dd, dt, *base_sums)
+
+
+@compiled
+def march(scene, state, out, log, end):
+    """March to sample `end`, or until the log is nearly full.
+
+    Parameters
+    ----------
+    scene : SampledScene
+    state : SampledState
+        Where to begin.
+    out : SampledMotion
+        Holds x_r and v_r at sample n. Overwritten from n + 1 to the sample reached; values
+        after that, up to `end`, are undefined.
     log : EventLog
-    count, capacity : int
-        Number of events in the log, and its length; `MAX_EVENTS_PER_STEP` entries must be free.
+        `MAX_EVENTS_PER_STEP` entries must be free.
+    end : int
+        Last sample of this march.
 
     Returns
     -------
-    n, x_r, v_r, d, a, count, closest
-        Sample reached and the state there; number of events in the log, negative if one step
-        holds too many; smallest relative margin of a stick decision [-]. x_r is NaN if the next
-        chunk of samples has values that are not finite.
+    SampledState
+        State reached. x_r is NaN if the next chunk of samples has values that are not finite.
 
     Notes
     -----
@@ -117,164 +189,40 @@ def march(
     interruption: to the last bit where n is a multiple of `CHUNK` or the log was full, to
     rounding elsewhere.
     """
-    base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
+    plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
     steps = slip_steps(plant, law, dt)
-    # The type of `substeps` selects one of two compiled versions of the kernel.
-    substeps = () if steps.short else make_substeps(steps)
-    return march_chunks(
-        plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out,
-        log, count, capacity, *base_sums,
-    )  # fmt: skip
-
-
-@compiled
-def march_chunks(
-    plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
-    capacity, x_base_sums, v_base_sums,
-):  # fmt: skip
-    """Run `march` chunk by chunk; the last two arguments are work arrays of length `CHUNK`."""
-    closest = math.inf
-    full = capacity - MAX_EVENTS_PER_STEP
-    while n < end and 0 <= count <= full and x_r == x_r:
-        if a == a:
-            n, x_r, v_r, d, a, count, margin = march_creep(
-                plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out,
-                log, count, full,
-            )  # fmt: skip
-        else:
-            n, x_r, v_r, d, a, count, margin = march_regular(
-                plant,
-                law,
-                steps,
-                substeps,
-                u_dd,
-                n,
-                end,
-                x_r,
-                v_r,
-                d,
-                x_out,
-                v_out,
-                d_out,
-                log,
-                count,
-                full,
-                x_base_sums,
-                v_base_sums,
-            )
-        closest = min(closest, margin)
-    return n, x_r, v_r, d, a, count, closest
-
-
-@compiled
-def march_regular(
-    plant,
-    law,
-    steps,
-    substeps,
-    u_dd,
-    n,
-    end,
-    x_r,
-    v_r,
-    d,
-    x_out,
-    v_out,
-    d_out,
-    log,
-    count,
-    full,
-    x_base_sums,
-    v_base_sums,
-):
-    """March until v_r is below the cancellation threshold; parameters as in `march_chunks`."""
+    n, x_r, v_r, d, a, count, closest = state
+    full = len(log.n) - MAX_EVENTS_PER_STEP
+    # The base is summed from sample `begin` on, once the mass slides; negative before that.
     begin, until = n, n
-    closest = math.inf
     while n < end and 0 <= count <= full:
         if n >= until:
             begin, until = -1, min(n - n % CHUNK + CHUNK, end)
             if not all_finite(u_dd[n : until + 1]):
                 x_r = math.nan
                 break
-        if d == 0:
-            n = advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
+        if a == a:
+            v_r, a = rescale(v_r, a)
+        elif d == 0:
+            n = advance_stick(plant, law, u_dd, n, until, out)
         elif steps.fine:
             if begin < 0:
                 begin = n
                 sum_base_motion(steps.x_base, u_dd[n : until + 1], x_base_sums)
                 sum_base_motion(steps.v_base, u_dd[n : until + 1], v_base_sums)
-            n, x_r, v_r = advance_slip(
-                steps,
-                u_dd,
-                n,
-                until,
-                x_r,
-                v_r,
-                d,
-                x_out,
-                v_out,
-                d_out,
-                begin,
-                x_base_sums,
-                v_base_sums,
-            )
+            chunk = Chunk(begin, until, u_dd, x_base_sums, v_base_sums)
+            n = advance_slip(steps, chunk, n, d, out)
+            x_r = out.x_r[n]
+            v_r = out.v_r[n]
         if n < until:
-            before = count
-            x_r, v_r, a, d, count, closest = step_through_events(
-                plant,
-                law,
-                steps,
-                substeps,
-                (),
-                u_dd[n],
-                u_dd[n + 1],
-                n,
-                x_r,
-                v_r,
-                d,
-                log,
-                count,
-                closest,
+            state = SampledState(n, x_r, v_r, d, a, count, closest)
+            n, x_r, v_r, d, a, count, closest = step_through_events(
+                plant, law, steps, u_dd, state, log
             )
-            n += 1
-            x_out[n] = x_r
-            v_out[n] = v_r
-            d_out[n] = d
-            # No event: v_r may have fallen below the cancellation threshold.
-            if count == before and d != 0 and abs(v_r) <= cancellation_threshold(steps, x_r):
-                if a != a:
-                    a = -(u_dd[n] + steps.c * v_r + steps.w * x_r + d * steps.f)
-                return n, x_r, v_r, d, a, count, closest
-    return n, x_r, v_r, d, math.nan, count, closest
-
-
-@compiled
-def march_creep(
-    plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
-    full,
-):  # fmt: skip
-    """March in creep, with v_r and a propagated; parameters as in `march_chunks`."""
-    closest = math.inf
-    while n < end and a == a and 0 <= count <= full:
-        until = min(n - n % CHUNK + CHUNK, end)
-        if not all_finite(u_dd[n : until + 1]):
-            x_r = math.nan
-            break
-        v_r, a = rescale(v_r, a)
-        if steps.fine:
-            n, x_r, v_r, a = advance_creep(
-                steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out
-            )
-        if n < until:
-            x_r, v_r, a, d, count, closest = step_through_events(
-                plant, law, steps, substeps, (a,), u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log,
-                count, closest,
-            )  # fmt: skip
-            n += 1
-            x_out[n] = x_r
-            v_out[n] = v_r
-            d_out[n] = d
-    return n, x_r, v_r, d, a, count, closest
+            out.x_r[n] = x_r
+            out.v_r[n] = v_r
+            out.d[n] = d
+    return SampledState(n, x_r, v_r, d, a, count, closest)
 
 
 @compiled
@@ -287,15 +235,17 @@ def all_finite(u_dd):
 
 
 @inlined
-def advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
+def advance_stick(plant, law, u_dd, n, until, out):
     """Stick up to sample `until`, or to the step at whose end |F_L| exceeds the limit."""
-    F_k = plant.k_x * x_r
-    hold = stick_limit(law.F_fs, F_k)
     if n < 0:
         # Never true; tells the compiler that no index counts from the end.
         return n
+    m, (x_out, v_out, d_out) = plant.m, out
+    x_r = x_out[n]
+    F_k = plant.k_x * x_r
+    hold = stick_limit(law.F_fs, F_k)
     while n + STICK_BLOCK <= until and stays_stuck(
-        plant.m, F_k, hold, u_dd[n + 1 : n + 1 + STICK_BLOCK]
+        m, F_k, hold, u_dd[n + 1 : n + 1 + STICK_BLOCK]
     ):
         for k in range(STICK_BLOCK):
             x_out[n + 1 + k] = x_r
@@ -304,7 +254,7 @@ def advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
         for k in range(STICK_BLOCK):
             d_out[n + 1 + k] = 0
         n += STICK_BLOCK
-    while n < until and abs(plant.m * u_dd[n + 1] + F_k) <= hold:
+    while n < until and abs(m * u_dd[n + 1] + F_k) <= hold:
         n += 1
         x_out[n] = x_r
         v_out[n] = 0.0
@@ -348,51 +298,41 @@ def sum_base_motion(base, u_dd, base_sums):
 
 
 @inlined
-def advance_slip(
-    steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_base_sums, v_base_sums
-):
-    """Slide up to sample `until`, or to a step that may hold an event or reach the threshold.
+def advance_slip(steps, chunk, n, d, out):
+    """Slide to the end of a chunk, or to a step that may hold an event or reach the threshold.
 
     Parameters
     ----------
     steps : SlipSteps
         With `fine` steps.
-    u_dd : array, shape (samples,)
-        Base acceleration [m/s²].
-    n, until : int
-        Sample to start from, and the last one.
-    x_r, v_r, d
-        State at sample n [m, m/s], and direction of sliding.
-    x_out, v_out, d_out : array, shape (samples,)
-        Overwritten from n + 1 to the sample reached; up to three more are undefined.
-    begin : int
-        Sample, not after n, at which `x_base_sums` and `v_base_sums` begin.
-    x_base_sums, v_base_sums : array, shape (CHUNK,)
-        Contribution of the base in four steps, from `sum_base_motion`.
+    chunk : Chunk
+    n, d : int
+        Sample to start from, and direction of sliding.
+    out : SampledMotion
+        Holds the state at sample n. Overwritten from n + 1 to the sample reached; up to three
+        more are undefined.
 
     Returns
     -------
-    n, x_r, v_r
-        Sample reached and the state there.
+    int
+        Sample reached.
     """
+    until = chunk.until
     while n < until:
         fourth = n + 4 if steps.steep < math.inf else until
-        n, x_r, v_r = advance_slip_by_one(
-            steps, u_dd, n, min(fourth, until), x_r, v_r, d, x_out, v_out, d_out
-        )
+        n = advance_slip_by_one(steps, chunk.u_dd, n, min(fourth, until), d, out)
         if n < fourth:
             break
-        n = advance_slip_by_four(
-            steps, u_dd, n, until, d, x_out, v_out, d_out, begin, x_base_sums, v_base_sums
-        )
-        x_r = x_out[n]
-        v_r = v_out[n]
-    return n, x_r, v_r
+        n = advance_slip_by_four(steps, chunk, n, d, out)
+    return n
 
 
 @inlined
-def advance_slip_by_one(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out):
-    """Slide step by step; parameters and returns as in `advance_slip`."""
+def advance_slip_by_one(steps, u_dd, n, until, d, out):
+    """Slide step by step, at most to sample `until`; otherwise as `advance_slip`."""
+    x_out, v_out, d_out = out
+    x_r = x_out[n]
+    v_r = v_out[n]
     c, w, f = steps.c, steps.w, d * steps.f
     x_x, x_v, x_f, v_x, v_v, v_f = steps.step_map
     x_0, x_1, v_0, v_1 = steps.x_0, steps.x_1, steps.v_0, steps.v_1
@@ -417,18 +357,18 @@ def advance_slip_by_one(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out)
         x_out[n] = x_r
         v_out[n] = v_r
         d_out[n] = d
-    return n, x_r, v_r
+    return n
 
 
-@compiled
-def advance_slip_by_four(
-    steps, u_dd, n, until, d, x_out, v_out, d_out, begin, x_base_sums, v_base_sums
-):
+@inlined
+def advance_slip_by_four(steps, chunk, n, d, out):
     """Advance the last four states by four steps each; return the sample reached.
 
     Parameters as in `advance_slip`. All four new states are accepted if |v_r| at both ends is
     above the bound on a dip in between; else those before the first that may hold one.
     """
+    begin, until, u_dd, x_base_sums, v_base_sums = chunk
+    x_out, v_out, d_out = out
     i = n - 3 - begin
     if begin < 0 or i < 0:
         # Never true; tells the compiler that no index counts from the end.
@@ -499,39 +439,6 @@ def advance_slip_by_four(
     return m + i
 
 
-@compiled
-def advance_creep(steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out):
-    """Slide in creep up to sample `until`, or to a step that may hold an event.
-
-    Parameters and returns as in `advance_slip`, with the relative acceleration a [m/s²] at the
-    sample.
-
-    Notes
-    -----
-    The derivative of the equation of motion is v" + c v' + w v = -dü/dt. It contains neither ü
-    nor the spring force nor friction, so v and a keep their relative accuracy however small
-    they are compared with these forces. The displacement follows from the affine map as usual.
-    """
-    c, w = steps.c, steps.w
-    y, y_d, Y, _ = steps.whole
-    x_x, x_v, x_f, _, _, _ = steps.step_map
-    x_f *= d
-    while n < until and UNDERFLOW_SPEED < d * v_r <= cancellation_threshold(steps, x_r):
-        r = (u_dd[n] - u_dd[n + 1]) / steps.dt
-        v_next = v_r * y_d + (a + c * v_r) * y + r * Y
-        a_next = a * y_d + (r - w * v_r) * y
-        if d * v_next <= 0.0 or (d * a < 0.0 and d * a_next > 0.0):
-            break
-        x_r = x_x * x_r + x_v * v_r - (steps.x_0 * u_dd[n] + steps.x_1 * u_dd[n + 1] + x_f)
-        v_r = v_next
-        a = a_next
-        n += 1
-        x_out[n] = x_r
-        v_out[n] = v_r
-        d_out[n] = d
-    return n, x_r, v_r, a
-
-
 @inlined
 def rescale(v_r, a):
     """Return v_r and a, multiplied by a power of two where they are about to underflow.
@@ -546,72 +453,38 @@ def rescale(v_r, a):
 # One step with events: any number of stops, break-aways and reversals.
 
 
-MIN_REMAINDER = 1e-3
-"""Where the update after a reversal leaves less than this share of the velocity, the velocity
-is computed anew instead, because the sum cancels."""
-
-
 @inlined
-def step_through_events(
-    plant, law, steps, substeps, carried, u_0, u_1, n, x_r, v_r, d, log, count, closest
-):  # fmt: skip
-    """Advance the state through a step with any number of events.
+def step_through_events(plant, law, steps, u_dd, state, log):
+    """Advance through a step with any number of events.
 
     Parameters
     ----------
-    plant, law, steps
-    substeps : Substeps or tuple
-        Of such steps; empty where a series serves the whole step.
-    carried : tuple of float
-        Relative acceleration at the start of the step in creep [m/s²]; empty where x_r and v_r
-        determine it.
-    u_0, u_1 : float
-        ü at both ends of the step [m/s²].
-    n : int
-        Sample at the start of the step.
-    x_r, v_r : float
-        State at the start of the step [m, m/s].
-    d : int
-        Direction of sliding, 0 if stuck.
+    plant, law, u_dd
+        Of the `SampledScene`.
+    steps : SlipSteps
+    state : SampledState
+        At the start of the step.
     log : EventLog
-    count : int
-        Number of events in the log; `MAX_EVENTS_PER_STEP` entries must be free.
-    closest : float
-        Smallest relative margin of a stick decision so far [-].
+        `MAX_EVENTS_PER_STEP` entries must be free.
 
     Returns
     -------
-    x_r, v_r, a, d, count, closest
-        At the end of the step. a [m/s²] is known in creep and after a long step, else NaN.
-        `count` is negative if the step holds too many events.
-
-    Notes
-    -----
-    `x_end` and `v_end` are the state at the end of the step if no further event follows. A
-    reversal adds the response to the jump of the friction force in the rest of the step,
-    because the motion between events is linear. In a long step `slip_long_step` returns
-    this state as well.
+    SampledState
+        At the end of the step; `events` is negative if the step holds too many events.
     """
-    h, f = steps.dt, steps.f
-    max_count = count + MAX_EVENTS_PER_STEP
+    n, x_r, v_r, d, a, count, closest = state
+    u_0, u_1, h = u_dd[n], u_dd[n + 1], steps.dt
     slope = (u_1 - u_0) / h
     per_m = 1.0 / plant.m
+    full = count + MAX_EVENTS_PER_STEP
     begin = 0.0
-    x_end, v_end = x_r, v_r
-    if len(carried) == 0:
-        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
-        if d != 0:
-            x_end, v_end = step_end(steps, x_r, v_r, d, u_0, u_1)
-    else:
-        a = carried[0]
-        if len(substeps) == 0:
-            distance, v_end = slip_by_series(steps, d * v_r, d * a, -d * slope, h)
-            x_end, v_end = x_r + d * distance, d * v_end
-    while count < max_count:
+    if a != a:
+        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * steps.f)
+    while count < full:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
             if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
-                return x_r, 0.0, math.nan, 0, count, closest
+                return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest)
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
             d = -sign(F_L)
             F_L = -d * law.F_fs
@@ -619,32 +492,16 @@ def step_through_events(
             begin = min(max(meets, begin), h)
             count = record_event(log, count, n, begin, d * SLIP, x_r, F_L)
             a = d * (law.F_fs - law.F_fk) * per_m
-            v_r = 0.0
-            if len(substeps) == 0:
-                distance, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
-                x_end, v_end = x_r + d * distance, d * v_end
-        if len(substeps) == 0:
-            stop, distance = stop_in_short_step(
-                steps, d * v_r, d * a, -d * slope, d * v_end, h - begin
-            )
-        else:
-            stop, distance, v_end, a_end = slip_long_step(
-                steps, substeps, d * v_r, d * a, -d * slope, h - begin
-            )
-            x_end, v_end = x_r + d * distance, d * v_end
-        if stop == NEVER:
-            # The search and the end state round differently where v_r is next to zero.
-            if d * v_end < 0.0:
-                v_end = 0.0
-            if len(substeps) == 0:
-                if len(carried) == 0:
-                    return x_end, v_end, math.nan, d, count, closest
-                a_end = acceleration_by_series(steps, d * v_r, d * a, -d * slope, h - begin)
-            if abs(v_end) > cancellation_threshold(steps, x_end):
-                return x_end, v_end, math.nan, d, count, closest
-            return x_end, v_end, d * a_end, d, count, closest
-        # A stop: Eq. (9) decides between stick and slip.
+        left = h - begin
+        stop, distance, v_end = slide(steps, d * v_r, d * a, -d * slope, left)
         x_r += d * distance
+        if stop == NEVER:
+            if v_end <= cancellation_threshold(steps, x_r):
+                _, a = velocity_and_acceleration(steps.c, steps.w, v_r, a, -slope, left)
+            else:
+                a = math.nan
+            return SampledState(n + 1, x_r, d * v_end, d, a, count, closest)
+        # A stop: Eq. (9) decides between stick and slip.
         v_r = 0.0
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
@@ -652,188 +509,53 @@ def step_through_events(
         if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
             d = 0
             count = record_event(log, count, n, begin, STICK, x_r, F_L)
-            continue
-        reverses = d * F_L > 0.0
-        jump = 2.0 * d * f
-        d = -sign(F_L)
-        a = -(F_L + d * law.F_fk) * per_m
-        count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
-        if reverses and len(substeps) == 0:
-            distance, v = slip_by_series(steps, 0.0, jump, 0.0, h - begin)
-            x_end += distance
-            v_end += v
-            if abs(v_end) < MIN_REMAINDER * abs(v):
-                distance, v_end = slip_by_series(steps, 0.0, d * a, -d * slope, h - begin)
-                x_end, v_end = x_r + d * distance, d * v_end
-    return x_r, v_r, a, d, -1, closest
+        else:
+            d = -sign(F_L)
+            a = -(F_L + d * law.F_fk) * per_m
+            count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
+    return SampledState(n + 1, x_r, v_r, d, a, -1, closest)
 
 
 @inlined
-def slip_by_series(steps, v, a, r, h):
-    """Return distance and velocity after sliding for h; parameters as in `locate_stop`."""
-    if steps.brief:
+def slide(steps, v, a, r, h):
+    """Slide for h, or to the first stop.
+
+    Parameters
+    ----------
+    steps : SlipSteps
+    v, a, r, h : float
+        As in `locate_stop`.
+
+    Returns
+    -------
+    stop, distance, v_end : float
+        Time of the stop [s], infinity for none; distance [m] until then, or until h; velocity
+        there [m/s], at least 0.
+
+    Notes
+    -----
+    The derivative of the equation of motion is v" + c v' + w v = r. It contains neither ü nor
+    the spring force nor friction, so v keeps its relative accuracy however small it is compared
+    with these forces.
+    """
+    if steps.short:
         q = velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
-        return series_distance(q, h), series_velocity(q, h)
-    q = long_velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
-    return series_distance(q, h), series_velocity(q, h)
-
-
-@inlined
-def acceleration_by_series(steps, v, a, r, h):
-    """Return the acceleration after sliding for h; parameters as in `locate_stop`."""
-    j = r - steps.c * a - steps.w * v
-    if steps.brief:
-        return series_acceleration(velocity_series(steps.factors, v, a, j), h)
-    return series_acceleration(long_velocity_series(steps.factors, v, a, j), h)
-
-
-@inlined
-def stop_in_short_step(steps, v, a, r, v_end, h):
-    """Return the first stop in a short step, or in the rest of one.
-
-    Parameters
-    ----------
-    v, a, r, h : float
-        As in `locate_stop`.
-    v_end : float
-        Velocity at h if the mass does not stop before [m/s].
-
-    Returns
-    -------
-    stop, path : float
-        Time of the stop [s], infinity for none, and distance until then [m].
-    """
-    c, w = steps.c, steps.w
-    j = r - c * a - w * v
-    if steps.brief:
-        stop, distance = stop_by_series(velocity_series(steps.factors, v, a, j), v_end, h)
-    else:
-        stop, distance = stop_by_series(long_velocity_series(steps.factors, v, a, j), v_end, h)
-    if stop > 0.0:
-        return stop, distance
-    return stop_by_flow(c, w, v, a, r, v_end, h)
-
-
-@inlined
-def stop_by_series(q, v_end, h):
-    """Return `stop_in_short_step` by the series; a time of -1 if the series does not decide."""
-    if v_end > 0.0 and (q[1] >= 0.0 or series_acceleration(q, h) <= 0.0):
-        return NEVER, 0.0
-    if q[0] > 0.0 and v_end <= 0.0:
-        return chebyshev_stop(q, h)
-    return -1.0, 0.0
+        v_end = series_velocity(q, h)
+        if v_end > 0.0 and (a >= 0.0 or series_acceleration(q, h) <= 0.0):
+            return NEVER, series_distance(q, h), v_end
+        if v > 0.0 and v_end <= 0.0:
+            stop, distance = chebyshev_stop(q, h)
+            if stop > 0.0:
+                return stop, distance, 0.0
+    return slide_by_flow(steps.c, steps.w, v, a, r, h)
 
 
 @compiled
-def stop_by_flow(c, w, v, a, r, v_end, h):
-    """Return `stop_in_short_step` for any length, by `locate_stop`."""
-    stop = locate_stop(c, w, v, a, r, h)
-    if stop == NEVER:
-        if v_end > 0.0 or v == 0.0:
-            return NEVER, 0.0
-        stop = h
-    y, _, Y, YY = flow(c, w, stop)
-    return stop, v * y + (a + c * v) * Y + r * YY
-
-
-# A step too long for a series, divided into substeps up to the first stop.
-
-
-MAX_SUBSTEPS = 64
-"""Most substeps of a long step; `locate_stop` searches the rest. It tests every extremum in
-turn, but covers creep in one step."""
-
-
-class Substeps(NamedTuple):
-    """Division of a step that is too long for a series.
-
-    Attributes
-    ----------
-    h, h_short : float
-        Length of a substep, which holds at most one extremum of v_r, and of a short one, which
-        a series serves [s].
-    whole, short : tuple of float, shape (4,)
-        `flow` over each.
-    """
-
-    h: float
-    h_short: float
-    whole: tuple[float, float, float, float]
-    short: tuple[float, float, float, float]
-
-
-@compiled
-def make_substeps(steps):
-    """Return the division of such steps."""
-    c, w = steps.c, steps.w
-    h = steps.dt if steps.fine else FINE_STEP / characteristic_rate(c, w)
-    h_short = h / max(math.ceil((c + math.sqrt(w)) * h / SHORT_SEGMENT), 1)
-    return Substeps(h, h_short, flow(c, w, h), flow(c, w, h_short))
-
-
-@inlined
-def slip_long_step(steps, substeps, v, a, r, h):
-    """Slide to the first stop in a long step, or in the rest of one, or to its end.
-
-    Parameters
-    ----------
-    v, a, r, h : float
-        As in `locate_stop`.
-
-    Returns
-    -------
-    stop, distance, v_end, a_end : float
-        Time of the stop [s], infinity for none; distance until then or until the end [m];
-        velocity [m/s] and, at the end, acceleration there [m/s²].
-    """
-    c, w = steps.c, steps.w
-    s, distance = 0.0, 0.0
-    until = 0.0 if never_stops(c, w, v, a, r) else min(h, MAX_SUBSTEPS * substeps.h)
-    while s < until:
-        s, path, v, a = skip_substeps(steps, substeps, v, a, r, s, until)
-        distance += path
-        length = min(substeps.h_short, until - s)
-        q = long_velocity_series(steps.factors, v, a, r - c * a - w * v)
-        v_end = series_velocity(q, length)
-        stop, path = stop_by_series(q, v_end, length)
-        if not stop > 0.0:
-            stop, path = stop_by_flow(c, w, v, a, r, v_end, length)
-        if stop != NEVER:
-            return s + stop, distance + path, 0.0, a
-        distance += series_distance(q, length)
-        a = series_acceleration(q, length)
-        v = max(v_end, 0.0)
-        s += length
-    left = h - until
-    if left > 0.0:
-        y, y_d, Y, YY = steps.whole if left == steps.dt else flow(c, w, left)
-        p = a + c * v
-        v_end = v * y_d + p * y + r * Y
-        if not never_stops(c, w, v, a, r):
-            stop, path = stop_by_flow(c, w, v, a, r, v_end, left)
-            if stop != NEVER:
-                return until + stop, distance + path, 0.0, a
-        distance += v * y + p * Y + r * YY
-        v, a = v_end, a * y_d + (r - w * v) * y
-    return NEVER, distance, v, a
-
-
-@inlined
-def skip_substeps(steps, substeps, v, a, r, s, h):
-    """Skip the substeps from s up to h without a stop; return s, distance, v and a there."""
-    c, w = steps.c, steps.w
-    length, (y, y_d, Y, YY) = substeps.h, substeps.whole
-    distance, coarse = 0.0, True
-    while True:
-        p = a + c * v
-        v_1 = v * y_d + p * y + r * Y
-        a_1 = a * y_d + (r - w * v) * y
-        if s + length > h or v_1 <= 0.0 or (a < 0.0 < a_1 and not never_stops(c, w, v, a, r)):
-            if not coarse:
-                return s, distance, v, a
-            coarse = False
-            length, (y, y_d, Y, YY) = substeps.h_short, substeps.short
-            continue
-        distance += v * y + p * Y + r * YY
-        v, a = v_1, a_1
-        s += length
+def slide_by_flow(c, w, v, a, r, h):
+    """Return `slide` for a step of any length."""
+    # Unlike `locate_stop`, do not stop a mass whose velocity has underflowed.
+    stop = NEVER if never_stops(c, w, v, a, r) else locate_stop(c, w, v, a, r, h)
+    y, y_d, Y, YY = flow(c, w, min(stop, h))
+    p = a + c * v
+    v_end = v * y_d + p * y + r * Y if stop == NEVER else 0.0
+    return stop, v * y + p * Y + r * YY, max(v_end, 0.0)

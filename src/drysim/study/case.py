@@ -468,7 +468,7 @@ class StepCost(NamedTuple):
 
 FIXED_STEP_COST = StepCost()
 STEP_COSTS = {
-    CoulombLaw: StepCost(1, 1, "sampled.march_chunks", "march.march_sines_from_start"),
+    CoulombLaw: StepCost(1, 1, "sampled.march", "march.march_sines_from_start"),
     DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
     PiecewiseLaw: StepCost(30, 6, "march.march_modes"),
 }
