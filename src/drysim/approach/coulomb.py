@@ -31,7 +31,6 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.approach.scene import (
     LOG_LENGTH,
@@ -94,17 +93,16 @@ from drysim.core.model import (
 from drysim.core.modes import SegmentBase
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.trajectory import (
-    STEPS_PER_CHUNK,
     EventSolution,
     Solution,
+    WholeSteps,
     integrate_coulomb_segments,
     integrate_events,
+    integrate_whole_steps,
     motion_in_segment,
     resume_slip_or_stick,
     sample_coulomb_grid,
     state_at,
-    step_quadratic_forms,
-    step_variables,
     table_size,
 )
 
@@ -409,28 +407,28 @@ class SampledTrajectory(MarchedTrajectory):
     ) -> Floats:
         """Integrate samples `lo` to `hi` of a block within a window [s].
 
-        Steps without events are summed as quadratic forms of their end values; the others are
-        divided at their events and integrated one by one.
+        Whole steps are summed as quadratic forms of their end values. Steps with events,
+        varying limits or an end of the window are divided and integrated one by one.
         """
-        dt, plant = self.march.motion.dt, self.plant
-        whole = np.full(hi - lo, not self.law.variation)
+        dt, law, u_dd = self.march.motion.dt, self.law, block.u_dd
+        whole = np.full(hi - lo, not law.variation)
         events = np.flatnonzero((block.log.n[1:] >= lo) & (block.log.n[1:] < hi)) + 1
         whole[block.log.n[events] - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
-        # Steps with events, varying limits or an end of the window are integrated one by one.
         sums = self._divided_steps(block, np.flatnonzero(~whole) + lo, events, (begin, end))
-        squares, distance = step_quadratic_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
-        products, slid, stuck = np.zeros((6, 6)), np.zeros(6), np.zeros(3)
-        for at in range(lo, hi, STEPS_PER_CHUNK):
-            steps = slice(at, min(at + STEPS_PER_CHUNK, hi))
-            part = self._eventless_steps(block, steps, whole[at - lo : steps.stop - lo])
-            products, slid, stuck = products + part[0], slid + part[1], stuck + part[2]
-        integrals = np.einsum("kij,ij->k", squares, products)
-        integrals[:3] = np.maximum(integrals[:3], 0.0)  # rounding may make a square negative
-        sums[:4] += integrals
-        sums[4] += distance @ slid
-        sums[[0, 2, 5]] += dt * stuck
+        # A march that is kept in memory may have far more samples than a block.
+        for at in range(lo, hi, BLOCK_SIZE):
+            steps = slice(at, min(at + BLOCK_SIZE, hi))
+            part, slides = whole[at - lo : steps.stop - lo], block.d[steps] != 0
+            n = np.flatnonzero(part & slides) + at
+            share, ends = block.d[n].astype(np.float64), (u_dd[n], u_dd[n + 1])
+            sliding = WholeSteps(block.x_r[n], block.v_r[n], share, *ends)
+            sums[:5] += integrate_whole_steps(self.plant, 0.0, dt, sliding, law.F_fk)
+            n = np.flatnonzero(part & ~slides) + at
+            x_r, u_0, u_1 = block.x_r[n], u_dd[n], u_dd[n + 1]
+            x2, u_dd2 = (x_r * x_r).sum(), (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
+            sums[[0, 2, 5]] += dt * np.array([x2, u_dd2, len(n)])
         return sums
 
     def _divided_steps(
@@ -451,28 +449,6 @@ class SampledTrajectory(MarchedTrajectory):
         base = as_engine_array(block.u_dd)
         solution = Solution(Scene(self.plant, law, waves, base, dt), segments)
         return np.array(integrate_coulomb_segments(solution, window[0] - t, window[1] - t)[:6])
-
-    def _eventless_steps(
-        self, block: SampleBlock, steps: slice, whole: NDArray[np.bool_]
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return the sums over those steps that are `whole` from which integrals follow.
-
-        Of the sliding steps these are the products of each two `step_variables`, and the
-        variables times the direction; of the stuck steps the sums of x_r² and ü², and their
-        number.
-        """
-        (m, k_x, b), x_r, u_0 = self.plant, block.x_r[steps], block.u_dd[steps]
-        u_1 = block.u_dd[steps.start + 1 : steps.stop + 1]
-        # Other steps get zero weight: that is faster than selecting steps by their index.
-        d = np.multiply(block.d[steps], whole, dtype=np.float64)
-        slip = d * d
-        stuck = whole - slip
-        rows = step_variables(
-            b / m, k_x / m, d * (self.law.F_fk / m), x_r, block.v_r[steps], u_0, u_1
-        )
-        u2 = u_0 * u_0 + u_0 * u_1 + u_1 * u_1
-        still = np.array([stuck @ (x_r * x_r), stuck @ u2 / 3.0, stuck.sum()])
-        return (slip * rows) @ rows.T, rows @ d, still
 
 
 @dataclass(frozen=True, eq=False)
