@@ -319,7 +319,7 @@ def test_values_by_direction_are_read_described_written_and_swept(tmp_path):
     )
     assert made.law() == directed(30.0, 60.0, damping=(900.0, 300.0))
     assert made.oscillator.plant().b == 600.0
-    words = dict(describe_scene(made.oscillator.plant(), made.law()))
+    words = dict(describe_scene(made, made.oscillator.plant(), made.law()))
     assert "b 900 in extension, 300 N·s/m in compression" in words["oscillator"]
     assert words["friction"].startswith("F_fk 30 in extension, 60 N in compression")
     assert made.resolved()["friction"]["kinetic"] == {"extension": 30.0, "compression": 60.0}

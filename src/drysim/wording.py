@@ -328,34 +328,59 @@ def describe_seeds(
 ALL_SHARED = {"kinetic": True, "static": True}
 """All cases share both friction forces: the default for a single case."""
 
+STATIC_KEYS = ("friction.static", "friction.mu_static")
+"""How the keys of the static limit begin."""
+
 NO_RATIOS: Mapping[str, float] = {}
 """A scenario that defines forces and damping directly."""
 
 
+class SceneLike(Protocol):
+    """A scenario as seen by this module."""
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Name of a law other than Coulomb, and its parameters that are not swept."""
+
+    @property
+    def ratios(self) -> dict[str, float]:
+        """Parameters given as ratios, by key."""
+
+    @property
+    def static_given(self) -> bool:
+        """Whether the static limit is given."""
+
+
 def describe_scene(
+    scenario: SceneLike,
     plant: Plant,
     law: AnyLaw,
-    defaulted: bool = False,
-    terms: Sequence[str] = (),
     swept: Collection[str] = (),
     shared: Mapping[str, bool] = ALL_SHARED,
-    ratios: Mapping[str, float] = NO_RATIOS,
     peak: float | None = None,
+    defaults: bool = True,
 ) -> Iterator[tuple[str, str]]:
     """Yield label and text of the oscillator, the friction and the end stops, if any.
 
     Parameters
     ----------
-    plant, defaulted, terms, swept, ratios
-        As in `describe_oscillator` and `describe_friction`.
+    scenario : SceneLike
+    plant, swept
+        As in `describe_oscillator`.
     law : AnyLaw
+        Law that was solved; approaches without dry friction leave it out.
     shared : mapping, optional
         Whether all cases have the same `kinetic` and the same `static` friction force.
     peak : float, optional
         Greatest |x_r| [m], which determines the unit of end stops.
+    defaults : bool, optional
+        Whether to say that the static limit is not given.
     """
+    ratios = scenario.ratios
+    static_swept = any(key.startswith(STATIC_KEYS) for key in swept)
+    defaulted = defaults and not scenario.static_given and not static_swept
     forces = describe_friction(
-        law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios
+        law, defaulted, **shared, terms=scenario.terms, swept=swept, ratios=ratios
     )
     parts = (
         ("oscillator", describe_oscillator(plant, swept, ratios, law.damping)),

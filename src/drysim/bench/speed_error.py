@@ -200,8 +200,7 @@ def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
 
 def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     """Yield labels and text that describe a work and the time of the filter."""
-    defaulted, terms = not work.scenario.static_given, work.scenario.terms
-    yield from wording.describe_scene(work.plant, work.law, defaulted, terms)
+    yield from wording.describe_scene(work.scenario, work.plant, work.law)
     yield "base", work.scenario.excitation.describe(work.motion)
     length = format_number(work.end, "s")
     yield (
@@ -468,14 +467,11 @@ def describe_steady_work(
 ) -> Iterator[tuple[str, str]]:
     """Yield labels and text that describe a sweep and the time of the filter."""
     scenario, varied = case.scenario, [axis.key for axis in case.scenario.sweep]
-    defaulted, terms = not scenario.static_given, scenario.terms
     shared = {
         "kinetic": len({work.law.F_fk for work in works}) < 2,
         "static": len({work.law.F_fs for work in works}) < 2,
     }
-    yield from wording.describe_scene(
-        case.plant, case.law, defaulted, terms, varied, shared, scenario.ratios
-    )
+    yield from wording.describe_scene(scenario, case.plant, case.law, varied, shared)
     yield "base", scenario.excitation.describe_swept(varied)
     for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.describe_axis(axis)

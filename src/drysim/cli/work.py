@@ -190,10 +190,8 @@ def plan_sentences(case: Case) -> list[str]:
 
 def describe_base(case: Case) -> str:
     """Describe the base motion; the RMS of a record shows whether its unit is right."""
-    excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
-    if any(key.startswith("excitation.") for key in varied):
-        return excitation.describe_swept(varied)
-    return excitation.describe(case.motion)
+    varied = [axis.key for axis in case.scenario.sweep]
+    return case.scenario.excitation.describe_cases(case.motion, varied)
 
 
 def describe_seeds(case: Case) -> str:

@@ -20,12 +20,12 @@ from drysim.console.summaries import (
     show_folder,
     show_rows,
     show_scene,
+    show_summary,
     show_title,
     show_verdicts,
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
-from drysim.scenario.model import STATIC_KEYS
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
@@ -83,14 +83,9 @@ def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    console = stdout()
-    show_title(console, ensemble.scenario)
-    show_scene(console, _ensemble_scene(ensemble))
-    show_rows(console, _ensemble_rows(ensemble), ENSEMBLE_VALUE_WIDTH)
-    show_verdicts(console, ensemble.checks)
-    if ensemble.complete:
-        show_folder(console, folder)
-    show_warnings(ensemble.warnings)
+    scene, rows = _ensemble_scene(ensemble), _ensemble_rows(ensemble)
+    written = folder if ensemble.complete else None
+    show_summary(ensemble, scene, rows, ENSEMBLE_VALUE_WIDTH, written)
 
 
 def _ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
@@ -191,33 +186,21 @@ def show_table(table: Table, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    console = stdout()
-    show_title(console, table.scenario)
-    show_scene(console, sweep_scene(table))
-    show_rows(console, _table_rows(table), TABLE_VALUE_WIDTH)
-    show_verdicts(console, table.checks, table.axes)
-    if table.complete:
-        show_folder(console, folder)
-    show_warnings(table.warnings)
+    scene, rows = sweep_scene(table), _table_rows(table)
+    written = folder if table.complete else None
+    show_summary(table, scene, rows, TABLE_VALUE_WIDTH, written, table.axes)
 
 
 def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was swept, and what was not."""
     scenario, axes, own = table.scenario, table.axes, _main_tally(table)
     varied = [axis.key for axis in axes]
-    limits = {f"friction.{key}" for key in STATIC_KEYS}
-    defaulted = not limits & {*varied} and not scenario.static_given
     plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
-    terms, ratios, peak = scenario.terms, scenario.ratios, own.greatest("x_r_peak")
-    yield from wording.describe_scene(
-        plant, law, defaulted, terms, varied, own.shared, ratios, peak
-    )
-    motion = None if any(key.startswith("excitation.") for key in varied) else table.motion
-    if motion:
-        yield "base", base.describe(motion)
-        yield from clean_up_lines(wording.describe_clean_up(motion))
-    else:
-        yield "base", base.describe_swept(varied)
+    peak = own.greatest("x_r_peak")
+    yield from wording.describe_scene(scenario, plant, law, varied, own.shared, peak)
+    yield "base", base.describe_cases(table.motion, varied)
+    if not any(key.startswith("excitation.") for key in varied):
+        yield from clean_up_lines(wording.describe_clean_up(table.motion))
     if found := own.seeds:
         first: int = getattr(base, "seed", 1)
         drawn = range(first, first + found.most)

@@ -42,7 +42,9 @@ if TYPE_CHECKING:
     from drysim.metrics.table import Metrics
     from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
+    from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
+    from drysim.study.table import Table
 
 LABEL_WIDTH, RUN_VALUE_WIDTH = 14, 13
 """Columns of the labels on the left, and of the values of a run next to them."""
@@ -85,23 +87,15 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    console = stdout()
-    show_title(console, outcome.scenario)
-    show_scene(console, run_scene(outcome))
-    show_rows(console, _run_rows(outcome), RUN_VALUE_WIDTH)
-    show_verdicts(console, outcome.checks)
-    show_folder(console, folder)
-    show_warnings(outcome.warnings)
+    show_summary(outcome, run_scene(outcome), _run_rows(outcome), RUN_VALUE_WIDTH, folder)
 
 
 def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was solved, and how."""
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
-    defaulted = not scenario.static_given
     peak = outcome.metrics["x_r_peak"]
-    terms = scenario.terms
-    yield from wording.describe_scene(response.plant, response.law, defaulted, terms, peak=peak)
+    yield from wording.describe_scene(scenario, response.plant, response.law, peak=peak)
     yield "base", scenario.excitation.describe(response.motion)
     yield from clean_up_lines(wording.describe_clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
@@ -329,7 +323,25 @@ def sidecar_checks(fields: Fields) -> Iterator[tuple[bool | None, str]]:
         yield passed, describe_verdict(verdict, units, numerics.get("yardstick", ""))
 
 
-# The parts of every summary.
+# Every summary and its parts.
+
+
+def show_summary(
+    result: Outcome | Ensemble | Table,
+    scene: Iterable[tuple[str, str]],
+    rows: Iterable[SummaryRow],
+    width: int,
+    folder: Path | None,
+    axes: Sequence[Axis] = (),
+) -> None:
+    """Show title, scene, rows, verdicts, folder and warnings; `width` as in `show_rows`."""
+    console = stdout()
+    show_title(console, result.scenario)
+    show_scene(console, scene)
+    show_rows(console, rows, width)
+    show_verdicts(console, result.checks, axes)
+    show_folder(console, folder)
+    show_warnings(result.warnings)
 
 
 def show_title(console: AnyConsole, scenario: Scenario) -> None:

@@ -83,6 +83,12 @@ class ExcitationBase(Block):
         words = f"{self.kind} {self.parameters(varied)}".strip()
         return words + self._describe_shared(varied)
 
+    def describe_cases(self, motion: Sines | Samples | None, swept: Collection[str]) -> str:
+        """Return the base motion of all cases of a sweep, or what they have in common."""
+        if motion is None or any(key.startswith("excitation.") for key in swept):
+            return self.describe_swept(swept)
+        return self.describe(motion)
+
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return what `describe` adds to the parameters."""
         raise NotImplementedError

@@ -254,8 +254,9 @@ def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> He
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {scenario.excitation.describe(motion.motion, level=False)}"
+    peak = outcome.metrics[PEAK_STROKE]
     words = wording.describe_scene(
-        motion.plant, motion.law, terms=scenario.terms, peak=outcome.metrics[PEAK_STROKE]
+        scenario, motion.plant, motion.law, peak=peak, defaults=False
     )
     above = _description(scenario, base, wording.describe_clean_up(motion.motion, motion.law))
     found = [*_wrap(_join_scene(words), True), *_wrap(results or _main_results(outcome), True)]
@@ -294,21 +295,17 @@ def table_heading(
         base += f"; swept: {'; '.join(groups)}"
     if left_out:
         base += f" ({left_out} {what} not drawn)"
-    known: dict[str, Any] = {
-        "terms": scenario.terms,
-        "swept": varied,
-        "ratios": scenario.ratios,
-    }
-    if own:
-        known |= {"shared": own.shared, "peak": own.greatest(PEAK_STROKE)}
+    shared_forces = own.shared if own else wording.ALL_SHARED
+    peak = own.greatest(PEAK_STROKE) if own else None
+    plant, law = scenario.oscillator.plant(), scenario.law()
     scene = _join_scene(
-        wording.describe_scene(scenario.oscillator.plant(), scenario.law(), **known)
+        wording.describe_scene(scenario, plant, law, varied, shared_forces, peak, False)
     )
     shared = not any(key.startswith("excitation.") for key in varied)
     words = _description(
         scenario, base, wording.describe_clean_up(table.motion if shared else None)
     )
-    if of_stroke and (limit := _stroke_limit(table, known.get("peak"))):
+    if of_stroke and (limit := _stroke_limit(table, peak)):
         scene += f"; {limit}"
     return _fit_title(scenario), words, _wrap(scene, True)
 
