@@ -120,6 +120,10 @@ def finish_figure(
     figure.set_figheight(figure.get_figheight() + above + LEGEND_LINE_HEIGHT * lines)
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0, 0, 1, 1 - above / figure.get_figheight()), w_pad=0.1, h_pad=0.08)
+    # The layout asks for texts and axes only, which saves half of its time.
+    for axes in figure.axes:
+        for artist in (*axes.lines, *axes.collections, *axes.patches):
+            artist.set_in_layout(False)
     write_heading(figure, heading)
     if entries:
         figure.legend(
