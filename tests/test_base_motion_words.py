@@ -84,10 +84,9 @@ def test_what_is_swept_of_a_generated_motion_is_not_told_as_shared(
 def test_pictures_of_run_sweep_and_comparison_name_class_and_length(seat):
     excitation = "{kind: standard, class: EM3, duration: 2 s, scale: nothing, seed: 1}"
     seat_alone = seat(excitation, "")
-    assert "base motion, seed 1: standard EM3, 401 samples at 200 Hz, 2 s" in headed(
-        draw_response(run(seat_alone))
-    )
+    told = headed(draw_response(run(seat_alone)))
+    assert "standard EM3, 401 samples at 200 Hz, 2 s" in told
     swept = seat(excitation, "sweep: {friction.kinetic: [20, 45]}")
-    assert "base motion: standard EM3, 2 s; swept:" in headed(draw_sweep(sweep(swept)))
+    assert "; standard EM3, 2 s; swept:" in headed(draw_sweep(sweep(swept)))
     made = compare(seat_alone, "signum vs stick-slip")
-    assert "base motion: standard EM3, 2 s" in headed(draw_comparison(made))
+    assert "; standard EM3, 2 s" in headed(draw_comparison(made))

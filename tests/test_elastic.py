@@ -17,7 +17,7 @@ from drysim.approach.scene import empty_columns, empty_log
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.events import STICK, Segments
 from drysim.core.forcing import Waves
-from drysim.core.march import MarchState, Scene, march
+from drysim.core.march import MarchState, Scene, march_modes
 from drysim.core.model import (
     BRISTLE,
     ContactState,
@@ -127,7 +127,7 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     law = to_kernel(plant, elastic_law(1.0, 1e3))
     scene = Scene(plant, law, waves, np.zeros(2), 2 * begin)
     state = MarchState(0, begin, 100.0, 0.0, 100.0, mode_of(HOLD, UNKNOWN, APART, 0), 0, 0)
-    assert march(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
+    assert march_modes(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
 
 
 def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():

@@ -163,15 +163,16 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     assert any(f" {unit}" in text.get_text() for text in figure.texts)
 
 
-def test_heading_over_seeds_takes_as_many_lines_as_the_friction_law_needs(noisy):
+def test_heading_over_seeds_names_results_and_law_on_two_lines(noisy):
     lugre = {
         "law": "lugre", "kinetic": 45, "static_ratio": 1.2, "stribeck_velocity": 0.005,
         "bristle_stiffness": 100000, "bristle_damping": 300, "viscous": 0.4,
     }  # fmt: skip
     made = run(load(noisy, {SEEDS: 2, "friction": lugre, "excitation.duration": 2}))
-    told = " ".join(text.get_text() for text in draw(made).texts)
-    assert "0.4 N·s/m" in told
-    assert "peak |$x_{r}$|" in told
+    _, results, scene = [text.get_text() for text in draw(made).texts]
+    assert "peak |$x_{r}$|" in results
+    assert "seeds 2, from 1 to 2" in results
+    assert "law lugre" in scene
 
 
 def test_checks_judge_the_mean_and_say_so(noisy):

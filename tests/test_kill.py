@@ -165,20 +165,20 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
-    from drysim.study import plan
+    from drysim.study import sweep
 
-    whole = plan.solve_range
+    whole = sweep.solve_range
 
-    def mortal(case_range, *rest):
+    def mortal(case_range, **rest):
         if case_range.first > 45:
             raise death
-        return whole(case_range, *rest)
+        return whole(case_range, **rest)
 
-    monkeypatch.setattr(plan, "solve_range", mortal)
+    monkeypatch.setattr(sweep, "solve_range", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
     assert output.is_resumable(Path("out"))
-    monkeypatch.setattr(plan, "solve_range", whole)
+    monkeypatch.setattr(sweep, "solve_range", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()

@@ -29,7 +29,6 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
 from drysim.core.model import CoulombLaw, Sines, State, StrokeLimits
 from drysim.errors import OutputError, WarningMessage
-from drysim.excitation.random import Standard
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.output import folder, sidecar, tables
@@ -328,15 +327,6 @@ def test_name_fits_the_picture_and_is_never_left_out_whole(name):
     shown = title.get_text().removesuffix(" …")
     assert name.startswith(shown)
     assert len(shown) >= min(len(name), 40)
-
-
-def test_words_about_the_base_motion_are_told_to_their_end():
-    realised = {"rms_asked": 1.65, "rms": 1.65, "velocity_change": 0.0, "psd_error": 0.00459}
-    motion = record(1_000)._replace(realised=realised | {"velocity_change_asked": 0.0})
-    seat_test = {"kind": "standard", "class": "EM6", "duration": 10, "seed": 1}
-    made = outcome(motion=motion, excitation=Standard.model_validate(seat_test))
-    words = style.response_heading(made)[1]
-    assert " ".join(words).endswith("PSD error up to 0.459 % of its peak")
 
 
 def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):

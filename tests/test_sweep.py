@@ -272,7 +272,8 @@ def test_limit_with_one_value_is_not_told_as_that_of_the_file(swept, capsys):
 
 def test_picture_draws_a_swept_limit_as_the_curve_that_it_is(swept):
     figure = draw_stroke(swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 500 mm]}"))
-    assert limits(figure) == [pytest.approx([10.0, 20.0, 50.0])]
+    assert limits(figure) == [pytest.approx([10.0, 20.0, 50.0, 500.0])]
+    assert 50.0 < figure.axes[0].get_ylim()[1] < 500.0  # it leaves the panel
 
 
 def test_picture_draws_the_own_limit_of_every_line(swept):

@@ -59,6 +59,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "stops": None,
         "stroke": None if limit is None else Stroke(limit=limit),
         "has_sides": False,
+        "checks": (),
         "excitation": SimpleNamespace(
             kind=kind,
             periodic=False,
@@ -66,6 +67,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
             frequencies=(),
             describe=DESCRIBED[kind].describe,
             describe_swept=DESCRIBED[kind].describe_swept,
+            describe_cases=DESCRIBED[kind].describe_cases,
         ),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,

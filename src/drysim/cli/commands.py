@@ -54,7 +54,7 @@ PNG_TRAILER = b"IEND\xaeB`\x82"
 def init(
     name: options.Name = None, record: options.FromRecord = None, show: options.Show = False
 ) -> int:
-    """Copy a commented scenario from the gallery, or draft one for a measured record."""
+    """Copy a scenario of the gallery, or draft one for a record."""
     from drysim.console import terminal
     from drysim.study import gallery
 

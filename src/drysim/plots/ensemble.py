@@ -141,15 +141,15 @@ def _draw_check_limits(
 
 
 def _heading(result: Ensemble) -> style.Heading:
-    """Return the heading: scene, seeds and main results."""
+    """Return the heading: main results and seeds, then the scene."""
     until = stopping_rule(result.scenario)
-    seeds = f"seeds: {wording.describe_seeds(result.seeds, until)}"
     found = [
         f"{name} {_format_mean(one, unit)}"
         for name, metric, unit in HEADING_RESULTS
         if (one := result.statistics[metric]) is not None
     ]
-    return style.response_heading(result.shown, seeds, ", ".join(found))
+    seeds = f"seeds {wording.describe_seeds(result.seeds, until)}"
+    return style.response_heading(result.shown, f"{', '.join(found)}; {seeds}")
 
 
 def _format_mean(found: Statistic, unit: str) -> str:

@@ -77,13 +77,13 @@ def draw(outcome: Outcome) -> Figure | None:
             low, high = found.f[0], 2.0 * found.f[excited][-1]
             axes.set_xlim(low, high)
             sweep.set_ticks(axes.xaxis)
-    title, words, symbols = style.response_heading(outcome)
+    heading = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
     method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
     least = wording.format_percent(MIN_POWER_SHARE)
     cut = f"; H1 where the base PSD is at least {least} of its peak"
     caption = f"spectra: {method}{'' if excited.all() else cut}"
-    style.finish_figure(figure, (title, [*words, caption], symbols))
+    style.finish_figure(figure, heading._replace(lines=(heading.lines[0], caption)))
     return figure
 
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import logging
 import re
-import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,7 +19,7 @@ from drysim import wording
 from drysim.scenario.axes import axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.compare import Comparison, describe_coinciding
-from drysim.study.outcome import Outcome
+from drysim.study.outcome import Outcome, format_metric_ranges
 from drysim.study.statistics import OK, Row
 from drysim.study.table import Table
 
@@ -215,12 +214,6 @@ HEADING_WIDTH = 0.945 * WIDTH * 72
 """Width available for a line of the heading [pt]. Rendered letters are rounded to whole pixels,
 which makes a line up to 3 % wider than computed."""
 
-MAX_WORD_LENGTH = 60
-"""Characters above which a word is split."""
-
-MAX_LINES = 2
-"""Maximum number of lines of a paragraph in the heading."""
-
 HEADING_SIZE = 9.0
 """Font size of the heading [pt]."""
 
@@ -236,41 +229,53 @@ HEADING_LINE_HEIGHT = 0.19
 END_STOPS = "end stops"
 """The only label of the scene that is printed; the other parts are clear without one."""
 
+CLEANED = "cleaned "
+"""Says that a record was cleaned; the summary says how."""
+
 CLAUSE_BREAK = r"(?<=[,;]) "
 """Where generated text may be wrapped, so that a number stays with its name and unit."""
 
-Heading = tuple[str, list[str], list[str]]
-"""Title; lines printed literally (text of the user); lines in which x_r and the like are
-typeset as symbols."""
+
+class Heading(NamedTuple):
+    """Title of a picture, and at most two lines below it, as matplotlib text."""
+
+    title: str
+    lines: tuple[str, ...]
 
 
-def response_heading(outcome: Outcome, seeds: str = "", results: str = "") -> Heading:
-    """Return the heading of the picture of a response.
+def response_heading(outcome: Outcome, results: str = "") -> Heading:
+    """Return the heading of the picture of a response: main results, then the scene.
 
     Parameters
     ----------
     outcome : Outcome
-    seeds, results : str
-        Description of the seeds and the results of an ensemble, instead of those of this
-        response.
+    results : str, optional
+        Results of an ensemble, instead of those of this response.
     """
-    scenario, motion = outcome.scenario, outcome.response
-    seed = None if seeds else getattr(scenario.excitation, "seed", None)
-    base = "base motion" if seed is None else f"base motion, seed {seed}"
-    base += f": {scenario.excitation.describe(motion.motion, level=False)}"
+    scenario, solved = outcome.scenario, outcome.response
+    seed = None if results else getattr(scenario.excitation, "seed", None)
+    base = scenario.excitation.describe(solved.motion, level=False)
+    base = CLEANED * bool(wording.describe_clean_up(solved.motion, solved.law)) + base
     peak = outcome.metrics[PEAK_STROKE]
-    words = wording.describe_scene(
-        scenario, motion.plant, motion.law, peak=peak, defaults=False
+    scene = wording.describe_scene(
+        scenario, solved.plant, solved.law, peak=peak, defaults=False
     )
-    above = _description(scenario, base, wording.describe_clean_up(motion.motion, motion.law))
-    found = [*_wrap(_join_scene(words), True), *_wrap(results or _main_results(outcome), True)]
-    return _fit_title(scenario), [*above, *_wrap(seeds)], found
+    return make_heading(
+        scenario,
+        results or _main_results(outcome),
+        _join_scene(scene),
+        base if seed is None else f"{base}, seed {seed}",
+    )
 
 
 def table_heading(
-    table: Table, left_out: int = 0, what: str = "curves", of_stroke: bool = False
+    table: Table,
+    left_out: int = 0,
+    what: str = "curves",
+    of_stroke: bool = False,
+    results: str = "",
 ) -> Heading:
-    """Return the heading of the picture of a sweep.
+    """Return the heading of the picture of a sweep: ranges of the metrics, then the scene.
 
     Parameters
     ----------
@@ -281,67 +286,76 @@ def table_heading(
         What `left_out` counts.
     of_stroke : bool
         Whether to state the stroke limit, which may lie outside the drawn range.
+    results : str, optional
+        Replaces the ranges of the metrics.
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
-    base = f"base motion: {scenario.excitation.describe_swept(varied)}"
     own = next(iter(table.tallies.values()), None)
-    if own and (found := own.seeds):
-        span = (
-            str(found.most) if found.least == found.most else f"{found.least} to {found.most}"
-        )
-        base += f", means over {span} seeds"
-    if table.axes:
-        groups = (
-            " with ".join(map(wording.describe_axis, group))
-            for group in axis_groups(table.axes)
-        )
-        base += f"; swept: {'; '.join(groups)}"
-    if left_out:
-        base += f" ({left_out} {what} not drawn)"
-    shared_forces = own.shared if own else wording.ALL_SHARED
     peak = own.greatest(PEAK_STROKE) if own else None
-    plant, law = scenario.oscillator.plant(), scenario.law()
-    scene = _join_scene(
-        wording.describe_scene(scenario, plant, law, varied, shared_forces, peak, False)
-    )
-    shared = not any(key.startswith("excitation.") for key in varied)
-    words = _description(
-        scenario, base, wording.describe_clean_up(table.motion if shared else None)
-    )
+    notes = [f"{left_out} {what} not drawn"] if left_out else []
+    if own and (found := own.seeds):
+        least = "" if found.least == found.most else f"{found.least} to "
+        notes.append(f"means over {least}{found.most} seeds")
     if of_stroke and (limit := _stroke_limit(table, peak)):
-        scene += f"; {limit}"
-    return _fit_title(scenario), words, _wrap(scene, True)
+        notes.append(limit)
+    ranges = results or (format_metric_ranges(own.ends) if own else "")
+    shared = own.shared if own else wording.ALL_SHARED
+    plant, law = scenario.oscillator.plant(), scenario.law()
+    scene = wording.describe_scene(scenario, plant, law, varied, shared, peak, False)
+    groups = (
+        " with ".join(map(wording.describe_axis, group)) for group in axis_groups(table.axes)
+    )
+    swept = f"; swept: {'; '.join(groups)}" if table.axes else ""
+    base = scenario.excitation.describe_swept(varied)
+    is_shared = not any(key.startswith("excitation.") for key in varied)
+    base = CLEANED * bool(is_shared and wording.describe_clean_up(table.motion)) + base
+    return make_heading(scenario, "; ".join([*notes, ranges]), _join_scene(scene), base + swept)
 
 
 def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
-    """Return the heading of the picture of a comparison: scene and verdict."""
-    title, words, symbols = table_heading(comparison.table, left_out, "combinations")
-    verdict = wording.sanitise(
-        "; ".join(dict.fromkeys([*comparison.verdict[:1], *describe_coinciding(comparison)]))
-    )
-    return title, words, [*symbols, *_wrap(verdict)]
+    """Return the heading of the picture of a comparison: verdict, then the scene."""
+    verdict = dict.fromkeys([*comparison.verdict[:1], *describe_coinciding(comparison)])
+    return table_heading(comparison.table, left_out, "combinations", results="; ".join(verdict))
+
+
+def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Heading:
+    """Return a heading.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its name is the title.
+    results, scene : str
+        Text in which m, x_r and the like are typeset as symbols.
+    base : str
+        Text that is drawn as it is, behind the scene.
+    """
+    symbols = [_typeset(escape_text(text)) for text in (results, scene)]
+    lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}")
+    return Heading(_fit_title(scenario), tuple(_fit_line(line) for line in lines if line))
+
+
+def escape_text(text: str) -> str:
+    """Return text of a scenario so that matplotlib draws it as it is."""
+    return wording.sanitise(text).replace("$", r"\$")
 
 
 def heading_height(heading: Heading) -> float:
     """Return the height of a heading [inch]."""
-    return 0.5 + HEADING_LINE_HEIGHT * (len(heading[1]) + len(heading[2]))
+    return 0.5 + HEADING_LINE_HEIGHT * len(heading.lines)
 
 
 def write_heading(figure: Figure, heading: Heading) -> None:
     """Write a heading at the top of a figure."""
-    title, words, symbols = heading
     total_height = figure.get_figheight()
     place: dict[str, Any] = {"va": "top", "x": 0.02}
-    figure.text(y=1 - 0.12 / total_height, s=title, parse_math=False, **TITLE_FONT, **place)
+    figure.text(
+        y=1 - 0.12 / total_height, s=heading.title, parse_math=False, **TITLE_FONT, **place
+    )
     at = 0.42
-    for line in words:
-        figure.text(
-            y=1 - at / total_height, s=line, size=HEADING_SIZE, parse_math=False, **place
-        )
-        at += HEADING_LINE_HEIGHT
-    for line in symbols:
-        figure.text(y=1 - at / total_height, s=_typeset(line), size=HEADING_SIZE, **place)
+    for line in heading.lines:
+        figure.text(y=1 - at / total_height, s=line, size=HEADING_SIZE, **place)
         at += HEADING_LINE_HEIGHT
 
 
@@ -349,18 +363,11 @@ def _fit_title(scenario: Scenario) -> str:
     """Return the name of a scenario, shortened to the width of the picture."""
     whole = wording.sanitise(scenario.name)
     name = whole[:MAX_TITLE_LENGTH]
-    if name == whole and _text_width(name, False, **TITLE_FONT) <= HEADING_WIDTH:
+    if name == whole and _text_width(name.replace("$", r"\$"), **TITLE_FONT) <= HEADING_WIDTH:
         return name
-    while _text_width(f"{name} …", False, **TITLE_FONT) > HEADING_WIDTH:
+    while _text_width(f"{name} …".replace("$", r"\$"), **TITLE_FONT) > HEADING_WIDTH:
         name = name[:-1]
     return f"{name.rstrip()} …"
-
-
-def _description(scenario: Scenario, base: str, cleaned: Sequence[str]) -> list[str]:
-    """Return the lines on the scenario's purpose, base motion and record cleaning."""
-    about = _wrap(wording.sanitise(scenario.about or ""), separator=" ")
-    done = f"cleaned: {'; '.join(cleaned)}" if cleaned else ""
-    return [*about, *_wrap(base), *_wrap(done)]
 
 
 def _stroke_limit(table: Table, peak: float | None) -> str:
@@ -383,8 +390,8 @@ def _main_results(outcome: Outcome) -> str:
     peak = metrics[PEAK_STROKE]
     limit = f" (limit {wording.describe_limits(stroke.limits, peak)})" if stroke else ""
     parts = [
-        f"{name} {wording.format_number(metrics[name])}"
-        for name in ("T_a", "T_x")
+        f"{name} {wording.format_number(metrics[name], unit)}"
+        for name, unit in (("T_a", ""), ("SEAT", ""), ("a_w", "m/s²"), ("T_x", ""))
         if metrics[name] is not None
     ]
     parts.append(f"peak |x_r| {wording.format_length(peak)}{limit}")
@@ -400,35 +407,30 @@ def _main_results(outcome: Outcome) -> str:
     return ", ".join(parts)
 
 
-def _wrap(words: str, symbols: bool = False, separator: str = CLAUSE_BREAK) -> list[str]:
-    """Wrap a text to the width of the heading, shortened to `MAX_LINES` lines."""
-    parts = re.split(separator, words)
-    found = [""]
-    for part in (piece for one in parts for piece in textwrap.wrap(one, MAX_WORD_LENGTH)):
-        longer = f"{found[-1]} {part}".lstrip()
-        if found[-1] and _text_width(longer, symbols) > HEADING_WIDTH:
-            found.append(part)
-        else:
-            found[-1] = longer
-        if len(found) > MAX_LINES:
-            break
-    if len(found) > MAX_LINES:
-        last = found[MAX_LINES - 1]
-        while _text_width(f"{last} …", symbols) > HEADING_WIDTH:
-            last = last.rpartition(" ")[0]
-        found = [*found[: MAX_LINES - 1], f"{last} …"]
-    return [line for line in found if line]
+def _fit_line(text: str) -> str:
+    """Return matplotlib text, cut at a clause if it is wider than the heading."""
+    if _text_width(text) <= HEADING_WIDTH:
+        return text
+    clauses = re.split(CLAUSE_BREAK, text)
+    while len(clauses) > 1 and _text_width(f"{' '.join(clauses)} …") > HEADING_WIDTH:
+        clauses.pop()
+    line = " ".join(clauses)
+    while _text_width(f"{line} …") > HEADING_WIDTH:  # a single clause
+        line = line[:-1]
+        if len(re.findall(r"(?<!\\)\$", line)) % 2:  # within a symbol
+            line = line.rpartition("$")[0]
+    return f"{line.rstrip()} …"
 
 
-def _text_width(words: str, symbols: bool, **font: Any) -> float:
-    """Return the width of a text [pt]; `font` overrides the font of the heading."""
+def _text_width(text: str, **font: Any) -> float:
+    """Return the width of matplotlib text [pt]; `font` overrides the font of the heading."""
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
     properties: Any = FontProperties(**{"size": HEADING_SIZE, **font})
-    text: Any = _typeset(words) if symbols else words
-    math: Any = symbols and is_math_text(text)
+    math: Any = is_math_text(text)
+    text = text if math else text.replace(r"\$", "$")
     return float(text_to_path.get_text_width_height_descent(text, properties, ismath=math)[0])
 
 

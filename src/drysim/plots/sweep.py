@@ -42,6 +42,7 @@ from drysim.plots.style import (
     T_X,
     PlottedMetric,
     Style,
+    escape_text,
     stroke_metric,
 )
 from drysim.scenario.axes import FILE_KEY, Axis, EvenlySpaced, axis_groups, iter_points
@@ -438,11 +439,6 @@ def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
         f"{escape_text(wording.format_number(value, units[key]))}"
         for key, value in point.items()
     )
-
-
-def escape_text(text: str) -> str:
-    """Return text of a scenario so that matplotlib draws it as it is."""
-    return wording.sanitise(text).replace("$", r"\$")
 
 
 def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
