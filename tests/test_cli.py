@@ -490,3 +490,35 @@ def test_doctor_checks_versions_against_the_minimums(drysim, monkeypatch, least,
 def test_doctor_ends_with_3_when_an_answer_is_wrong(drysim, monkeypatch):
     monkeypatch.setattr("drysim.study.doctor.DECAY_STOP", 22.0)
     assert drysim("doctor").code == 3
+
+
+# Formats of pictures.
+
+BEGINNINGS = {"png": b"\x89PNG\r\n", "svg": b"<?xml version", "pdf": b"%PDF-"}
+
+
+@pytest.mark.parametrize("form", BEGINNINGS)
+def test_pictures_are_written_in_the_format_that_is_asked_for(drysim, seat, form):
+    words = ("--set", "sweep={friction.kinetic: [10, 20]}", "--picture-format", form)
+    folders = []
+    for folder in ("one", "two"):
+        assert drysim("sweep", seat, *words, "--out", folder).code == 0
+        folders.append(seat.parent / folder)
+    for name in ("transmissibility", "stroke"):
+        one, two = ((folder / f"{name}.{form}").read_bytes() for folder in folders)
+        assert one.startswith(BEGINNINGS[form])
+        assert one == two
+    assert drysim("run", seat, "--picture-format", form, "--out", "one").code == 0
+    assert {file.suffix for file in folders[0].iterdir()} == {
+        ".yaml",
+        ".json",
+        ".csv",
+        f".{form}",
+    }
+
+
+def test_unknown_format_of_pictures_is_refused_before_any_work(drysim, seat):
+    answer = drysim("run", seat, "--picture-format", "gif")
+    assert answer.code == 2
+    assert "'png', 'svg', 'pdf'" in answer.err
+    assert not (seat.parent / "out").exists()

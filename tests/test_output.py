@@ -241,7 +241,7 @@ SCENES = {
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_picture_is_drawn_without_a_warning(scene, tmp_path):
-    style.save_png(lambda: draw(outcome(**scene)), tmp_path / "response.png")
+    style.save_picture(lambda: draw(outcome(**scene)), tmp_path / "response.png")
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -333,10 +333,10 @@ def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
     import matplotlib
 
     made = outcome()
-    style.save_png(lambda: draw(made), tmp_path / "response.png")
+    style.save_picture(lambda: draw(made), tmp_path / "response.png")
     first = (tmp_path / "response.png").read_bytes()
     with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
-        style.save_png(lambda: draw(made), tmp_path / "response.png")
+        style.save_picture(lambda: draw(made), tmp_path / "response.png")
     assert (tmp_path / "response.png").read_bytes() == first
 
 

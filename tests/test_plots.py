@@ -23,7 +23,7 @@ from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, save_png, stroke_metric
+from drysim.plots.style import T_A, T_X, save_picture, stroke_metric
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -86,8 +86,8 @@ SCENES = {
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_sweep_is_drawn_without_a_warning(scene, tmp_path):
     table = scene()
-    save_png(lambda: draw_transmissibility(table), tmp_path / "transmissibility.png")
-    save_png(lambda: draw_stroke(table), tmp_path / "stroke.png")
+    save_picture(lambda: draw_transmissibility(table), tmp_path / "transmissibility.png")
+    save_picture(lambda: draw_stroke(table), tmp_path / "stroke.png")
     for name in ("transmissibility.png", "stroke.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
@@ -398,10 +398,10 @@ def test_stroke_limit_that_is_too_far_away_to_be_drawn_is_told():
 def test_pictures_of_a_sweep_are_quick(tmp_path):
     table = sweep(*axes(frequency=np.linspace(0.5, 10, 96), rms=[0.5, 0.75, 1.0, 1.5]))
     file = tmp_path / "sweep.png"
-    save_png(lambda: draw_stroke(sweep(*axes(frequency=[1, 2]))), file)
+    save_picture(lambda: draw_stroke(sweep(*axes(frequency=[1, 2]))), file)
     began = time.process_time()
-    save_png(lambda: draw_transmissibility(table), file)
-    save_png(lambda: draw_stroke(table), file)
+    save_picture(lambda: draw_transmissibility(table), file)
+    save_picture(lambda: draw_stroke(table), file)
     # 0.3 s on an idle machine; the bound leaves room for a busy one.
     assert time.process_time() - began < 2.0
 
@@ -435,7 +435,7 @@ def without(made, name):
 
 @pytest.mark.parametrize("scene", SWEPT.values(), ids=SWEPT)
 def test_comparison_is_drawn_without_a_warning(scene, tmp_path):
-    save_png(lambda: draw_comparison(scene()), tmp_path / "comparison.png")
+    save_picture(lambda: draw_comparison(scene()), tmp_path / "comparison.png")
     assert (tmp_path / "comparison.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -134,11 +134,11 @@ for picture, (words, drawn) in PICTURES.items():
         draw(picture, words, drawn)
 if asked(MODEL):
     with tempfile.TemporaryDirectory() as place:
-        style.save_png(model, Path(place, MODEL))
+        style.save_picture(model, Path(place, MODEL))
         keep(Path(place, MODEL), HERE / MODEL, FEW)
 for law in LAWS:
     name = f"friction-{law}.png"
     if asked(name):
         with tempfile.TemporaryDirectory() as place:
-            style.save_png(lambda law=law: loop(law), Path(place, name))
+            style.save_picture(lambda law=law: loop(law), Path(place, name))
             keep(Path(place, name), LOOPS / name, FEW)

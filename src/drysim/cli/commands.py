@@ -122,6 +122,7 @@ def run(
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -144,9 +145,9 @@ def run(
         return work.show_plan(case, folder, mode)
     if holds_sweep(folder):
         mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
-    command, plots = command_line(context), not no_plots
+    how = output_options(context, no_plots, picture_format)
     if single:
-        return run_single(case, folder, command, mode, strict=strict, plots=plots)
+        return run_single(case, folder, mode, strict, how)
     from drysim import output
     from drysim.cli import work
     from drysim.console import many
@@ -157,7 +158,7 @@ def run(
         "seeds", case, seed_ranges(case.scenario), folder, mode,
         solve=partial(ensemble.solve, case, workers=workers),
         solve_partly=ensemble.partial_ensemble,
-        write=partial(output.write_ensemble, plots=plots, command=command),
+        write=partial(output.write_ensemble, **how),
         show=many.show_ensemble, resume=resume, strict=strict,
     )  # fmt: skip
 
@@ -171,8 +172,19 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
         raise UsageError("--resume needs several seeds: a single run starts over", hint)
 
 
+def output_options(
+    context: typer.Context, no_plots: bool, picture_format: str
+) -> dict[str, Any]:
+    """Return the options that all writers of output folders take."""
+    return {
+        "plots": not no_plots,
+        "picture_format": picture_format,
+        "command": command_line(context),
+    }
+
+
 def run_single(
-    case: Case, folder: Path, command: str, mode: OutputMode, *, strict: bool, plots: bool
+    case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
     """Compute, write and show the result of a case; return the exit code."""
     from drysim import output
@@ -187,7 +199,7 @@ def run_single(
             mode.print_status(f"note: {warning.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
-    fields = output.write_run(outcome, folder, plots=plots, command=command, exit_code=code)
+    fields = output.write_run(outcome, folder, exit_code=code, **how)
     show = partial(summaries.show_outcome, outcome, folder)
     return mode.report(fields, show, outcome.warnings, folder, code)
 
@@ -203,6 +215,7 @@ def sweep(
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
     quiet: options.Quiet = False,
     form: options.Table = "csv",
@@ -233,13 +246,13 @@ def sweep(
     from drysim.console import many
     from drysim.study.sweep import partial_table
 
-    plots, command = not no_plots, command_line(context)
+    how = output_options(context, no_plots, picture_format)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.sweep_executor(cluster, workers, mode, certificates) as solve:
         return work.run_parts(
             "cases", case, CaseRanges(wanted), folder, mode,
             solve=partial(solve, case), solve_partly=partial_table,
-            write=partial(output.write_table, plots=plots, command=command, form=form),
+            write=partial(output.write_table, form=form, **how),
             show=many.show_table, resume=resume, strict=strict,
         )  # fmt: skip
 
@@ -254,6 +267,7 @@ def compare(
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -281,10 +295,8 @@ def compare(
         on_batch = partial(work.count_batch, advance)
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
     code = result.table.exit_code(strict)
-    command = command_line(context)
-    fields = output.write_comparison(
-        result, folder, plots=not no_plots, command=command, exit_code=code
-    )
+    how = output_options(context, no_plots, picture_format)
+    fields = output.write_comparison(result, folder, exit_code=code, **how)
     show = partial(many.show_comparison, result, folder)
     return mode.report(fields, show, result.table.warnings, folder, code)
 
@@ -380,6 +392,7 @@ def bench(
     peers: options.Peers = True,
     dry_run: options.DryRun = False,
     no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -414,9 +427,8 @@ def bench(
     total = sum(case["entries"] for case in job.cases)
     with terminal.progress(total, "entries", quiet) as advance:
         result = job.run(advance)
-    fields = output.write_bench(
-        result, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
-    )
+    how = output_options(context, no_plots, picture_format)
+    fields = output.write_bench(result, folder, exit_code=EXIT_OK, **how)
     return mode.report(
         fields, partial(findings.show_bench, result, folder), result.warnings, folder
     )

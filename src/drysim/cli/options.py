@@ -153,6 +153,10 @@ Quiet = Annotated[
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="Output format.")
 ]
+PictureFormat = Annotated[
+    Literal["png", "svg", "pdf"],
+    typer.Option("--picture-format", help="File format of the pictures."),
+]
 Table = Annotated[
     Literal["csv", "parquet"],
     typer.Option("--format", help="File format of the cases; parquet needs pyarrow."),

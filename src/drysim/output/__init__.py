@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
-from drysim.output.folder import PICTURES, SCENARIO_FILE, LockedFolder, write_folder
+from drysim.output.folder import PICTURES, PNG, SCENARIO_FILE, LockedFolder, write_folder
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import is_resumable as is_resumable
 from drysim.output.folder import lock_partial as lock_partial
@@ -70,7 +70,13 @@ RUN_WRITERS = (
 
 
 def write_run(
-    outcome: Outcome, folder: Path, *, plots: bool, command: str, exit_code: int
+    outcome: Outcome,
+    folder: Path,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
 ) -> dict[str, Any]:
     """Write the output folder of a run, completely or not at all.
 
@@ -85,6 +91,7 @@ def write_run(
         The command line, quoted for a shell.
     exit_code : int
         Exit code of the command.
+    picture_format : {'png', 'svg', 'pdf'}, optional
 
     Returns
     -------
@@ -96,7 +103,7 @@ def write_run(
     OutputError
         The folder was not written by drysim, or cannot be written.
     """
-    writers = RUN_WRITERS + _plot_writers("run", plots)
+    writers = RUN_WRITERS + _plot_writers("run", plots, picture_format)
     return write_folder(outcome, folder, writers, sidecar.run_fields, command, exit_code)
 
 
@@ -107,6 +114,7 @@ def write_ensemble(
     plots: bool,
     command: str,
     exit_code: int,
+    picture_format: str = PNG,
 ) -> dict[str, Any]:
     """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
     writers: tuple[Callable[[Any, Path], None], ...] = (
@@ -119,8 +127,8 @@ def write_ensemble(
         _for_shown_seed(tables.write_bands_csv),
     )
     drawn = plots and exit_code != EXIT_INTERRUPTED
-    writers += _plot_writers("ensemble", drawn)
-    writers += tuple(map(_for_shown_seed, _plot_writers("run", drawn)))
+    writers += _plot_writers("ensemble", drawn, picture_format)
+    writers += tuple(map(_for_shown_seed, _plot_writers("run", drawn, picture_format)))
     return write_folder(ensemble, folder, writers, sidecar.ensemble_fields, command, exit_code)
 
 
@@ -131,6 +139,7 @@ def write_table(
     plots: bool,
     command: str,
     exit_code: int,
+    picture_format: str = PNG,
     form: str = "csv",
 ) -> dict[str, Any]:
     """Write the output folder of a sweep; further parameters and errors as in `write_run`.
@@ -153,7 +162,7 @@ def write_table(
         write_scenario_yaml,
         cases,
         tables.write_case_violations_csv,
-        *_plot_writers("sweep", drawn),
+        *_plot_writers("sweep", drawn, picture_format),
     )
     return write_folder(table, folder, writers, sidecar.table_fields, command, exit_code)
 
@@ -165,12 +174,13 @@ def write_comparison(
     plots: bool,
     command: str,
     exit_code: int,
+    picture_format: str = PNG,
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors as in `write_run`."""
     writers = (
         write_shared_yaml,
         tables.write_comparison_csv,
-        *_plot_writers("comparison", plots),
+        *_plot_writers("comparison", plots, picture_format),
     )
     return write_folder(
         comparison, folder, writers, sidecar.comparison_fields, command, exit_code
@@ -178,13 +188,19 @@ def write_comparison(
 
 
 def write_bench(
-    bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
+    bench: Bench,
+    folder: Path,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
 ) -> dict[str, Any]:
     """Write the output folder of a bench; parameters and errors as in `write_run`."""
     writers = (
         write_bench_yaml,
         tables.write_speed_error_csv,
-        *_plot_writers("bench", plots),
+        *_plot_writers("bench", plots, picture_format),
     )
     return write_folder(bench, folder, writers, sidecar.bench_fields, command, exit_code)
 
@@ -202,15 +218,20 @@ def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensembl
     return lambda result, folder: write(result.shown, folder)
 
 
-def _plot_writers(kind: str, drawn: bool) -> tuple[Callable[[Any, Path], None], ...]:
+def _plot_writers(
+    kind: str, drawn: bool, picture_format: str
+) -> tuple[Callable[[Any, Path], None], ...]:
     """Return a writer for each picture of a kind of result; what draws it is imported late."""
-    return tuple(partial(_write_picture, *one) for one in PICTURES[kind].items() if drawn)
+    pictures = PICTURES[kind].items() if drawn else ()
+    return tuple(
+        partial(_write_picture, f"{name}.{picture_format}", draw) for name, draw in pictures
+    )
 
 
 def _write_picture(name: str, function: str, result: Any, folder: Path) -> None:
     """Draw a picture of a result and write it."""
-    from drysim.plots.style import save_png
+    from drysim.plots.style import save_picture
 
     module, draw = function.split(".")
     drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
-    save_png(lambda: drawn(result), folder / f"{name}.png")
+    save_picture(lambda: drawn(result), folder / name)

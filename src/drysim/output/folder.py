@@ -52,6 +52,9 @@ RESUMABLE_FILES = re.compile(
 )
 """Files that hold finished work until all of it is done; earlier versions had `cases.jsonl`."""
 
+PNG, SVG, PDF = "png", "svg", "pdf"
+"""Formats of pictures; also their suffixes."""
+
 PICTURES = {
     "run": {
         "response": "response.draw",
@@ -69,7 +72,8 @@ that draws it, as module and name. It returns no figure if there is nothing to d
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
     r"|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
-    rf"|({'|'.join(name for names in PICTURES.values() for name in names)})\.png"
+    rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
+    rf"\.({PNG}|{SVG}|{PDF})"
     r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
 )
 """Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
