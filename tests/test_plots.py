@@ -877,3 +877,96 @@ def test_sample_of_a_decade_by_ratio_has_a_logarithmic_axis_with_every_number_in
         assert {"10000", "20000"} <= {one.get_text() for one in mapped.get_yticklabels()}
         assert mapped.yaxis.get_offset_text().get_text() == ""
         assert mapped.yaxis.label.get_window_extent().x0 > 0
+
+
+# The answer in a picture: SEAT, the admissible range and the best case.
+
+SEAT_SCENE = """\
+oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
+friction: {law: coulomb, kinetic: 20 N}
+stroke: {limit: 8 mm}
+excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}
+solver: {step: 5 ms}
+measure: {direction: vertical}
+sweep: {friction.kinetic: [0, 10, 20, 30, 40, 60]}
+checks: [SEAT < 0.5]
+"""
+
+
+@pytest.fixture
+def seat_table(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    return solved(load(tmp_path / "seat.yaml"))
+
+
+def test_weighted_sweep_shows_SEAT_and_its_best_admissible_case(seat_table):
+    figure = draw_transmissibility(seat_table)
+    panel = figure.axes[-1]
+    assert panel.get_title(loc="left") == "SEAT [–]"
+    best = seat_table.best.row
+    (star,) = (line for line in panel.lines if line.get_marker() == "*")
+    assert star.get_xdata() == [best.point["friction.kinetic"]]
+    assert star.get_ydata() == [best.metrics["SEAT"]]
+    assert f"best: SEAT {best.metrics['SEAT']:.4g} at " in " ".join(legend(figure))
+
+
+def test_admissible_range_is_shaded_from_its_first_to_its_last_case(seat_table):
+    admissible = [
+        row.point["friction.kinetic"]
+        for row in seat_table.own
+        if not row.metrics["violations"] and row.metrics["SEAT"] < 0.5
+    ]
+    assert 1 < len(admissible) < 6
+    for panel in draw_transmissibility(seat_table).axes:
+        (shade,) = panel.patches
+        ends = shade.get_extents().transformed(panel.transData.inverted()).intervalx
+        assert ends == pytest.approx([min(admissible), max(admissible)])
+
+
+def test_sweep_without_limits_has_no_best_case(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    free = load(tmp_path / "seat.yaml", {"stroke": None, "checks": None})
+    for panel in draw_transmissibility(solved(free)).axes:
+        assert not panel.patches
+        assert not [line for line in panel.lines if line.get_marker() == "*"]
+
+
+def test_weighted_comparison_shows_SEAT(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    for changes in ({}, {"sweep": None}):
+        made = compare(load(tmp_path / "seat.yaml", changes), "signum vs stick-slip")
+        panel = draw_comparison(made).axes[-1]
+        assert panel.get_title(loc="left") == "SEAT [–]"
+
+
+def test_logarithmic_deviation_is_announced(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    made = compare(load(tmp_path / "seat.yaml"), "signum vs stick-slip")
+    scales = {axes.get_yscale(): axes.get_ylabel() for axes in draw_comparison(made).axes}
+    assert scales["symlog"] == "logarithmic beyond ±5 %"
+
+
+def test_empty_cells_of_a_map_are_explained(tmp_path):
+    over = "{friction.kinetic: {from: 0, to: 60}, oscillator.mass: {from: 50, to: 90}}"
+    sample = f"sweep: {{sample: {{kind: uniform, count: 30, seed: 1, over: {over}}}}}"
+    words = SEAT_SCENE.replace("sweep: {friction.kinetic: [0, 10, 20, 30, 40, 60]}", sample)
+    (tmp_path / "seat.yaml").write_text(words)
+    figure = draw_transmissibility(solved(load(tmp_path / "seat.yaml")))
+    assert "no case with a value" in legend(figure)
+
+
+def test_titles_of_three_columns_do_not_touch(tmp_path):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    over = "{friction.kinetic: {from: 0, to: 60}, oscillator.mass: {from: 50, to: 90}}"
+    sample = f"sweep: {{sample: {{kind: uniform, count: 30, seed: 1, over: {over}}}}}"
+    changes = (sample, "sweep: {friction.kinetic: [0, 10, 20]}")
+    for change in changes:
+        words = SEAT_SCENE.replace("sweep: {friction.kinetic: [0, 10, 20, 30, 40, 60]}", change)
+        (tmp_path / "seat.yaml").write_text(words)
+        figure = draw_transmissibility(solved(load(tmp_path / "seat.yaml")))
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.canvas.draw()
+        titles = [axes._left_title.get_window_extent(renderer) for axes in figure.axes]
+        for one, other in pairwise(sorted(titles, key=lambda box: (round(box.y0), box.x0))):
+            assert one.x1 < other.x0 or one.y1 < other.y0 or one.y0 > other.y1

@@ -27,7 +27,7 @@ from drysim.plots.response import (
     stuck_intervals,
     stuck_label,
 )
-from drysim.plots.style import T_A, Style
+from drysim.plots.style import A_W, SEAT, T_A, PlottedMetric, Style
 from drysim.plots.sweep import Panel, View, comparison_view, point_label
 from drysim.study import compare
 from drysim.study.compare import Comparison
@@ -59,15 +59,22 @@ def draw(result: Comparison) -> Figure:
     line_styles, view = approach_styles(result), comparison_view(result)
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
     swept, bars = known and bool(view.key), known and not view.key
-    figure, grid = style.panel_grid(1 + known * len(view.panels), 2)
+    ends = [tally.ends for tally in result.table.tallies.values()]
+    weighted = [one for one in (SEAT, A_W) if any(one.name in known for known in ends)][:1]
+    figure, grid = style.panel_grid(1 + known * len(view.panels), 2 + len(weighted))
     above = figure.add_subplot(grid[0, 0] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
-        _draw_loops(figure.add_subplot(grid[0, 1]), result, line_styles)
+        _draw_loops(figure.add_subplot(grid[0, 1:]), result, line_styles)
     if swept:
         draw_curves(figure, grid, result, view, line_styles)
     elif bars:
         draw_bars(figure, grid, result, line_styles)
+    for metric in weighted if known else ():
+        if swept:
+            _draw_metric_curves(figure, grid, metric, view, line_styles)
+        else:
+            _draw_metric_bars(figure.add_subplot(grid[1, 2]), metric, result, line_styles)
     style.finish_figure(figure, style.comparison_heading(result, view.left_out))
     return figure
 
@@ -177,6 +184,9 @@ DEVIATION_TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 BAR_LABEL_SHARE = 0.3
 """Margin for the numbers at the bars, relative to the range of the bars [-]."""
 
+WIDE_COLUMNS = 2
+"""Columns of panels up to which a title names the reference."""
+
 SAMPLE_STYLE: Style = {"linestyle": "none", "marker": ".", "markersize": 4}
 """Style of random samples, which no line connects."""
 
@@ -197,12 +207,9 @@ def draw_curves(
     for at, panel in enumerate(view.panels, 1):
         left = figure.add_subplot(grid[at, 0], sharey=left)
         right = figure.add_subplot(grid[at, 1], sharey=right)
-        _set_titles(left, right, result, panel.title)
+        _set_titles(left, right, grid, result.yardstick, panel.title)
         for line in panel.lines:
-            style = {
-                **line_styles[line.label],
-                **(SAMPLE_STYLE if view.sampled else {"markersize": 4}),
-            }
+            style = _curve_style(view, line_styles[line.label])
             x, y = sweep.line_series(view, line, T_A.of)
             sweep.draw_curve(left, x, y, style, line.label)
             sweep.draw_interval(
@@ -227,6 +234,33 @@ def draw_curves(
     if left and right:
         left.set_ylim(bottom=0.0)
         _set_deviation_scale(right, values)
+
+
+def _draw_metric_curves(
+    figure: Figure,
+    grid: GridSpec,
+    metric: PlottedMetric,
+    view: View,
+    line_styles: Mapping[str, Style],
+) -> None:
+    """Draw a metric over the swept key in the last column."""
+    axes = None
+    for at, panel in enumerate(view.panels, 1):
+        axes = figure.add_subplot(grid[at, -1], sharey=axes)
+        sweep.set_title(axes, f"{panel.title}: {metric.symbol}".removeprefix(": "))
+        for line in panel.lines:
+            x, y = sweep.line_series(view, line, metric.of)
+            sweep.draw_curve(
+                axes, x, y, _curve_style(view, line_styles[line.label]), line.label
+            )
+        sweep.set_x_axis(axes, view, named=at == len(view.panels))
+    if axes is not None:
+        axes.set_ylim(bottom=0.0)
+
+
+def _curve_style(view: View, line_style: Style) -> Style:
+    """Return the style of a curve; points only for random samples."""
+    return {**line_style, **(SAMPLE_STYLE if view.sampled else {"markersize": 4})}
 
 
 def _deviations(
@@ -256,6 +290,7 @@ def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
     ]
     axes.set_yticks(ticks, labels=[sweep.tick_label(tick) for tick in ticks])
     axes.minorticks_off()
+    axes.set_ylabel(f"logarithmic beyond ±{AGREEMENT_BAND:g} %", size=8, color="#606060")
 
 
 def draw_bars(
@@ -263,7 +298,7 @@ def draw_bars(
 ) -> None:
     """Draw T_a and its deviation of a single case as labelled bars."""
     left, right = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
-    _set_titles(left, right, result)
+    _set_titles(left, right, grid, result.yardstick)
     rows = {row.approach: row for row in result.table.rows}
     positions = {name: -at for at, name in enumerate(rows)}
     for name, row in rows.items():
@@ -291,6 +326,22 @@ def draw_bars(
         axes.grid(visible=False, axis="y")
 
 
+def _draw_metric_bars(
+    axes: Axes, metric: PlottedMetric, result: Comparison, line_styles: Mapping[str, Style]
+) -> None:
+    """Draw a metric of a single case as labelled bars, in the order of the other panels."""
+    rows = {row.approach: row for row in result.table.rows}
+    for at, (name, row) in enumerate(rows.items()):
+        value = metric.of(row)
+        axes.barh(-at, value or 0.0, color=line_styles[name]["color"], height=0.6)
+        _label_bar(axes, value or 0.0, -at, wording.format_number(value))
+    sweep.set_title(axes, metric.symbol)
+    axes.set_yticks([-at for at in range(len(rows))], labels=[])
+    axes.set_ylim(-len(rows) + 0.4, 0.6)
+    _widen_for_labels(axes)
+    axes.grid(visible=False, axis="y")
+
+
 def _widen_for_labels(axes: Axes) -> None:
     """Extend the x-axis for the numbers at the bars, on each side of zero that has bars."""
     low, high = axes.dataLim.intervalx
@@ -307,9 +358,13 @@ def _label_bar(axes: Axes, value: float, position: float, words: str) -> None:
     )  # fmt: skip
 
 
-def _set_titles(left: Axes, right: Axes, result: Comparison, title: str = "") -> None:
+def _set_titles(
+    left: Axes, right: Axes, grid: GridSpec, yardstick: str, title: str = ""
+) -> None:
     """Set the titles of the panels of T_a and of its deviation."""
-    words, beside = (f"{title}: ", "") if title else ("", f" from {result.yardstick}")
+    words, beside = f"{title}: " * bool(title), f" from {yardstick}"
+    if title or grid.ncols > WIDE_COLUMNS:
+        beside = ""
     sweep.set_title(left, f"{words}$T_a$ [–]")
     sweep.set_title(right, f"{words}deviation of $T_a${beside} [%]")
 

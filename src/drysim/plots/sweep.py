@@ -485,6 +485,9 @@ BEST_STYLE: Style = {
     "markeredgewidth": 0.8, "linestyle": "none", "zorder": 5, "clip_on": False,
 }  # fmt: skip
 
+EMPTY_COLOR = "#d9d9d9"
+"""Colour of the cells of a map without cases."""
+
 MAX_NAMED_METRICS = 2
 """Columns of panels up to which the title of each has the name of its metric."""
 
@@ -903,7 +906,8 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     for place, i in enumerate(shown):
         metric = metrics[i]
         axes = figure.add_subplot(grid[0, place])
-        set_title(axes, metric.full_title)
+        words = metric.full_title if len(shown) <= MAX_NAMED_METRICS else metric.symbol
+        set_title(axes, words)
         draw_quantile_bands(
             axes, histograms[i], reference_histograms[i] if references else None, metric.scale
         )
@@ -911,7 +915,7 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
         set_bin_axis(axes, bins, named=across is None)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
-            set_title(below, f"mean of {metric.full_title}")
+            set_title(below, f"mean of {words}")
             draw_map(figure, below, histograms[i], metric.scale)
             if y_axis is not None and table.best is not None and (row := table.best.row):
                 at = [row.point[x_axis.key]], [row.point[y_axis.key]]
@@ -966,6 +970,9 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     x, y = found.along.edges, found.across.edges
     values = np.ma.masked_invalid(found.map * factor)
     mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
+    if np.ma.is_masked(values):
+        axes.set_facecolor(EMPTY_COLOR)
+        axes.plot([], [], "s", color=EMPTY_COLOR, markersize=9, label="no case with a value")
     set_bin_axis(axes, found.along, named=True)
     axes.set_yscale("log" if found.across.is_log else "linear")
     axes.set_ylim(y[0], y[-1])
