@@ -417,3 +417,16 @@ def test_damping_by_direction_is_refused_beside_a_law_that_would_ignore_it(tmp_p
     with pytest.raises(ScenarioError) as found:
         load(file, dahl | {"solver.approach": approach})
     assert "coulomb, jenkins, petrov-ewins" in found.value.problems[0].sentence
+
+
+def test_equal_dampers_by_direction_are_one_damper():
+    plant, start = Plant(1.0, 1.0, 0.4), State(0.0, 0.0)
+    motion = Sines((1.0,), (0.2,), (0.0,))
+    one = PiecewiseLaw(100.0, 100.0, k_t=20.0)  # it never yields
+    both = one._replace(damping=(0.4, 0.4))
+    paths = [
+        StickSlip().trajectory(plant, law, motion, start, 0.1, 30.0).path((0.0, 30.0), None)
+        for law in (one, both)
+    ]
+    assert paths[0].x_r.tolist() == paths[1].x_r.tolist()
+    assert len(paths[0].x_r) > 5

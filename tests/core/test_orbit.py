@@ -255,7 +255,7 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
     scene = kernel.orbit.SineScene(plant, law, waves, log)
     state = kernel.orbit.PeriodState(x_r, v_r, 1 if v_r > 0 else -1)
     image, events, _ = kernel.orbit.period_map(scene, period, state)
-    rate = kernel.orbit.characteristic_rate(plant, period)
+    rate = kernel.orbit.velocity_scale_rate(plant, period)
     good, end = kernel.orbit.newton_step(scene, period, rate, state, image, events)
     return SimpleNamespace(good=good, state=end[:2], image=image[:2], orbit=found.state)
 

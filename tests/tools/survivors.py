@@ -185,7 +185,7 @@ EXPLAINED = {
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
     (
         "events.py",
-        "LOG_RESERVE = -3",
+        "SERIES_LOG_RESERVE = -3",
     ): "segments and log have more capacity than a kernel may fill",
     ("trajectory.py", "if t[middle] < at:"): "two segments have one state where they meet",
     ("roots.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,

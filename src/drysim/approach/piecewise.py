@@ -89,6 +89,7 @@ from drysim.core.modes import (
     SegmentBase,
     Side,
     decode_mode,
+    ends_at_turns,
     initial_piecewise_state,
 )
 from drysim.core.trajectory import (
@@ -302,8 +303,8 @@ class PiecewiseTrajectory(EventDriven):
 
         Stops and a damper by direction begin a segment at every zero of v_r.
         """
-        law = self.law
-        return law.is_elastic and law.stops is None and law.damping is None
+        is_split: bool = ends_at_turns(to_kernel(self.plant, self.law))
+        return self.law.is_elastic and not is_split
 
     @cached_property
     def solution(self) -> Solution:

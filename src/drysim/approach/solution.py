@@ -523,7 +523,8 @@ class Orbit(NamedTuple):
     settled : bool
         Whether the motion converged to a periodic orbit.
     unique : bool
-        Whether the orbit is locally attracting; false for one of a continuum of orbits.
+        False if the orbit is found to be one of a continuum, without an attraction of its own.
+        Tested where the motion decays slowly; a mass that stays stuck is not tested.
     run_up : float
         Time from the start to the beginning of the repetition [s].
     run_up_peak : float

@@ -13,8 +13,9 @@ Method
     the others again when they are needed.
 
 Error
-    A second solution with a larger tolerance and half the hysteresis depth is computed. Its
-    distance bounds the error of the first, which is smaller by orders of magnitude.
+    `solve` computes a second solution with a larger tolerance and half the hysteresis depth.
+    Its distance at the points of the grid estimates the error of the first from above: as a
+    rule that is smaller by orders of magnitude.
 
 Source
     Jorba and Zou, A software package for the numerical integration of ODEs by means of

@@ -25,7 +25,7 @@ MAX_EVENTS_PER_STEP = 4096
 """Maximum number of events in one step; more than this is a motion that double precision does
 not resolve."""
 
-LOG_RESERVE = 3
+SERIES_LOG_RESERVE = 3
 """Events and segments that one step may add to their logs, and one spare entry."""
 
 

@@ -347,7 +347,7 @@ def march_varying_limits(scene, past, n, end, state, out, log):
 
 # Any piecewise-linear law: from mode to mode.
 
-LOG_RESERVE = 4
+MODES_LOG_RESERVE = 4
 """Segments and events that one step may add to their logs, and one final entry."""
 
 
@@ -401,7 +401,7 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
     """
     plant, law, waves, u_dd, dt = scene
     n, s, xi, v_r, x_0, mode, at, count = state
-    full = capacity - LOG_RESERVE
+    full = capacity - MODES_LOG_RESERVE
     turns_end, no_waves = ends_at_turns(law), waves.size == 0
     affine = no_waves and law.step == 0.0
     stalled = 0

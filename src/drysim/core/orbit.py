@@ -131,7 +131,7 @@ class FoundOrbit(NamedTuple):
     peak : float
         Largest |x_r| during the run-up [m].
     unique : bool
-        Whether the orbit attracts its neighbours; false if it is one of a continuum.
+        False if the orbit is found to be one of a continuum; tested where the decay is slow.
     """
 
     state: PeriodState
@@ -312,7 +312,7 @@ def iterate_period_map(scene, period, state, most, past):
     first five values of `FoundOrbit`.
     """
     law = scene.law
-    rate = characteristic_rate(scene.plant, period)
+    rate = velocity_scale_rate(scene.plant, period)
     highest = abs(state.x_r)
     events_before = -1
     step_before = math.inf
@@ -449,7 +449,7 @@ def uniqueness_and_distance(scene, length, state):
         return True, 0.0
     if state.d == 0 and event_spread(log, events, state.x_r) <= REST_SPREAD * peak:
         return True, 0.0
-    rate = characteristic_rate(plant, length)
+    rate = velocity_scale_rate(plant, length)
     a, b, c, e = period_map_jacobian(scene, length, rate, state.d, events)
     gap_x, gap_v = end.x_r - state.x_r, end.v_r - state.v_r
     if plant.k_x == 0.0:
@@ -509,7 +509,7 @@ def period_map(scene, period, state):
 
 
 @compiled
-def characteristic_rate(plant, period):
+def velocity_scale_rate(plant, period):
     """Return the rate that scales velocities to displacements [1/s]."""
     return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
 
@@ -565,7 +565,7 @@ def period_map_jacobian(scene, period, rate, d, events):
     """Return the Jacobian of the period map at a state, from the events of one period.
 
     `period_map` has written the events to the log; the period starts in direction d. `rate` is
-    the scale of `characteristic_rate`.
+    the scale of `velocity_scale_rate`.
 
     Returns
     -------

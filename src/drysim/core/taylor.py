@@ -19,7 +19,7 @@ Method
       converges by the ratio of the fast and the slow time scale, and the series of the result
       is as long as the slow motion permits (`solve_quasi_steady`).
 
-Why nothing is missed
+Why nothing of the truncated series is missed
     The first zero of v_r within a step is approached from below by steps that a bound on the
     second derivative proves safe (`first_series_root`); likewise the ends of the hysteresis
     branches (`core.dynamic_friction`). A step ends early where the last coefficients do not yet
@@ -53,8 +53,8 @@ from drysim.core.dynamic_friction import (
 )
 from drysim.core.events import (
     FORCE_ROUNDING,
-    LOG_RESERVE,
     REVERSAL,
+    SERIES_LOG_RESERVE,
     SLIP,
     direction_from_rest,
     limit_force,
@@ -242,7 +242,7 @@ def march_taylor(scene, until, state, series, segments, log):
     stalled = 0
     wave_scale, time_scale = time_scales(plant, waves)
     control = StepControl(time_scale, NEVER, 0, 0)
-    while n <= end and used + LOG_RESERVE < full and events + LOG_RESERVE < full:
+    while n <= end and used + SERIES_LOG_RESERVE < full and events + SERIES_LOG_RESERVE < full:
         length = h if n == end else dt
         left = length - s
         slope = (u_dd[n + 1] - u_dd[n]) / dt

@@ -71,6 +71,7 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
     # matplotlib warns where its cache folder is not writable; the picture is not affected.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     # A matplotlibrc of the user must not change the picture.
     params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
@@ -78,8 +79,14 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
     with matplotlib.rc_context(params), warnings.catch_warnings():
         # A character that is missing in the font is drawn as a box, without a warning.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        if (figure := draw()) is not None:
-            figure.savefig(str(file), **SAVE_OPTIONS[file.suffix])
+        if (figure := draw()) is None:
+            return
+        options = SAVE_OPTIONS[file.suffix]
+        if file.suffix == ".png":  # `savefig` would draw it twice, for the layout
+            canvas: Any = FigureCanvasAgg(figure)
+            canvas.print_png(str(file), **options)
+        else:
+            figure.savefig(str(file), **options)
 
 
 # Layout: heading, panels, legend.
