@@ -119,3 +119,22 @@ def test_unknown_metric_is_not_admissible():
     tally.add(Batch.of(0, [Row({KEY: 1.0}, "stick-slip", 1.0, 1.0, metrics | {"T_x": None})]))
     assert tally.admissible == 0
     assert not tally.best
+
+
+def test_no_case_is_best_where_no_objective_is_known(tmp_path):
+    excitation = "excitation: {kind: rest}\nstart: {x_r: 5 mm}\nmeasure: {duration: 1 s}"
+    text = SEAT.replace(
+        "excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}", excitation
+    )
+    text = text.replace("measure: {direction: vertical}\n", "")
+    (tmp_path / "seat.yaml").write_text(text.split("checks:")[0])
+    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
+
+
+def test_best_case_of_a_comparison_is_that_of_its_reference(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    scenario = package.load(tmp_path / "seat.yaml")
+    compared = package.compare(scenario, "signum vs stick-slip").table.best
+    alone = package.sweep(scenario).best
+    assert compared.row.approach == "stick-slip"
+    assert (compared.row.point, compared.admissible) == (alone.row.point, alone.admissible)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import drysim as package
 from drysim.errors import RecordError
@@ -157,3 +158,42 @@ def test_damaged_text_is_inspected_or_refused(tmp_path):
         except RecordError:
             continue
         assert found.columns
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,a\n5,3\n",
+        "a\n" + "1\n" * 5 + " " * 20_000,
+        "t [s],a\x1b[31mred\n0,1\n0.1,2\n0.2,3\n",
+        "t [s],a\u2028start: {x_r: 1 mm}\n0,1\n0.1,2\n0.2,3\n",
+    ],
+)
+def test_odd_file_is_drafted_and_its_text_stays_in_comments(drysim, tmp_path, text):
+    drafted(drysim, "odd.csv", text)
+    draft = Path("draft.yaml").read_text()
+    assert all(line.isprintable() for line in draft.split("\n"))
+    assert "start" not in yaml.safe_load(draft)
+
+
+def test_draft_for_a_link_keeps_the_name_of_the_link(drysim, tmp_path):
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store" / "OBJ123").write_text(FILES["names.csv"])
+    (tmp_path / "annex.csv").symlink_to("store/OBJ123")
+    assert drysim("init", "--from", "annex.csv").code == 0
+    assert drysim("validate", "annex.yaml").code == 0
+    assert "store" not in Path("annex.yaml").read_text()
+
+
+def test_times_of_day_with_a_date_may_span_days(drysim, tmp_path):
+    days = [(minute // 1440 + 1, minute // 60 % 24, minute % 60) for minute in range(1800)]
+    rows_of_days = "".join(f"2024-01-{d:02d} {h:02d}:{m:02d}:00,{m % 7}\n" for d, h, m in days)
+    found = drafted(drysim, "days.csv", "Time,a [m/s2]\n" + rows_of_days)
+    assert found["rate"].value == "0.01667 Hz"
+    assert found["remove"].value == "mean"
+
+
+def test_list_and_record_are_not_combined(drysim, tmp_path):
+    answer = drysim("init", "--list", "--from", "x.csv")
+    assert answer.code == 2
+    assert "--list and --from cannot be combined" in answer.err

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 import drysim as package
+from drysim.excitation.recorded import Record
+from drysim.plots.sweep import file_labels
+from drysim.study.case import file_hashes
 
 SCENARIO = """\
 oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
@@ -108,8 +111,6 @@ def test_pictures_of_files_are_drawn(drysim, runs):
 
 
 def test_interrupted_sweep_over_files_is_not_resumed_once_a_file_has_changed(drysim, runs):
-    from drysim.study.case import file_hashes
-
     before = file_hashes(package.load("seat.yaml"))
     Path(runs[3]).write_text(Path(runs[3]).read_text() + "99.00,0.1\n")
     after = file_hashes(package.load("seat.yaml"))
@@ -137,7 +138,7 @@ def test_table_of_files_is_a_frame(runs):
             "nothing/*.csv",
             "sweep.excitation.file is a pattern that matches no file: `nothing/*.csv`",
         ),
-        ("[]", "must be a list of files, or a pattern such as `runs/*.csv`"),
+        ("[]", "sweep.excitation.file has no files"),
         ("[1]", "sweep.excitation.file.0 must be the name of a file, not 1"),
         ("[runs/run-01.csv, runs/run-01.csv]", "is a duplicate: `runs/run-01.csv`"),
         ("{from: 1, to: 2, count: 2}", "must be a list of files"),
@@ -171,3 +172,63 @@ def test_file_cannot_be_swept_where_there_is_no_record(drysim, tmp_path):
     answer = drysim("validate", "x.yaml")
     assert answer.code == 2
     assert "excitation.file" in answer.out
+
+
+def test_window_beyond_the_end_of_one_file_is_a_fault_that_names_it(drysim, runs):
+    settle = ("--set", "measure={settle: 5 s}", "--set", "excitation.file=runs/run-15.csv")
+    answer = drysim("validate", "seat.yaml", *settle)
+    assert answer.code == 2
+    assert "runs/run-00.csv: measure.settle" in answer.out
+    assert drysim("sweep", "seat.yaml", *settle).code == 2
+    assert not Path("out").exists()
+
+
+def test_run_reads_and_names_its_own_record_only(drysim, runs):
+    Path(runs[9]).write_text("no record\n")
+    assert drysim("validate", "seat.yaml").code == 2
+    assert drysim("run", "seat.yaml", "--no-plots").code == 0
+    inputs = json.loads(Path("out/seat/drysim.json").read_text())["inputs"]
+    assert [one["file"] for one in inputs] == [runs[0]]
+
+
+def test_unused_record_of_the_scenario_is_no_input_of_the_sweep(drysim, runs):
+    files = f"sweep={{excitation.file: [{runs[1]}, {runs[2]}]}}"
+    assert drysim("sweep", "seat.yaml", "--no-plots", "--set", files).code == 0
+    inputs = json.loads(Path("out/seat/drysim.json").read_text())["inputs"]
+    assert [one["file"] for one in inputs] == runs[1:3]
+
+
+def test_results_have_no_absolute_path(drysim, runs):
+    here = Path().resolve()
+    files = f"sweep={{excitation.file: '{here}/runs/run-0?.csv'}}"
+    assert drysim("sweep", "seat.yaml", "--set", files, "--picture-format", "svg").code == 0
+    for file in Path("out/seat").iterdir():
+        assert str(here) not in file.read_text(), file
+
+
+def test_each_file_is_read_once_to_be_checked_and_once_to_be_solved(runs, monkeypatch):
+    read, whole = [], Record.motion
+
+    def counted(self, *rest):
+        read.append(self.file)
+        return whole(self, *rest)
+
+    monkeypatch.setattr(Record, "motion", counted)
+    package.sweep(package.load("seat.yaml", {"reference": "viscous"}), workers=1)
+    assert max(read.count(file) for file in runs[1:]) == 2
+
+
+def test_labels_of_files_are_short_and_distinct():
+    name = "m/2024-05-17/a very long name of a measurement run number {} of the day.csv"
+    labels = file_labels([name.format(number) for number in range(45)])
+    assert max(map(len, labels)) <= 24
+    assert len({*labels}) == 45
+    assert file_labels(["runs/a.csv", "runs/b.csv"]) == ["a", "b"]
+    assert file_labels(["runs/a.csv", "b.wav"]) == ["runs/a.csv", "b.wav"]
+
+
+def test_groups_of_keys_take_no_files(drysim, runs):
+    zipped = "sweep={zip: {excitation.file: [runs/run-01.csv], friction.kinetic: [1]}}"
+    answer = drysim("validate", "seat.yaml", "--set", zipped)
+    assert answer.code == 2
+    assert "must be a key of sweep itself" in answer.out

@@ -38,7 +38,8 @@ def format_number(
     Parameters
     ----------
     value : float or str or None
-        None yields `not known`; text, such as a swept file, is returned as it is.
+        None yields `not known`; of text, such as a swept file, control characters are
+        escaped.
     unit : str, optional
         Unit of the value; empty or a dash for none.
     digits : int, optional
@@ -50,7 +51,7 @@ def format_number(
         E.g. `17.26 mm`, `7500 N/m`, `2.1e-15`.
     """
     if isinstance(value, str):
-        return value
+        return sanitise(value)
     if value is None:
         return UNKNOWN
     value += 0.0  # -0.0 is printed as 0

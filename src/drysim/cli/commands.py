@@ -58,6 +58,8 @@ def init(
     from drysim.console import terminal
     from drysim.study import gallery
 
+    if show and record is not None:
+        raise UsageError("--list and --from cannot be combined", "use one of them")
     if show:
         return show_gallery(gallery.HARD_FOLDER if name == gallery.HARD_FOLDER else "")
     if record is not None:
@@ -232,7 +234,7 @@ def sweep(
     from drysim.study.plan import CaseRanges, approaches_of
 
     mode = OutputMode(as_json, quiet)
-    case = prepare(load(scenario, options.overrides(changes, approach)))
+    case = prepare(load(scenario, options.overrides(changes, approach)), swept=True)
     wanted = approaches_of(case.scenario)
     folder = out or Path("out", case.scenario.name)
     check_writable(folder)
@@ -281,7 +283,7 @@ def compare(
 
     mode, names = OutputMode(as_json, quiet), parse_names(approaches)
     loaded = load(scenario_or_default(scenario, names, mode), changes or [])
-    case = prepare(loaded.variant(names[-1]), compared=True)
+    case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
     wanted = scenarios_by_name(loaded, names)
     folder = out or Path("out", f"{loaded.name}-compare")
     check_writable(folder)

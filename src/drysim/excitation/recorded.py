@@ -42,7 +42,7 @@ class Record(RecordedMotion, RecordKind):
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the file, and the factor on its samples."""
-        file = "" if "file" in varied else sanitise(self.named)
+        file = "from several files" if "file" in varied else sanitise(self.named)
         has_factor = self.scale != 1.0 and "scale" not in varied
         return (file + f" times {format_number(self.scale)}" * has_factor).strip()
 

@@ -18,6 +18,7 @@ Other pictures use the views, curves and axes as well.
 
 from __future__ import annotations
 
+import os
 from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -179,6 +180,9 @@ MIN_FREQUENCIES = 5
 MAX_PANELS, MAX_LINES = 4, 60
 """Maximum number of panels and lines; of more, an evenly spaced selection is drawn."""
 
+MAX_FILE_LABELS, MAX_FILE_LETTERS = 20, 24
+"""Swept files that are labelled, evenly spaced if there are more; characters of a label."""
+
 MAX_COMPARED_PANELS = 3
 """Maximum number of rows of a comparison, below the row of time histories."""
 
@@ -302,6 +306,18 @@ def comparison_view(comparison: Comparison) -> View:
     sampled = any(isinstance(axis.values, SampledValues) for axis in table.axes)
     files = swept_files(table.axes, x_key)
     return View(x_key, label, None, panels, len(points) - len(shown), sampled, files)
+
+
+def file_labels(files: Sequence[str]) -> list[str]:
+    """Return short labels of files: without their common folder and suffix."""
+    folder = os.path.commonpath([os.path.dirname(file) for file in files])
+    names = [os.path.relpath(file, folder) if folder else file for file in files]
+    if len({os.path.splitext(name)[1] for name in names}) == 1:
+        names = [os.path.splitext(name)[0] for name in names]
+    for at, name in enumerate(names):
+        if len(name) > MAX_FILE_LETTERS:
+            names[at] = f"…{name[1 - MAX_FILE_LETTERS :]}"
+    return [escape_text(name) for name in names]
 
 
 def swept_files(axes: Sequence[Axis], key: str) -> Sequence[Any]:
@@ -465,6 +481,7 @@ COLORMAP_END = 0.82
 MARKERS = "os^DvPX*"
 REFERENCE_STYLE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
 FAINT_REFERENCE_STYLE: Style = {"color": "#6b6b6b", "linewidth": 0.9, "linestyle": (0, (4, 2))}
+FILE_REFERENCE_STYLE: Style = {"linestyle": "none", "marker": "_", "markersize": 10}
 UNITY_STYLE: Style = {"color": "#404040", "linewidth": 0.8, "zorder": 1}
 GAP_STYLES: dict[str, Style] = {
     NOT_SETTLED: {"marker": "x", "color": "black"},
@@ -618,8 +635,10 @@ def _draw_colorbar(figure: Figure, view: View) -> None:
     bar = figure.colorbar(mappable, ax=figure.axes, aspect=25, pad=0.02)
     bar.set_label(axis_label(view.line))
     if view.line.key == FILE_KEY:
-        lines = view.panels[0].lines
-        bar.set_ticks([line.value for line in lines], labels=[line.label for line in lines])
+        labels = file_labels(view.line.values)
+        places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
+        bar.set_ticks(places, labels=[labels[at] for at in places])
+        bar.ax.tick_params(labelsize=8)
     else:
         set_colorbar_ticks(bar)
 
@@ -716,7 +735,8 @@ def draw_references(
         return
     words = f"{panel.references[0].label}, no dry friction"
     if one:
-        draw_curve(axes, *drawn[0][1:], REFERENCE_STYLE, words)
+        own = REFERENCE_STYLE | (FILE_REFERENCE_STYLE if view.files else {})
+        draw_curve(axes, *drawn[0][1:], own, words)
         return
     # One grey legend entry represents the dashed lines of all colours.
     axes.plot([], [], **FAINT_REFERENCE_STYLE, label=words)
@@ -807,8 +827,10 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
     x = [value for row in rows if not isnan(value := view.x(row))]
     if view.files:
         axes.set_xlim(-0.5, len(view.files) - 0.5)
-        labels = [escape_text(file) for file in view.files]
-        axes.set_xticks(range(len(labels)), labels, rotation=30, ha="right")
+        labels = file_labels(view.files)
+        places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
+        shown = [labels[at] for at in places]
+        axes.set_xticks(places, shown, rotation=30, ha="right", size=8)
         axes.tick_params(labelbottom=named)
         return
     if spans_decade(x):

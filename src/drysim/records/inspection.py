@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from datetime import datetime
 from itertools import islice
 from math import ceil
 from pathlib import Path
@@ -24,7 +25,14 @@ from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid
 from drysim.records.columns import Columns, Floats, RecordFile, open_record, time_factor
 from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
-from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TIME_OF_DAY, TextTable, split_cells
+from drysim.records.text import (
+    MAX_ROWS_EXAMINED,
+    MISSING,
+    TIME_OF_DAY,
+    TextTable,
+    end_of_rows,
+    split_cells,
+)
 from drysim.records.warnings import GRAVITY, GRAVITY_TOLERANCE
 from drysim.units import NUMBER_PATTERN, conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
@@ -51,6 +59,12 @@ SHORT_GAP = 0.05
 PERIODS_OF_HIGH_PASS = 10
 """A high-pass is proposed for records of at least this many of its periods: within one period
 of either end its output depends on how the record is continued."""
+
+MAX_LISTED = 8
+"""Columns that a reason names."""
+
+MIN_ROWS = 2
+"""Rows from which a time step follows."""
 
 MAX_LINE = 10_000
 """Bytes at the end of a file in which its last row is looked for."""
@@ -245,6 +259,8 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
     name, unit = columns.describe_column(column), ""
     if columns.labels:
         unit = columns.labels[column].unit
+    if len(t) < MIN_ROWS:
+        return column, None, [Proposal("rate", None, "there is only one row")]
     step = float(np.median(np.diff(t)))
     if not unit and step > LONG_STEP:
         counts = f"{name} advances by {step:.6g}"
@@ -303,18 +319,28 @@ def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
 
 def _time_of_day_span(columns: Columns) -> tuple[float, str]:
     """Return the seconds from the first to the last row by times of day, 0 if unknown."""
-    if isinstance(columns, TextTable):
-        tail = columns.file.text[-MAX_LINE:].rstrip().splitlines()[-1]
-        first = next(cells for _, cells in columns.rows() if cells)
-        last = split_cells(tail.decode(errors="replace"), columns.delimiter)
-        for index, (begin, end) in enumerate(zip(first, last, strict=False)):
-            if TIME_OF_DAY.fullmatch(begin.text) and TIME_OF_DAY.fullmatch(end.text):
-                span = (_seconds_of_day(end.text) - _seconds_of_day(begin.text)) % 86400.0
-                return (
-                    span,
-                    f"mean rate of the times of day in {columns.describe_column(index)}",
-                )
-    return 0.0, "the file does not contain the times"
+    unknown = 0.0, "the file does not contain the times"
+    if not isinstance(columns, TextTable):
+        return unknown
+    text, last_byte = columns.file.text, end_of_rows(columns)
+    tail = text[max(0, last_byte - MAX_LINE) : last_byte].rstrip().splitlines()
+    first = next(cells for _, cells in columns.rows() if cells)
+    last = split_cells(tail[-1].decode(errors="replace"), columns.delimiter) if tail else []
+    for index, (begin, end) in enumerate(zip(first, last, strict=False)):
+        if TIME_OF_DAY.fullmatch(begin.text) and TIME_OF_DAY.fullmatch(end.text):
+            where = f"the times of day in {columns.describe_column(index)}"
+            span = _seconds_between(begin.text, end.text)
+            return span, f"mean rate of {where}" if span > 0 else f"{where} do not advance"
+    return unknown
+
+
+def _seconds_between(begin: str, end: str) -> float:
+    """Return the time between two times of day [s]; without dates, less than a day."""
+    try:
+        dates = [datetime.fromisoformat(text.replace(",", ".")) for text in (begin, end)]
+        return (dates[1] - dates[0]).total_seconds()
+    except (ValueError, TypeError):  # no date, or another form of it
+        return (_seconds_of_day(end) - _seconds_of_day(begin)) % 86400.0
 
 
 def _seconds_of_day(text: str) -> float:
@@ -350,7 +376,8 @@ def _propose_column(
     if is_choice:
         value: str | int | None = _identify(columns, best.column)
         if len(ties) > 1:
-            names = ", ".join(f"`{_identify(columns, one.column)}`" for one in ties)
+            listed = [f"`{_identify(columns, one.column)}`" for one in ties]
+            names = ", ".join(listed[:MAX_LISTED] + ["…"] * (len(listed) > MAX_LISTED))
             value, reason = None, f"which is the motion of the base? {names} look alike"
         elif len(summaries) == 1:
             reason = f"the only {columns.word} of numbers besides the time"
@@ -421,7 +448,8 @@ def _propose_clean_up(
                 reason += ": allow it, or cut the file there"
             proposals.append(Proposal("gaps", gaps, reason, not is_long))
         enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
-        if quantity == "acceleration" and len(x) * grid.dt >= enough:
+        is_fast = 2.0 * SUGGESTED_HIGH_PASS * grid.dt < 1.0
+        if quantity == "acceleration" and is_fast and len(x) * grid.dt >= enough:
             reason = "high-pass: removes gravity, offset and drift; T_x is known with it"
             below = {"below": f"{SUGGESTED_HIGH_PASS:g} Hz"}
             return [*proposals, Proposal("remove", below, reason, False)]

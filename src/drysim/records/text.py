@@ -530,7 +530,7 @@ TIME_OF_DAY = re.compile(
 
 def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats] | None:
     """Return columns of a table; None unless all rows are regular and all numbers finite."""
-    text, at, last = table.file.text, table.start, _end_of_rows(table)
+    text, at, last = table.file.text, table.start, end_of_rows(table)
     found = [array("d") for _ in wanted]
     while at < last:
         end = min(text.find(b"\n", min(at + PARSE_SIZE, last)) + 1 or last, last)
@@ -546,7 +546,7 @@ def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats
     return [np.frombuffer(column) for column in found]
 
 
-def _end_of_rows(table: TextTable) -> int:
+def end_of_rows(table: TextTable) -> int:
     """Return the offset where the last row ends, before trailing line endings."""
     text, end = table.file.text, len(table.file.text)
     while end > table.start:

@@ -9,6 +9,7 @@ well, because they name keys too.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from glob import glob
@@ -192,6 +193,10 @@ def _read_keys(
     """Return the valid numeric keys of a group; report the others."""
     found = {}
     for key in group:
+        if key == FILE_KEY and key in known:
+            sentence = f"{key} must be a key of sweep itself; groups take numbers only"
+            reading.fault(sentence, (*at, key), at_key=True)
+            continue
         if key != UNREAD_KEYS and (numeral := _read_key(reading, known, (*at, key), key)):
             found[key] = numeral
     return found
@@ -214,9 +219,9 @@ def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis
 def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
     """Return the axis for records: a list of files, or a pattern such as `runs/*.csv`."""
     known, files = len(reading.problems), [value]
+    folder = Path(reading.document.file).parent
     with reading.reporting(at):
         if isinstance(value, str):
-            folder = Path(reading.document.file).parent
             files = sorted(
                 Path(name).as_posix()
                 for name in glob(value, root_dir=folder, recursive=True)
@@ -224,8 +229,10 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
             )
             if not files:
                 raise ValueError(f"is a pattern that matches no file: {format_value(value)}")
-        elif isinstance(value, list) and value:
+        elif isinstance(value, list):
             files = value
+            if not files:
+                raise ValueError("has no files")
         else:
             form = "a list of files, or a pattern such as `runs/*.csv`"
             raise ValueError(f"must be {form}; not {format_value(value)}")
@@ -237,6 +244,8 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
                 raise ValueError(f"is a duplicate: {format_value(file)}")
     if len(reading.problems) > known:
         return None
+    # Results name the files as here, and are to be free of absolute paths.
+    files = [os.path.relpath(file, folder) if os.path.isabs(file) else file for file in files]
     return Axis(FILE_KEY, "", tuple(files), list(files))
 
 

@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,7 +139,7 @@ def require_scenario(scenario: Scenario) -> None:
         raise UsageError(f"expected a scenario, as `drysim.load` returns it, not {given}")
 
 
-def prepare(scenario: Scenario, compared: bool = False) -> Case:
+def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> Case:
     """Return the case of a scenario: read its record and check that it can be solved.
 
     Parameters
@@ -147,6 +147,8 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
     scenario : Scenario
     compared : bool, optional
         Whether other approaches or laws also solve the scenario and use their options.
+    swept : bool, optional
+        Whether the cases of its sweep are solved, too: their records are then read as well.
 
     Returns
     -------
@@ -175,26 +177,50 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
-    swept = [
-        base_motion(scenario.at({FILE_KEY: file}))
-        for axis in scenario.sweep
-        if axis.key == FILE_KEY
-        for file in axis.values
-    ]
-    records = [one for one in (motion, *swept) if isinstance(one, Samples)]
+    records = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
+    if swept and (files := swept_files(scenario)):
+        records = [read_swept(scenario, file) for file in files]
     known = (
         *scenario_warnings(scenario, motion, compared),
-        *(warning for one in records for warning in one.warnings),
+        *(warning for warnings, _ in records for warning in warnings),
         *force,
     )
-    inputs = (record for one in records for record in one.inputs)
     case = replace(
         assemble(scenario, motion, tuple({one.sentence: one for one in known}.values())),
-        inputs=tuple(dict.fromkeys(inputs)),
+        inputs=tuple(record for _, inputs in records for record in inputs),
     )
     if refused := spectra_problem(case):
         raise case_error(scenario, *refused)
     return case
+
+
+def swept_files(scenario: Scenario) -> Sequence[str]:
+    """Return the records that a sweep varies, as in the scenario; none for other sweeps."""
+    return next((axis.values for axis in scenario.sweep if axis.key == FILE_KEY), ())
+
+
+def read_swept(
+    scenario: Scenario, file: str
+) -> tuple[tuple[WarningMessage, ...], tuple[Input, ...]]:
+    """Read a swept record, and return its warnings and inputs.
+
+    Raises
+    ------
+    RecordError
+        When the record is invalid.
+    ScenarioError
+        When the scenario does not suit it, such as a window beyond its end.
+    """
+    point: dict[str, Any] = {FILE_KEY: file}
+    one = scenario.at(point)
+    motion = base_motion(one)
+    assert isinstance(motion, Samples), "a record is sampled"
+    try:
+        assemble(one, motion)
+    except ScenarioError as fault:
+        problems = (replace(p, sentence=f"{file}: {p.sentence}") for p in fault.problems)
+        raise ScenarioError(fault.message, tuple(problems)) from None
+    return motion.warnings, motion.inputs
 
 
 def assemble(
@@ -638,10 +664,9 @@ def volume_warnings(case: Case) -> Iterator[WarningMessage]:
 def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
     """Yield the files that a scenario names, each with the path of its key."""
     yield from _named_files(scenario, ())
-    for axis in scenario.sweep:
-        if axis.key == FILE_KEY and isinstance(scenario.excitation, Record):
-            for i, file in enumerate(axis.values):
-                yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
+    if isinstance(scenario.excitation, Record):
+        for i, file in enumerate(swept_files(scenario)):
+            yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
 
 
 def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
@@ -685,7 +710,8 @@ def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ..
     Problems of severity `error` are those for which `run` refuses to compute.
     """
     try:
-        case = prepare(load(file, overrides))
+        scenario = load(file, overrides)
+        case = prepare(scenario, swept=bool(scenario.sweep))
     except ScenarioError as fault:
         return fault.problems
     except RecordError as fault:

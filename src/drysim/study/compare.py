@@ -22,7 +22,7 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.solution import FIXED_STEP, Response
 from drysim.approach.stick_slip import ExactApproach
 from drysim.errors import SolverError, UsageError, WarningMessage
-from drysim.scenario.axes import Axis
+from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.case import Case, prepare, require_scenario
@@ -238,7 +238,7 @@ def compare(
     """
     names = parse_names(names)
     require_scenario(scenario)
-    case = prepare(scenario.variant(names[-1]), compared=True)
+    case = prepare(scenario.variant(names[-1]), compared=True, swept=True)
     return solve(scenario, case, names, workers=workers, finished=finished)
 
 
@@ -426,6 +426,8 @@ def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
         for metric, label in JUDGED_METRICS:
             own, theirs = row.metrics.get(metric), other.metrics.get(metric)
             scale = max(theirs or 0.0, least.get(metric, 0.0))
+            if not scale and metric == "x_r_peak":  # the reference never moves
+                scale = static_deflection(comparison.table.scenario, row)
             if own is not None and theirs is not None and scale:
                 others[label] = (own - theirs) / scale
         yield Judgement(
@@ -434,6 +436,12 @@ def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
             others,
             row.metrics.get("chatter_share") or 0.0,
         )
+
+
+def static_deflection(scenario: Scenario, row: Row) -> float:
+    """Return the deflection of the spring under m a_u [m]; 0 without a spring."""
+    m, k_x, _ = scenario.oscillator.plant()
+    return m * (row.metrics.get("a_u") or 0.0) / k_x if k_x > 0.0 else 0.0
 
 
 def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[str, str]:
@@ -486,7 +494,9 @@ def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axi
 
 def _key_ranges(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
     """Return least and greatest value of each key."""
-    columns = {key: [row.point[key] for row in rows] for key in rows[0].point}
+    columns = {
+        key: [row.point[key] for row in rows] for key in rows[0].point if key != FILE_KEY
+    }
     return {key: (min(column), max(column)) for key, column in columns.items()}
 
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from textwrap import indent, wrap
 
+from drysim.errors import UsageError
 from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
 from drysim.study.gallery import SUFFIX, refuse_existing, write_new
-from drysim.wording import format_number
+from drysim.wording import format_number, sanitise
 from drysim.yaml_document import dump
 
 WIDTH, COMMENT_COLUMN = 96, 31
@@ -68,6 +69,8 @@ def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
         If the scenario exists, or cannot be written.
     """
     name = name.removesuffix(SUFFIX) or record.stem
+    if not name.isprintable():
+        raise UsageError("the name of the record cannot be that of a scenario", "add a NAME")
     file = Path(name + SUFFIX)
     refuse_existing(file)
     inspection = inspect_record(record)
@@ -77,10 +80,13 @@ def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
 
 def _draft(file: Path, record: Path, inspection: Inspection) -> str:
     """Return the text of the scenario."""
-    path = Path(os.path.relpath(record.resolve(), file.parent.resolve())).as_posix()
-    about = f"Is the seat good enough on the floor motion of {record.name}?"
+    # As in the scenario, a link keeps its name, whose suffix is that of its format.
+    target = os.path.join(os.path.realpath(record.parent), record.name)
+    path = Path(os.path.relpath(target, os.path.realpath(file.parent))).as_posix()
+    record_name = sanitise(record.name)
+    about = f"Is the seat good enough on the floor motion of {record_name}?"
     block = [
-        *_comment(f"Found in {record.name}: {inspection.layout[0]}."),
+        *_comment(f"Found in {record_name}: {inspection.layout[0]}."),
         *(line for more in inspection.layout[1:] for line in _comment(more)),
         *(f"# {row}" for row in _table(inspection.columns)),
         "excitation:",
@@ -104,7 +110,7 @@ def _lines_of(proposal: Proposal) -> list[str]:
     else:
         line = indent(dump({proposal.key: value}), "  ").rstrip()
     mark = "decide: " if proposal.value is None else "" if proposal.is_certain else "check: "
-    reason, comment = mark + proposal.reason, f"{line:<{COMMENT_COLUMN}}  # "
+    reason, comment = mark + sanitise(proposal.reason), f"{line:<{COMMENT_COLUMN}}  # "
     if len(comment) + len(reason) <= WIDTH:
         return [comment + reason]
     return [*(f"  {words}" for words in _comment(reason)), line]
@@ -112,7 +118,7 @@ def _lines_of(proposal: Proposal) -> list[str]:
 
 def _comment(text: str) -> list[str]:
     """Return text as lines of a comment."""
-    return [f"# {line}" for line in wrap(text, WIDTH - 6, break_on_hyphens=False)]
+    return [f"# {line}" for line in wrap(sanitise(text), WIDTH - 6, break_on_hyphens=False)]
 
 
 def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
@@ -120,7 +126,7 @@ def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
     rows: list[tuple[str, ...]] = [HEADER]
     for one in columns:
         numbers = (one.mean, one.rms_about_mean, one.smallest, one.largest)
-        words = (str(one.column + 1), one.name or "-", one.unit or "-")
+        words = (str(one.column + 1), sanitise(one.name) or "-", sanitise(one.unit) or "-")
         rows.append((*words, *map(format_number, numbers), str(one.missing)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:

@@ -37,6 +37,7 @@ from drysim.study.case import (
     base_motion,
     resonance_width,
     segment_length,
+    swept_files,
 )
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, max_seeds
@@ -254,11 +255,12 @@ class MotionCache:
 
     @classmethod
     def starting_with(cls, case: Case) -> Self:
-        """Return a cache that holds the motion of this case, with room for all its seeds."""
-        motions, motion, seeds = cls(), case.motion, max_seeds(case.scenario)
+        """Return a cache that holds the motion of this case, with room for seeds or files."""
+        motions, motion = cls(), case.motion
         motions.cached[motion_key(case.scenario)] = motion
-        if isinstance(motion, Samples) and 16 * seeds * len(motion.u_dd) <= MAX_CACHED_BYTES:
-            motions.max_size += seeds
+        count = max(max_seeds(case.scenario), len(swept_files(case.scenario)))
+        if isinstance(motion, Samples) and 16 * count * len(motion.u_dd) <= MAX_CACHED_BYTES:
+            motions.max_size += count
         return motions
 
     def of(self, scenario: Scenario) -> Sines | Samples:

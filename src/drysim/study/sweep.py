@@ -78,7 +78,7 @@ def sweep(
     UsageError
         When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
-    return solve(prepare(scenario), workers=workers, finished=finished)
+    return solve(prepare(scenario, swept=True), workers=workers, finished=finished)
 
 
 def solve(

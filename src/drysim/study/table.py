@@ -136,11 +136,15 @@ class Table:
         None unless the cases are designs to choose from: under the same base motion, and
         limited by a stroke limit or by checks.
         """
-        own = next(iter(self.tallies.values()), None)
+        tallies = list(self.tallies.values())
+        # In a comparison the reference, which the checks apply to, is not the first.
+        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
         limits = self.scenario.checks or self.scenario.stroke
         if own is None or self.motion is None or not self.axes or not limits:
             return None
-        objective = next((name for name in OBJECTIVES if name in own.extremes), OBJECTIVES[-1])
+        objective = next((name for name in OBJECTIVES if name in own.extremes), None)
+        if objective is None:
+            return None
         found = own.best.get(objective)
         return BestCase(objective, found and found.row, own.admissible, own.cases)
 
