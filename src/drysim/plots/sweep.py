@@ -183,6 +183,9 @@ MAX_PANELS, MAX_LINES = 4, 60
 MAX_FILE_LABELS, MAX_FILE_LETTERS = 20, 24
 """Swept files that are labelled, evenly spaced if there are more; characters of a label."""
 
+FEW_FILES = 6
+"""Files up to which their labels are slanted; those of more stand upright."""
+
 MAX_COMPARED_PANELS = 3
 """Maximum number of rows of a comparison, below the row of time histories."""
 
@@ -830,7 +833,8 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
         labels = file_labels(view.files)
         places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
         shown = [labels[at] for at in places]
-        axes.set_xticks(places, shown, rotation=30, ha="right", size=8)
+        tilt = {"rotation": 30, "ha": "right"} if len(shown) <= FEW_FILES else {"rotation": 90}
+        axes.set_xticks(places, shown, size=8, **tilt)
         axes.tick_params(labelbottom=named)
         return
     if spans_decade(x):
