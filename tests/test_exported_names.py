@@ -26,6 +26,7 @@ NAMES = [
     "__version__",
     "compare",
     "load",
+    "plot",
     "run",
     "simulate",
     "sweep",

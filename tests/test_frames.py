@@ -83,3 +83,14 @@ def test_text_of_a_file_is_escaped():
         "<table><caption>&lt;b&gt;</caption><tr><th>a &amp; b</th></tr>"
         "<tr><td>&lt;script&gt;</td></tr></table>"
     )
+
+
+def test_results_are_plotted_as_the_commands_draw_them(table, tmp_path):
+    outcome = drysim.run(drysim.load(tmp_path / "seat.yaml"))
+    for result in (table, outcome, drysim.compare(table.scenario, "signum vs stick-slip")):
+        figure = drysim.plot(result)
+        assert figure.texts[0].get_text() == "seat"
+        figure.savefig(tmp_path / "picture.png")
+        assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert len(table.plot().axes) == len(drysim.plot(table).axes)
+    assert len(outcome.plot().axes) == len(drysim.plot(outcome).axes)

@@ -55,6 +55,7 @@ __all__ = [
     "__version__",
     "compare",
     "load",
+    "plot",
     "run",
     "simulate",
     "sweep",
@@ -67,6 +68,7 @@ __getattr__ = lazy_getattr(
         "drysim.errors": (
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
+        "drysim.plots": "plot",
         "drysim.scenario": "Scenario load",
         "drysim.study.compare": "Comparison compare",
         "drysim.study.ensemble": "Ensemble run",

@@ -1,1 +1,39 @@
-"""PNG pictures; each function takes a result and the output folder."""
+"""Pictures; each function takes a result and returns a figure of matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from drysim.study.compare import Comparison
+from drysim.study.ensemble import Ensemble
+from drysim.study.outcome import Outcome
+from drysim.study.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot(result: Outcome | Ensemble | Table | Comparison) -> Figure:
+    """Return the main picture of a result as a figure of matplotlib.
+
+    Parameters
+    ----------
+    result : Outcome or Ensemble or Table or Comparison
+        Of `run`, `sweep` or `compare`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        As the commands write it: the motion of a run, distributions over seeds,
+        transmissibilities of a sweep, or approaches side by side. `figure.savefig` writes it.
+    """
+    from drysim.plots import comparison, ensemble, response, style, sweep
+
+    with style.picture_style():
+        if isinstance(result, Comparison):
+            return comparison.draw(result)
+        if isinstance(result, Ensemble):
+            return ensemble.draw(result)
+        if isinstance(result, Table):
+            return sweep.draw_transmissibility(result)
+        return response.draw(result)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import logging
 import re
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -68,17 +69,9 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
     file : Path
         Its suffix is the format.
     """
-    # matplotlib warns where its cache folder is not writable; the picture is not affected.
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    with picture_style():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    # A matplotlibrc of the user must not change the picture.
-    params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
-    del params["backend"]
-    with matplotlib.rc_context(params), warnings.catch_warnings():
-        # A character that is missing in the font is drawn as a box, without a warning.
-        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         if (figure := draw()) is None:
             return
         options = SAVE_OPTIONS[file.suffix]
@@ -87,6 +80,21 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
             canvas.print_png(str(file), **options)
         else:
             figure.savefig(str(file), **options)
+
+
+@contextmanager
+def picture_style() -> Iterator[None]:
+    """Draw in drysim's style, whatever the user's matplotlibrc says."""
+    # matplotlib warns where its cache folder is not writable; the picture is not affected.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    import matplotlib
+
+    params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
+    del params["backend"]
+    with matplotlib.rc_context(params), warnings.catch_warnings():
+        # A character that is missing in the font is drawn as a box, without a warning.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        yield
 
 
 # Layout: heading, panels, legend.

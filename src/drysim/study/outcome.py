@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
 from drysim.metrics.table import UNITS
 from drysim.wording import (
@@ -68,6 +69,10 @@ class Outcome:
         return format_repr(
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
+
+    def plot(self) -> Any:
+        """Return the picture of the motion, a figure of matplotlib; see `drysim.plot`."""
+        return drysim.plot(self)
 
     def _repr_html_(self) -> str:
         """Return metrics and verdicts as HTML, for notebooks."""

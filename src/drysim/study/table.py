@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+import drysim
 from drysim.core.model import Input, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
@@ -107,6 +108,10 @@ class Table:
             else ""
         )
         return format_repr("Table", name, ", ".join(summary), found, verdicts)
+
+    def plot(self) -> Any:
+        """Return the picture of the transmissibilities, a figure of matplotlib; see `drysim.plot`."""
+        return drysim.plot(self)
 
     def _repr_html_(self) -> str:
         """Return the ranges of the metrics as HTML, for notebooks."""
