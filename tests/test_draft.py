@@ -197,3 +197,20 @@ def test_list_and_record_are_not_combined(drysim, tmp_path):
     answer = drysim("init", "--list", "--from", "x.csv")
     assert answer.code == 2
     assert "--list and --from cannot be combined" in answer.err
+
+
+def test_times_with_gaps_are_still_times(drysim, tmp_path):
+    there = np.ones(COUNT, bool)
+    there[3000:3007] = there[9000:9900] = False
+    text = "time_s,floor_g\n" + rows(T[there], FLOOR[there] / G)
+    found = drafted(drysim, "gaps.csv", text)
+    assert found["time"].value == "time_s"
+    assert not found["gaps"].is_certain
+    nameless = drafted_again(drysim, "nameless.csv", text.replace("time_s", "first"))
+    assert nameless["time"].value == "first"
+
+
+def drafted_again(drysim, name, content):
+    """Draft a second scenario in the same folder."""
+    Path("draft.yaml").unlink()
+    return drafted(drysim, name, content)

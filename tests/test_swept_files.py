@@ -232,3 +232,13 @@ def test_groups_of_keys_take_no_files(drysim, runs):
     answer = drysim("validate", "seat.yaml", "--set", zipped)
     assert answer.code == 2
     assert "must be a key of sweep itself" in answer.out
+
+
+def test_key_that_one_file_of_a_pattern_has_not_is_a_located_fault(drysim, runs):
+    Path("runs/x.wav").write_bytes(b"RIFF")
+    Path("seat.yaml").write_text(
+        SCENARIO.replace("*.csv", "*").replace("time: t,", "time: t, skip: 1,")
+    )
+    answer = drysim("validate", "seat.yaml")
+    assert answer.code == 2
+    assert "excitation.skip: a WAV is not a text table" in answer.out

@@ -126,6 +126,8 @@ class Document:
         """Return the location of a value (or of its key), or of the closest enclosing block."""
         node, location = self.tree, self.tree.location
         for step in keys:
+            if isinstance(node.value, str):
+                break  # text that stands for a list, such as a pattern of files
             try:
                 node = node.value[int(step) if isinstance(node.value, list) else step]
             except (KeyError, IndexError, TypeError, ValueError):

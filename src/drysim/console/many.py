@@ -167,6 +167,9 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
 TABLE_VALUE_WIDTH = 20
 """Columns of the values."""
 
+MOSTLY_STUCK = 0.5
+"""Share of the time from which a best case that sticks is said to."""
+
 RANGE_DIGITS = 3
 """Significant digits of the ends of a range."""
 
@@ -296,11 +299,17 @@ def _best_row(table: Table) -> Iterator[SummaryRow]:
     if best is None:
         return
     if best.row is None:
-        yield SummaryRow("best", "none", f"no case of {best.cases} is admissible", "bold red")
+        words = f"no case of {best.cases} is admissible"
+        if ends := _main_tally(table).extremes.get("x_r_peak"):
+            least = f"{format_length(ends[0].value)} {describe_place(table, ends[0])}"
+            words += f"; the least peak |x_r| is {least}"
+        yield SummaryRow("best", "none", words, "bold red")
         return
     value = format_number(best.row.metrics[best.objective])
     where = wording.describe_case(best.row.point, table.axes)
     of = f"least of {best.admissible} admissible cases of {best.cases}"
+    if (stuck := best.row.metrics["stuck_share"] or 0.0) > MOSTLY_STUCK:
+        of += f"; stuck for {format_percent(stuck)} of the time"
     yield SummaryRow("best", f"{best.objective} {value}", f"at {where}, {of}")
 
 

@@ -44,7 +44,7 @@ STANDARD_GRAVITY = conversion_factor("g", "m/s²")
 """Acceleration of 1 g [m/s²]."""
 
 NAMES_OF_TIME = re.compile(
-    r"(?i)(t|time(stamp)?|elapsed|seconds?|sec|zeit|temps|tiempo|tempo)\b.*"
+    r"(?i)(t|time(stamp)?|elapsed|seconds?|sec|zeit|temps|tiempo|tempo)(?![a-z]).*"
 )
 NAMES_OF_BASE = re.compile(r"(?i).*(base|floor|ground|platform|chassis|boden|plancher).*")
 NAMES_OF_VERTICAL = re.compile(r"(?i).*(?<![a-z])((a|acc)?_?z|vert[a-z]*)(?![a-z]).*")
@@ -295,7 +295,7 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
 
 
 def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
-    """Return the column whose unit or name is one of time; else the first even, rising one."""
+    """Return the column whose unit or name is one of time; else the first that always rises."""
     for index in values:
         label = columns.labels[index] if columns.labels else None
         of_time = label and (
@@ -305,16 +305,13 @@ def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
         )
         if of_time and not np.isnan(values[index]).any():
             return index
-    for index, t in values.items():
-        steps = np.diff(t)
-        if (
-            len(values) > 1
-            and len(t) > 2
-            and (steps > 0).all()
-            and steps.max() < 2 * steps.min()
-        ):
-            return index
-    return None
+    rising = (index for index, x in values.items() if len(values) > 1 and _always_rises(x))
+    return next(rising, None)
+
+
+def _always_rises(x: Floats) -> bool:
+    """Whether every sample is above the one before it, as times are and motions are not."""
+    return len(x) > MIN_ROWS and bool((np.diff(x) > 0).all())
 
 
 def _time_of_day_span(columns: Columns) -> tuple[float, str]:

@@ -110,7 +110,7 @@ class Table:
         return format_repr("Table", name, ", ".join(summary), found, verdicts)
 
     def plot(self) -> Any:
-        """Return the picture of the transmissibilities, a figure of matplotlib; see `drysim.plot`."""
+        """Return the picture of the sweep, a figure of matplotlib; see `drysim.plot`."""
         return drysim.plot(self)
 
     def _repr_html_(self) -> str:
