@@ -201,7 +201,10 @@ class Table:
                 "F_fk": batch.F_fk,
                 "F_fs": batch.F_fs,
                 **batch.metrics,
-                **{f"{name}_half_width": [one.get(name) for one in over] for name in means},
+                **{
+                    f"{name}_half_width": np.array([one.get(name) for one in over], float)
+                    for name in means
+                },
                 "status": [STATUSES[code] for code in batch.status],
             }
             frames.append(pd.DataFrame(columns, index=range(len(batch))))
