@@ -24,10 +24,6 @@ ROUNDING = ("energy_residual", "closure")
 """Metrics that are pure rounding, which another processor has differently."""
 
 
-TINY = 1e-20
-"""Stroke [m] below which rounding decides how often x_r crosses zero."""
-
-
 @cache
 def outcome(file: Path) -> drysim.Outcome:
     """Return the outcome of `run`, computed once a session."""
@@ -43,13 +39,9 @@ def table(file: Path) -> drysim.Table:
 def of_run(file: Path) -> dict[str, Any]:
     """Return what is kept of a run."""
     found = outcome(file)
-    rounding = {"crossing_rate"} if 0.0 < found.metrics["x_r_peak"] < TINY else set()
     kinds = Counter(found.events.kind.tolist())
     return {
-        "metrics": {
-            key: "known" if key in rounding else of_value(key, value)
-            for key, value in found.metrics.items()
-        },
+        "metrics": {key: of_value(key, value) for key, value in found.metrics.items()},
         "events": {str(kind): count for kind, count in sorted(kinds.items())},
         "warnings": sorted(warning.slug for warning in found.warnings),
         "checks": [verdict.passed for verdict in found.checks],
