@@ -15,6 +15,7 @@ from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.plots.response import draw as draw_response
 from drysim.plots.sweep import draw_stroke
+from drysim.records.warnings import displacement_warnings
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
 from drysim.study.sweep import sweep
@@ -90,10 +91,14 @@ def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
     kept = np.delete(np.arange(2000), np.arange(300, 300 + samples))
     text = rows((kept * step).tolist(), WAVE[kept].tolist())
     said = refused(tmp_path, text, time="t")
-    word = re.search(r"`gaps: {fill: line, at_most: (.*)}` fills it$", said)[1]
+    word, window = re.search(
+        r"`gaps: {fill: line, at_most: (.*)}` fills it, `(window: .*)` has none$", said
+    ).groups()
     gaps = {"fill": "line", "at_most": word}
     assert len(motion_of(tmp_path, text, time="t", gaps=gaps).u_dd) == 2000
     assert Quantity("s", above=0).read(word) < 1.011 * (samples + 1) * step
+    part = motion_of(tmp_path, text, time="t", **yaml.safe_load(window)).u_dd
+    assert len(part) == pytest.approx(2000 - 300 - samples, abs=1)
 
 
 @pytest.mark.parametrize("word", ["", "nan", "NaN", "-NAN", "NA", "n/a", "null"])
@@ -147,7 +152,8 @@ def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
     said = refused(tmp_path, text, time="t", **LINES)
     assert said == (
         "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: a step of "
-        "0.055 s, not 0.005 s: `gaps.at_most` allows 0.05 s"
+        "0.055 s, not 0.005 s: `gaps.at_most` allows 0.05 s; "
+        "`gaps: {fill: line, at_most: 55 ms}` fills it, `window: {from: 1.55 s}` has none"
     )
     longer = {"gaps": {"fill": "line", "at_most": 0.055}}
     assert len(motion_of(tmp_path, text, time="t", **longer).u_dd) == 2000
@@ -179,7 +185,95 @@ def test_missing_time_is_a_fault_whatever_is_said_of_gaps(tmp_path):
     )
 
 
+WINDOW = {"from": "3 s", "to": "6 s"}
+INSIDE = slice(600, 1201)
+
+
+@pytest.mark.parametrize("lost", [range(400), range(300, 500), range(1300, 1990), [1999], [50]])
+@pytest.mark.parametrize("way", ["rows", "cells", "column"])
+def test_gap_outside_the_window_is_no_fault_and_changes_nothing(tmp_path, way, lost):
+    kept = np.delete(np.arange(2000), lost)
+    words = {"time": "t", "window": WINDOW}
+    if way == "rows":
+        text = rows(T[kept].tolist(), WAVE[kept].tolist())
+    else:
+        text = rows(T.tolist(), holed(WAVE, *lost))
+    if way == "column":  # without times
+        words = {"rate": RATE, "window": WINDOW}
+        cells = (str(np.nan if v is None else v) for v in holed(WAVE, *lost))
+        text = "a [m/s2]\n" + "\n".join(cells)
+    motion = motion_of(tmp_path, text, **words)
+    np.testing.assert_allclose(motion.u_dd, WAVE[INSIDE], rtol=1e-12)
+    assert motion.warnings == ()
+
+
+def test_clean_up_acts_on_the_part_between_the_gaps_around_the_window_and_says_so(tmp_path):
+    kept = np.delete(np.arange(2000), [*range(200, 300), 800, *range(1500, 1600)])
+    text = rows(T[kept].tolist(), (WAVE + 9.81)[kept].tolist())
+    motion = motion_of(tmp_path, text, time="t", window=WINDOW, remove="mean", **SPLINES)
+    level = np.delete(WAVE[300:1500], 500).mean()
+    np.testing.assert_allclose(motion.u_dd, WAVE[INSIDE] - level, atol=2e-2)
+    steps = [one["step"] for one in motion.realised["clean_up"]]
+    assert steps == ["window", "gaps", "remove"]
+    assert step(motion, "window")["numbers"] == pytest.approx({"first": 1.5, "last": 7.495})
+    assert step(motion, "gaps")["numbers"] == pytest.approx(
+        {"gaps": 1, "samples": 1, "longest": 0.01}
+    )
+
+
+def test_share_of_filled_samples_is_that_of_the_window(tmp_path):
+    text = rows(T.tolist(), holed(WAVE, *range(1300, 1500, 3), *range(700, 719, 2)))
+    motion = motion_of(tmp_path, text, time="t", window=WINDOW, **LINES)
+    (warning,) = motion.warnings
+    assert warning.numbers["share"] == pytest.approx(10 / 601)
+    assert step(motion, "gaps")["numbers"]["samples"] == 10
+    text = rows(T.tolist(), holed(WAVE, *range(1300, 1500, 3)))
+    assert motion_of(tmp_path, text, time="t", window=WINDOW, **LINES).warnings == ()
+
+
+@pytest.mark.parametrize("lost", [range(700, 800), range(580, 601), range(1200, 1220)])
+def test_gap_that_reaches_into_the_window_stays_a_fault(tmp_path, lost):
+    kept = np.delete(np.arange(2000), lost)
+    text = rows(T[kept].tolist(), WAVE[kept].tolist())
+    said = refused(tmp_path, text, time="t", window=WINDOW, **LINES)
+    assert f"{len(lost)} samples are missing before this row" in said
+
+
+@pytest.mark.parametrize("lost", [[0], [0, 1, 2], [1999], [0, 1999]])
+def test_window_that_is_proposed_cuts_off_a_gap_at_an_end(tmp_path, lost):
+    text = rows(T.tolist(), holed(WAVE, *lost))
+    said = refused(tmp_path, text, time="t", **LINES)
+    words = yaml.safe_load(re.search(r"cut it off: `(.*)`$", said)[1])
+    motion = motion_of(tmp_path, text, time="t", **words)
+    assert np.array_equal(motion.u_dd, np.delete(WAVE, lost))
+
+
 # uneven times and resampling
+
+
+@pytest.mark.parametrize("pause", [0.3337, 2.5012, 60.0021])
+@pytest.mark.parametrize("quantity", ["acceleration", "displacement"])
+@pytest.mark.parametrize("jitter", [0.0, 5e-4])
+def test_pause_of_a_logger_is_called_a_gap_with_remedies_that_work(
+    tmp_path, pause, quantity, jitter
+):
+    """Such times were called uneven, and `gaps` alone did nothing."""
+    t = T + np.random.default_rng(3).uniform(-jitter, jitter, len(T))
+    t[1200:] += pause
+    unit = {"acceleration": "m/s2", "displacement": "m"}[quantity]
+    text, words = rows(t.tolist(), WAVE.tolist(), unit), {"time": "t", "quantity": quantity}
+    said = refused(tmp_path, text, **words)
+    assert "gap" in said
+    assert "row 1202" in said or jitter
+    keys = re.search(r"`(gaps: {.*?})` and `(resample: {.*?})` together", said).groups()
+    filled = motion_of(tmp_path, text, **words, **yaml.safe_load("\n".join(keys)))
+    assert len(filled.u_dd) * filled.dt == pytest.approx(t[-1], rel=1e-2)
+    alone = yaml.safe_load(keys[0])
+    assert "together" in refused(tmp_path, text, **words, **alone)
+    if not jitter:
+        window = yaml.safe_load(re.search(r"`(window: {.*?})` has none", said)[1])
+        part = motion_of(tmp_path, text, **words, **window)
+        assert (len(part.u_dd), part.dt) == (1200, 1 / RATE)
 
 
 def jittered(seed=1):
@@ -192,7 +286,8 @@ def test_jitter_is_a_fault_with_its_measured_spread(tmp_path):
     said = refused(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t")
     steps = np.diff(t)
     assert f"{steps.min():.6g} to {steps.max():.6g} overall" in said
-    assert "`resample` makes them even" in said
+    remedy = re.search(r"`(resample: .*?)` makes them even", said)[1]
+    motion_of(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t", **yaml.safe_load(remedy))
 
 
 @pytest.mark.parametrize(("by", "error"), [("line", 0.02), ("spline", 1e-4)])
@@ -498,6 +593,19 @@ def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_pa
     assert caution.numbers["share"] > 0.01
     assert "it depends on how the record is continued beyond its ends" in caution.sentence
     assert "exclude the first and the last 5 s with `excitation.window`" in caution.sentence
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(0.125, "uncertain by about 12 %"), (0.995, "is not determined by this record")],
+)
+def test_large_uncertainty_of_the_displacement_is_said_in_words(share, words):
+    """It was "uncertain by about 1.3e+02 %"."""
+    record = Record.model_validate({"kind": "record", "file": "r.csv", "remove": 0.3})
+    u = np.ones(100)
+    (warning,) = displacement_warnings(record, u, u * (1 - np.sqrt(2 * share)))
+    assert words in warning.sentence
+    assert "e+" not in warning.sentence
 
 
 def test_window_without_the_ends_has_a_displacement_without_a_warning(tmp_path):

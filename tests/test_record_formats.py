@@ -641,7 +641,8 @@ def test_times_that_jitter_are_refused_unless_the_scenario_says_a_rate(tmp_path)
     mdf(tmp_path / "r.mf4", t=t)
     said = extra_refused(tmp_path, "r.mf4", channel="acc")
     assert said.startswith("sample 101, channel 3 (`time of acc`): the time steps are uneven")
-    assert "`resample` makes them even; if only the printed times are inaccurate" in said
+    remedy = "`resample: {rate: 200 Hz, by: spline}` makes them even"
+    assert f"{remedy}; if only the printed times are inaccurate" in said
     assert motion_of(tmp_path, "r.mf4", channel="acc", step=DT).dt == DT
 
 

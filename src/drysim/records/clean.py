@@ -3,7 +3,7 @@
 The steps, in the order in which they are applied:
 
 1. `fit_grid` fits an even time grid to printed times, or finds gaps or uneven times.
-2. `fill_gaps` interpolates missing samples.
+2. `fill_gaps` interpolates missing samples, and cuts the record at gaps outside the window.
 3. `resample_onto` interpolates onto another grid, after a check for aliasing.
 4. `remove` subtracts a trend and filters without phase shift.
 5. `TO_ACCELERATION` differentiates velocity or displacement through splines; `displacements`
@@ -11,23 +11,23 @@ The steps, in the order in which they are applied:
 6. `window_range` and `cut_window` select a window.
 
 Each step that the scenario requests yields a `CleaningReport`. Without a request nothing is
-changed: a gap or an uneven step is an error.
+changed: a gap in the window or an uneven step is an error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import ceil, floor, log10
+from math import ceil, floor, inf, log10
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.core.model import Samples, Signal, mean_and_std
 from drysim.errors import RecordError
 from drysim.records.columns import (
     Columns,
     Floats,
-    gap_hint,
     record_error,
     require_memory_to_load,
     slice_signal,
@@ -76,7 +76,8 @@ class TimeGrid(NamedTuple):
     first: float
     """First time [s]."""
     at: Floats | None = None
-    """Sample positions [dt] from the first, shape (n,); None if no sample is missing."""
+    """Sample positions [dt] from the first, shape (n,); None if no sample is missing. They are
+    whole numbers unless the times are uneven or go on beside the grid after a gap."""
     spread: tuple[float, float] | None = None
     """Smallest and greatest step [s] of uneven times; None for an even grid."""
 
@@ -90,7 +91,12 @@ class Series(NamedTuple):
 
 
 def fit_grid(
-    t: Floats, second: float, columns: Columns, index: int, may_jitter: bool = False
+    t: Floats,
+    second: float,
+    columns: Columns,
+    index: int,
+    may_jitter: bool = False,
+    fill: str = "line",
 ) -> TimeGrid:
     """Fit a time grid to printed times.
 
@@ -106,6 +112,8 @@ def fit_grid(
         0-based column of the times.
     may_jitter : bool, optional
         Whether uneven times are accepted, because the record is going to be resampled.
+    fill : {'line', 'spline'}, optional
+        Interpolation that the message about a gap proposes.
 
     Returns
     -------
@@ -141,13 +149,41 @@ def fit_grid(
     if dt is not None:
         return TimeGrid(dt, first, at)
     if not may_jitter:
-        raise _uneven_error(steps, usual, columns, index)
+        grid = _fit_parts(t, steps > MIN_GAP_STEPS * usual, digit, second)
+        if grid is None:
+            raise _uneven_error(steps, usual, second, columns, index, fill)
+        return grid
     short = steps[steps <= MIN_GAP_STEPS * usual]
     # For uneven steps the mean estimates the rate; the median may differ by chance.
     mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
     return TimeGrid(
         mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
     )
+
+
+def _fit_parts(
+    t: Floats, is_gap: NDArray[np.bool_], digit: float, second: float
+) -> TimeGrid | None:
+    """Fit one step to times that are even between gaps, and start anew after each of them.
+
+    Returns None without a gap, or if the times between gaps are uneven.
+    """
+    first = np.flatnonzero(np.concatenate(([True], is_gap)))
+    lengths = np.diff(first, append=len(t))
+    longest = int(lengths.argmax())
+    part = t[first[longest] :][: lengths[longest]]
+    if len(first) == 1 or len(part) < 2:
+        return None
+    dt = _even_step(part, np.arange(float(len(part))), digit, second)
+    if dt is None:
+        return None
+    step = dt / second
+    begin, count = np.repeat(first, lengths), np.arange(len(t)) - np.repeat(first, lengths)
+    deviation = t - t[begin] - count * step
+    width = np.maximum.reduceat(deviation, first) - np.minimum.reduceat(deviation, first)
+    if float(width.max()) > 2 * MAX_ROUNDING * step:
+        return None
+    return TimeGrid(dt, float(t[0]) * second, (t[begin] - t[0]) / step + count)
 
 
 def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | None:
@@ -179,17 +215,49 @@ def _grid_deviation(t: Floats, at: Floats, dt: float) -> float:
     return float(off.max() - off.min()) / 2
 
 
-def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
-    """Return the error for uneven steps, at the first visible deviation."""
-    row = int(np.argmax(np.abs(steps - usual) > MAX_ROUNDING * usual)) + 1
-    if abs(steps[row - 1] - usual) <= MAX_ROUNDING * usual:
-        row = int(np.argmax(np.abs(steps - usual))) + 1
+def _uneven_error(
+    steps: Floats, usual: float, second: float, columns: Columns, index: int, fill: str
+) -> RecordError:
+    """Return the error for uneven steps, at the first visible deviation that is no gap."""
+    off = np.abs(steps - usual)
+    gaps, short = steps > MIN_GAP_STEPS * usual, steps[steps <= MIN_GAP_STEPS * usual]
+    off[gaps] = 0.0
+    row = int(np.argmax(off > MAX_ROUNDING * usual)) + 1
+    if off[row - 1] <= MAX_ROUNDING * usual:
+        row = int(np.argmax(off)) + 1
     sentence = (
         f"the time steps are uneven: {steps[row - 1]:.6g} before this row, "
-        f"usually {usual:.6g}, {steps.min():.6g} to {steps.max():.6g} overall; "
-        f"`resample` makes them even; {POOR_TIMES_HINT}"
+        f"usually {usual:.6g}, {short.min():.6g} to {short.max():.6g} "
+        f"{'between gaps' if gaps.any() else 'overall'}; "
     )
-    return columns.at(row, index, sentence)
+    resample = resample_hint(float(short.mean()) * second)
+    if gaps.any():
+        first, longest = float(steps[gaps][0]) * second, float(steps.max()) * second
+        sentence += (
+            f"{format_count(int(gaps.sum()), 'gap')}, the first of {first:.6g} s; "
+            f"`{gaps_hint(longest, fill)}` and {resample} together make them even"
+        )
+    else:
+        sentence += f"{resample} makes them even"
+    return columns.at(row, index, f"{sentence}; {POOR_TIMES_HINT}")
+
+
+def mean_rate(dt: float) -> float:
+    """Return the rate [Hz] to three digits, within the 1 % that need no low-pass."""
+    return float(f"{1 / dt:.3g}")
+
+
+def resample_hint(dt: float) -> str:
+    """Return how to resample uneven times at their mean rate."""
+    return f"`resample: {{rate: {mean_rate(dt):.6g} Hz, by: spline}}`"
+
+
+def gaps_hint(longest: float, fill: str) -> str:
+    """Return the key that fills gaps of up to `longest` [s], rounded up to three digits."""
+    digit = 10.0 ** (floor(log10(longest)) - 2)
+    needed = ceil(longest / digit * (1 - STEP_TOLERANCE)) * digit
+    at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
+    return f"gaps: {{fill: {fill}, at_most: {at_most}}}"
 
 
 # Reports.
@@ -244,10 +312,28 @@ def _mean_and_rms(values: Floats) -> tuple[float, float]:
 # Gaps.
 
 
+class FilledRecord(NamedTuple):
+    """Samples without gaps, their grid, and the number of those used, in the window.
+
+    `reports` are those of the cut at gaps outside the window and of the gaps filled in it.
+    """
+
+    values: Floats
+    grid: TimeGrid
+    used: int
+    reports: tuple[CleaningReport, ...] = ()
+
+
 def fill_gaps(
-    values: Floats, grid: TimeGrid, gaps: Gaps | None, columns: Columns, index: int, unit: str
-) -> tuple[Floats, TimeGrid, CleaningReport | None]:
-    """Fill gaps by interpolation.
+    values: Floats,
+    grid: TimeGrid,
+    gaps: Gaps | None,
+    window: Window | None,
+    columns: Columns,
+    index: int,
+    unit: str,
+) -> FilledRecord:
+    """Fill gaps by interpolation; cut the record at longer ones that lie outside the window.
 
     Parameters
     ----------
@@ -255,7 +341,9 @@ def fill_gaps(
         Samples in SI, NaN where one is missing.
     grid : TimeGrid
     gaps : Gaps or None
-        None makes every gap an error.
+        None makes every gap in the window an error.
+    window : Window or None
+        The part that is going to be used.
     columns : Columns
         The file, for error messages.
     index : int
@@ -265,46 +353,112 @@ def fill_gaps(
 
     Returns
     -------
-    values : ndarray, shape (m,)
-    grid : TimeGrid
-    report : CleaningReport or None
-        None if nothing was filled.
+    FilledRecord
 
     Raises
     ------
     RecordError
-        If a gap is longer than allowed, or at an end of the record; the error names the row.
+        If a gap in the window is longer than allowed, at an end of the record, or followed by
+        times beside the grid; the error names the row.
     """
     there = ~np.isnan(values)
     if grid.at is None and there.all():
-        return values, grid, None
-    at = (np.arange(float(len(values))) if grid.at is None else grid.at)[there]
-    rows, known = np.flatnonzero(there), values[there]
+        return FilledRecord(values, grid, len(values))
+    positions = np.arange(float(len(values))) if grid.at is None else grid.at
+    at, rows, known = positions[there], np.flatnonzero(there), values[there]
     steps = np.diff(at)
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
-    if len(known) < 2 or not (there[0] and there[-1]):
-        row = 0 if not there[0] else len(values) - 1
-        raise columns.at(row, index, "the record begins or ends with a gap; cut it off")
-    if not len(holes):
-        return known, grid._replace(at=at), None
-    allowed = 0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
-    long = holes[steps[holes] * grid.dt > allowed]
-    longest = float(steps[holes].max()) * grid.dt
-    if gaps is None or len(long):
-        width, row = float(steps[long[0]]), int(rows[long[0] + 1])
-        raise columns.at(row, index, _gap_message(width, grid.dt, gaps, len(holes), longest))
-    missing = np.rint(steps[holes]).astype(int) - 1
-    after = np.repeat(holes, missing)
-    share = np.concatenate([np.arange(1, n + 1) / (n + 1) for n in missing.tolist()])
-    new = at[after] + share * steps[after]
-    filled = np.insert(known, after + 1, interpolate(at, known, new, gaps.fill))
-    numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
-    sentence = (
-        f"{format_count(len(holes), 'gap')} ({format_count(int(missing.sum()), 'sample')}) "
-        f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
+    is_long = steps[holes] * grid.dt > (
+        0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
     )
-    report = make_report("gaps", sentence, known, filled, unit, numbers)
-    return filled, grid._replace(at=np.insert(at, after + 1, new)), report
+    if grid.spread is None:  # not going to be resampled
+        is_long |= _is_off_grid(steps[holes])
+    # The record is used between the last long gap before the window and the first one after it.
+    low, high = _window_in_steps(window, grid)
+    long, tolerance = holes[is_long], EDGE_TOLERANCE
+    before, after = at[long + 1] <= low + tolerance, at[long] >= high - tolerance
+    first = int(np.max(long[before] + 1, initial=0))
+    last = int(np.min(long[after], initial=len(known) - 1))
+    ends_in_gap = len(known) < 2 or not (
+        (there[0] or low >= at[0] - tolerance) and (there[-1] or high <= at[-1] + tolerance)
+    )
+    in_window = long[~(before | after)]
+    if ends_in_gap or len(in_window):
+        hint = _window_hint(at, long, grid, float(positions[-1]))
+        if ends_in_gap:
+            row = 0 if not there[0] else len(values) - 1
+            sentence = f"the record begins or ends with a gap; cut it off{hint and ': '}{hint}"
+            raise columns.at(row, index, sentence)
+        hole = int(in_window[0])
+        sentence = _gap_message(at, hole, holes, grid, gaps, hint, unit)
+        raise columns.at(int(rows[hole + 1]), index, sentence)
+    reports = []
+    used = slice(first, last + 1)
+    if last - first + 1 < len(known) or not (there[0] and there[-1]):
+        t = grid.first + at[[first, last]] * grid.dt
+        sentence = f"used from {t[0]:.6g} s to {t[1]:.6g} s, between the gaps around the window"
+        numbers = {"first": float(t[0]), "last": float(t[1])}
+        reports.append(make_report("window", sentence, known, known[used], unit, numbers))
+    at, known, holes = at[used], known[used], holes[(first <= holes) & (holes < last)] - first
+    steps, missing = np.diff(at), np.rint(np.diff(at)[holes]).astype(int) - 1
+    behind = np.repeat(holes, missing)
+    share = np.concatenate([[], *(np.arange(1, n + 1) / (n + 1) for n in missing.tolist())])
+    new = at[behind] + share * steps[behind]
+    filled, low, high = known, low - tolerance, high + tolerance
+    is_new = (low <= new) & (new <= high)
+    if gaps is not None and len(new):
+        filled = np.insert(known, behind + 1, interpolate(at, known, new, gaps.fill))
+        at = np.insert(at, behind + 1, new)
+    if gaps is not None and is_new.any():
+        lengths = steps[np.unique(behind[is_new])]
+        longest, count = float(lengths.max()) * grid.dt, int(is_new.sum())
+        numbers = {"gaps": len(lengths), "samples": count, "longest": longest}
+        sentence = (
+            f"{format_count(len(lengths), 'gap')} ({format_count(count, 'sample')}) "
+            f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
+        )
+        reports.append(make_report("gaps", sentence, known, filled, unit, numbers))
+    inside = int(((low <= at) & (at <= high)).sum())
+    origin = grid.first + float(at[0]) * grid.dt
+    is_even = grid.spread is None and not len(new)
+    grid = grid._replace(first=origin, at=None if is_even else at - at[0])
+    return FilledRecord(filled, grid, inside, tuple(reports))
+
+
+def _is_off_grid(steps: Floats) -> NDArray[np.bool_]:
+    """Return which gaps [dt] are not followed by times on the grid before them."""
+    return np.asarray(np.abs(steps - np.rint(steps)) > EDGE_TOLERANCE)
+
+
+def _window_in_steps(window: Window | None, grid: TimeGrid) -> tuple[float, float]:
+    """Return the positions [dt] of the ends of a window."""
+    start, to = (None, None) if window is None else (window.start, window.to)
+    return (
+        -inf if start is None else (start - grid.first) / grid.dt,
+        inf if to is None else (to - grid.first) / grid.dt,
+    )
+
+
+def _window_hint(at: Floats, long: NDArray[np.intp], grid: TimeGrid, last: float) -> str:
+    """Return the window of the longest part between long gaps; empty for single samples.
+
+    `last` is the position [dt] of the last row. The ends are rounded inwards.
+    """
+    edges = np.concatenate(([-1], long, [len(at) - 1]))
+    if not len(at) or np.diff(edges).max() < 2:
+        return ""
+    part = int(np.argmax(at[edges[1:]] - at[edges[:-1] + 1]))
+    t = grid.first + at[[edges[part] + 1, edges[part + 1]]] * grid.dt
+    digits = 1 - floor(log10(grid.dt))
+    margin = EDGE_TOLERANCE * grid.dt * 10.0**digits
+    start = ceil(float(t[0]) * 10.0**digits - margin) / 10.0**digits
+    end = floor(float(t[1]) * 10.0**digits + margin) / 10.0**digits
+    keys = []
+    if at[edges[part] + 1] > 0:
+        keys.append(f"from: {start:{TIME_FORMAT}} s")
+    if at[edges[part + 1]] < last:
+        keys.append(f"to: {end:{TIME_FORMAT}} s")
+    return f"`window: {{{', '.join(keys)}}}`"
 
 
 def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
@@ -317,23 +471,35 @@ def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
 
 
 def _gap_message(
-    width: float, dt: float, gaps: Gaps | None, number: int, longest: float
+    at: Floats,
+    hole: int,
+    holes: NDArray[np.intp],
+    grid: TimeGrid,
+    gaps: Gaps | None,
+    window: str,
+    unit: str,
 ) -> str:
-    """Return the message for a gap of `width` steps."""
-    missing = round(width) - 1
+    """Return the message for the gap behind sample `hole` among all gaps, with remedies."""
+    steps, dt = np.diff(at), grid.dt
+    missing = max(round(float(steps[hole])) - 1, 1)
     count = f"{format_count(missing, 'sample')} {'is' if missing == 1 else 'are'}"
-    more = f" ({format_count(number, 'gap')} in total)" if number > 1 else ""
-    if gaps is None:
-        # Suggest the smallest sufficient `gaps.at_most`, rounded up to three digits.
-        digit = 10.0 ** (floor(log10(longest)) - 2)
-        needed = ceil(longest / digit * (1 - STEP_TOLERANCE)) * digit
-        at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
-        remedy = gap_hint(at_most, "it" if number == 1 else "them all")
+    more, them = (
+        ("", "it") if len(holes) == 1 else (f" ({len(holes)} gaps in total)", "them all")
+    )
+    fill = f"`{gaps_hint(float(steps[holes].max()) * dt, 'spline' if unit == 'm' else 'line')}`"
+    if grid.spread is None and _is_off_grid(steps[holes]).any():
+        remedy = (
+            f"the record has a gap, and its times start anew behind it: {fill} and "
+            f"{resample_hint(dt)} together fill {them}"
+        )
+    elif gaps is None:
+        remedy = f"the record has a gap; {fill} fills {them}"
     else:
-        remedy = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
+        remedy = f"`gaps.at_most` allows {gaps.at_most:.6g} s; {fill} fills {them}"
+    leave_out = f", {window} has none" if window else ""
     return (
-        f"{count} missing before this row: a step of {width * dt:.6g} s, not {dt:.6g} s"
-        f"{more}: {remedy}"
+        f"{count} missing before this row: a step of {float(steps[hole]) * dt:.6g} s, not "
+        f"{dt:.6g} s{more}: {remedy}{leave_out}"
     )
 
 

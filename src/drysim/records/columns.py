@@ -298,13 +298,7 @@ def require_memory(display_path: str, need: float) -> None:
 Floats = NDArray[np.float64]
 
 
-def gap_hint(at_most: str = "50 ms", which: str = "short ones") -> str:
-    """Return how to fill missing samples."""
-    remedy = f"`gaps: {{fill: line, at_most: {at_most}}}`"
-    return f"the record has a gap; {remedy} fills {which}"
-
-
-GAP_HINT = gap_hint()
+GAP_HINT = "the record has a gap; `gaps: {fill: line, at_most: 50 ms}` fills short ones"
 """Hint for a missing sample where the length of the gap is not yet known."""
 
 INFINITE_HINT = "an infinite sample cannot be interpolated; export the record again"

@@ -187,7 +187,10 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     unit, display_path = SI[record.measured], columns.display_path
     warnings = list(clipping_warnings(record.named, signal, unit))
     requested = record.gaps or record.resample or record.remove.any
-    if not requested and grid.at is None and record.measured == "acceleration":
+    is_plain = not requested and grid.at is None and record.measured == "acceleration"
+    if is_plain and not (
+        record.window and any(np.isnan(part).any() for part in blocks(signal))
+    ):
         # Unprocessed samples can stay in the file.
         return CleanedRecord(
             Series(signal, grid.dt, grid.first), None, (), tuple(warnings), grid.dt
@@ -195,7 +198,9 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     target_grid = record.resample and resampling_grid(
         record.resample, record.remove, grid, display_path
     )
-    values, grid, filled = fill_gaps(signal[:], grid, record.gaps, columns, index, unit)
+    values, grid, count, filled = fill_gaps(
+        signal[:], grid, record.gaps, record.window, columns, index, unit
+    )
     series, resampled = Series(values, grid.dt, grid.first), None
     if record.resample and target_grid:
         series = resample_onto(values, grid, record.resample, target_grid, display_path)
@@ -210,11 +215,11 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
             decimate(series, target_grid),
             before_high_pass and decimate(before_high_pass, target_grid),
         )
-    warnings += filling_warnings(record.named, filled, len(values))
+    warnings += filling_warnings(record.named, filled, count)
     if resampled:
         rms = _rms_before_and_after(values, grid, before_filters, record.remove)
         warnings += resampling_warnings(record, resampled, rms)
-    reports = tuple(report for report in (filled, resampled, removed) if report)
+    reports = (*filled, *(report for report in (resampled, removed) if report))
     return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt)
 
 
@@ -244,13 +249,18 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     unit = column_factor(columns, index, record.unit, record.full_scale, record.measured)
     second = 1.0 if time is None else time_factor(columns, time)
     wanted = [index] if time is None else [time, index]
-    *times, values = columns.numbers(wanted, None if record.gaps is None else index)
+    # Gaps outside the window are no fault; `fill_gaps` reports those in it.
+    may_miss = record.gaps is not None or record.window is not None
+    *times, values = columns.numbers(wanted, index if may_miss else None)
     if len(values) < 2:
         raise columns.error("the record has one sample only; motion needs two or more")
     values = scaled(values, unit * record.scale)
     if not times or time is None:
         return values, TimeGrid(*spacing), index
-    grid = fit_grid(times[0][:], second, columns, time, may_jitter=record.resample is not None)
+    may_jitter, fill = record.resample is not None, "line"
+    if record.measured == "displacement":
+        fill = "spline"
+    grid = fit_grid(times[0][:], second, columns, time, may_jitter, fill)
     return values, grid, index
 
 

@@ -54,6 +54,9 @@ A second-order low-pass with this corner leaves little above it.
 NOTABLE_SHARE = 0.01
 """Share of samples, or of the RMS, from which a change affects the results."""
 
+MAX_QUOTED_UNCERTAINTY = 0.5
+"""Relative uncertainty from which a number would suggest more knowledge than there is."""
+
 MIN_CLIPPED_SAMPLES = 4
 """This many equal consecutive samples at an extreme are a clipped peak."""
 
@@ -142,15 +145,21 @@ def _mean_remedy(record: RecordedMotion) -> str:
 
 
 def filling_warnings(
-    file: str, report: CleaningReport | None, n: int
+    file: str, reports: tuple[CleaningReport, ...], n: int
 ) -> Iterator[WarningMessage]:
-    """Warn if more than 1 % of the samples were interpolated."""
-    if report and (share := report.numbers["samples"] / n) > NOTABLE_SHARE:
+    """Warn if more than 1 % of the n samples in the window were interpolated."""
+    filled = sum(report.numbers.get("samples", 0) for report in reports)
+    if (share := filled / n if n else 0.0) > NOTABLE_SHARE:
         sentence = (
-            f"{file}: {share * 100:.2g} % of the samples were interpolated, not measured; "
+            f"{file}: {_percent(share)} of the samples were interpolated, not measured; "
             "use a record without gaps, or a window without them"
         )
         yield WarningMessage("record-filled", sentence, {"share": share})
+
+
+def _percent(share: float) -> str:
+    """Return a share to two digits, never with an exponent."""
+    return f"{float(f'{share * 100:.2g}'):g} %"
 
 
 def resampling_warnings(
@@ -199,7 +208,7 @@ def interpolation_warnings(
     if kept < 1 - NOTABLE_SHARE:
         sentence = (
             f"{record.named}: the spline through its samples of {record.quantity} loses "
-            f"{(1 - kept) * 100:.2g} % of the RMS of ü: {UNDERSAMPLED}; "
+            f"{_percent(1 - kept)} of the RMS of ü: {UNDERSAMPLED}; "
             f"{_low_pass_hint(record, SPLINE_CORNER / file_spacing)}"
         )
         numbers = {"kept": kept, "step": motion.dt}
@@ -228,12 +237,12 @@ def _linear_interpolation_warnings(
         else:
             corner = float(f"{SPLINE_CORNER / dt:.2g}")
             remedy = (
-                f"a spline would lose {lost * 100:.2g} %, too: {UNDERSAMPLED}; {low_pass}; "
+                f"a spline would lose {_percent(lost)}, too: {UNDERSAMPLED}; {low_pass}; "
                 f"together with {resample} {corner:.6g} Hz is enough"
             )
         sentence = (
             f"{record.named}: linear interpolation reduces the RMS from {rms:.4g} to "
-            f"{kept * rms:.4g} {SI[record.measured]}, by {(1 - kept) * 100:.2g} %: "
+            f"{kept * rms:.4g} {SI[record.measured]}, by {_percent(1 - kept)}: "
             f"{remedy}"
         )
         yield WarningMessage("record-interpolated", sentence, {"kept": kept, "step": dt})
@@ -261,11 +270,15 @@ def displacement_warnings(
     squares, difference = float(u @ u), u - u_other
     share = 0.5 * float(difference @ difference) / squares if squares else 0.0
     if share > NOTABLE_SHARE:
+        if share > MAX_QUOTED_UNCERTAINTY:
+            state = "is not determined by this record: most of it comes from"
+        else:
+            state = f"is uncertain by about {_percent(share)}: it depends on"
         sentence = (
-            f"{record.named}: RMS{{u}}, and with it T_x, is uncertain by about "
-            f"{share * 100:.2g} %: it depends on how the record is continued beyond its ends; "
-            f"exclude the first and the last {1.0 / record.remove.below:.3g} s with "
-            "`excitation.window`, or use a longer record or a higher `remove.below`"
+            f"{record.named}: RMS{{u}}, and with it T_x, {state} how the record is continued "
+            "beyond its ends; exclude the first and the last "
+            f"{1.0 / record.remove.below:.3g} s with `excitation.window`, or use a longer "
+            "record or a higher `remove.below`"
         )
         yield WarningMessage("displacement-ends", sentence, {"share": share})
 
