@@ -774,3 +774,58 @@ def test_unknown_displacement_of_a_record_comes_with_the_way_to_it(tmp_path, dry
     assert "base displacement not known; it needs a high-pass: `remove: {below" in answer
     answer = drysim("run", "r.yaml", "--no-plots", "--set", "excitation.remove=0.3 Hz").out
     assert "not known" not in answer
+
+
+# what is probably wrong
+
+
+@pytest.mark.parametrize("remove", ["nothing", "mean", "1 Hz"])
+@pytest.mark.parametrize("mean", [1.0, -1.0, 96.2])
+@pytest.mark.parametrize("where", ["scenario", "file"])
+def test_unit_that_is_wrong_by_gravity_is_suspected_with_a_remedy(
+    tmp_path, remove, mean, where
+):
+    factor = 9.80665 if mean == 96.2 else 1.0
+    unit = "g" if mean == 96.2 else "m/s2"
+    text = rows(T.tolist(), ((WAVE / 5 + mean) / factor).tolist(), unit)
+    words = {"time": "t", "remove": remove, "gravity": "keep"}
+    if where == "scenario":
+        text = text.replace(f" [{unit}]", "", 1)
+        words["unit"] = unit
+    warnings = motion_of(tmp_path, text, **words).warnings
+    (warning,) = (one for one in warnings if one.slug == "record-unit")
+    assert "record-mean" not in {one.slug for one in warnings}
+    remedy = yaml.safe_load(re.search("`(.*)` corrects it", warning.sentence)[1])
+    motion = motion_of(tmp_path, text, **{**words, **remedy})
+    assert "record-unit" not in {one.slug for one in motion.warnings}
+    if remove == "nothing":
+        assert abs(motion.u_dd.mean()) == pytest.approx(9.81, rel=0.03)
+
+
+@pytest.mark.parametrize(("mean", "size"), [(1.2, 0.2), (0.9, 0.2), (1.0, 2.0), (9.81, 0.2)])
+def test_ordinary_mean_raises_no_doubt_about_the_unit(tmp_path, mean, size):
+    text = rows(T.tolist(), (size * WAVE + mean).tolist())
+    warnings = motion_of(tmp_path, text, time="t", gravity="keep").warnings
+    assert "record-unit" not in {one.slug for one in warnings}
+
+
+@pytest.mark.parametrize("remove", ["nothing", "mean", "1 Hz"])
+def test_column_that_rises_as_times_do_is_a_warning(tmp_path, remove):
+    text = "t,n,a\n" + "".join(
+        f"{t:.3f},{i},{a:.6f}\n" for i, (t, a) in enumerate(zip(T, WAVE, strict=True))
+    )
+    words = {"rate": RATE, "unit": "m/s2", "remove": remove}
+    for column in ("t", "n"):
+        warnings = motion_of(tmp_path, text, column=column, **words).warnings
+        (warning,) = (one for one in warnings if one.slug == "record-rises")
+        assert f"(`{column}`) rises evenly" in warning.sentence
+    slugs = {one.slug for one in motion_of(tmp_path, text, column="a", **words).warnings}
+    assert "record-rises" not in slugs
+
+
+def test_one_column_cannot_be_times_and_samples(tmp_path):
+    said = refused(tmp_path, "t,a\n0,1\n1,2\n", time="t", column="t", unit="m/s2")
+    assert (
+        said
+        == "column 1 (`t`) is both `time` and `column`: select the samples; there are: `t`, `a`"
+    )

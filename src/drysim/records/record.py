@@ -58,6 +58,8 @@ from drysim.records.warnings import (
     interpolation_warnings,
     mean_warnings,
     resampling_warnings,
+    rising_warnings,
+    unit_warnings,
 )
 from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE
 
@@ -66,7 +68,8 @@ class CleanedRecord(NamedTuple):
     """A cleaned record with reports and warnings.
 
     `before_high_pass` is the series before a high-pass, None without one. `file_spacing` is the
-    time step of the file [s].
+    time step of the file [s]. `level` is mean and RMS about it before the clean-up; None if
+    nothing was cleaned.
     """
 
     series: Series
@@ -74,6 +77,7 @@ class CleanedRecord(NamedTuple):
     reports: tuple[CleaningReport, ...]
     warnings: tuple[WarningMessage, ...]
     file_spacing: float
+    level: tuple[float, float] | None = None
 
 
 def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
@@ -97,9 +101,8 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
     """
     display_path, spline = str(record.path), TO_ACCELERATION[record.quantity]
     with np.errstate(all="ignore"):  # `_check_range` detects overflow
-        (series, before_high_pass, reports, seen, file_spacing), source = _read_record(
-            record, ends
-        )
+        cleaned, source = _read_record(record, ends)
+        series, before_high_pass, reports, seen, file_spacing, level_before = cleaned
         _check_range(series.values, series.dt, display_path)
         first, last = window_range(series, record.window, display_path)
         motion = spline(series)
@@ -115,9 +118,10 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
         level = mean_and_std(motion.u_dd)
         for sentence in gravity_errors(record, level[0]):
             raise record_error(display_path, sentence)
+        wrong_unit = tuple(unit_warnings(record, level_before or level))
         warnings = (
             *seen,
-            *mean_warnings(record, motion, level),
+            *(wrong_unit or mean_warnings(record, motion, level)),
             *interpolation_warnings(record, motion, level[1], file_spacing),
             *displacement_warnings(record, motion.u, otherwise),
         )
@@ -137,7 +141,7 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     """
     display_path = str(record.path)
     with np.errstate(all="ignore"):
-        (series, _, reports, seen, _), source = _read_record(record)
+        (series, _, reports, seen, *_), source = _read_record(record)
         _check_range(series.values, series.dt, display_path, "the force")
         first, last = window_range(series, record.window, display_path)
     values = np.array(series.values[first : last + 1])
@@ -186,6 +190,8 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     signal, grid, index = _read_series(record, columns)
     unit, display_path = SI[record.measured], columns.display_path
     warnings = list(clipping_warnings(record.named, signal, unit))
+    if isinstance(record, RecordedMotion) and record.measured == "acceleration":
+        warnings += rising_warnings(record, signal, columns.describe_column(index))
     requested = record.gaps or record.resample or record.remove.any
     is_plain = not requested and grid.at is None and record.measured == "acceleration"
     if is_plain and not (
@@ -220,7 +226,8 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
         rms = _rms_before_and_after(values, grid, before_filters, record.remove)
         warnings += resampling_warnings(record, resampled, rms)
     reports = (*filled, *(report for report in (resampled, removed) if report))
-    return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt)
+    level = mean_and_std(values)
+    return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt, level)
 
 
 def _rms_before_and_after(
@@ -245,6 +252,9 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     if not (spacing_key or any(file_spacing)):
         raise missing_spacing_error(columns)
     index = data_column(columns, record.column or record.channel, time)
+    if index == time:
+        sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
+        raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
     time, spacing = _sample_times(record, columns, index, time)
     unit = column_factor(columns, index, record.unit, record.full_scale, record.measured)
     second = 1.0 if time is None else time_factor(columns, time)

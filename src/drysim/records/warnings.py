@@ -2,6 +2,8 @@
 
 =====================  ===========================================================
 record-clipped         runs of samples at the largest or smallest value
+record-rises           samples that rise evenly, as times do
+record-unit            a mean that is gravity in another unit
 record-mean            a mean as of gravity or of a sensor offset
 record-filled          a large share of filled gaps
 record-lost            RMS lost in resampling
@@ -33,12 +35,16 @@ from drysim.records.options import (
     Recorded,
     RecordedMotion,
 )
+from drysim.units import conversion_factor
 
 GRAVITY = 9.81
 """Gravitational acceleration as rounded in the paper [m/s²]."""
 
 GRAVITY_TOLERANCE = 0.05
 """Relative tolerance for gravity: an accelerometer may be tilted slightly."""
+
+STANDARD_GRAVITY = conversion_factor("g", "m/s²")
+"""Acceleration of 1 g [m/s²]."""
 
 MIN_SAMPLES = 16
 """With fewer samples, a record is taken as an intentionally piecewise linear motion."""
@@ -96,11 +102,75 @@ def indices_of(values: Signal, wanted: float) -> NDArray[np.intp]:
     return np.concatenate([at + number * BLOCK_SIZE for number, at in enumerate(found)])
 
 
+def rising_warnings(
+    record: RecordedMotion, values: Signal, column: str
+) -> Iterator[WarningMessage]:
+    """Warn of samples of ü that rise evenly; only the first block of a long record is read."""
+    part = values[:BLOCK_SIZE]
+    if len(part) < MIN_SAMPLES or not rises_evenly(part):
+        return
+    sentence = (
+        f"{record.named}: {column} rises evenly from {part[0]:.6g} to {part[-1]:.6g} m/s²: it "
+        "looks like times or sample numbers, not like acceleration; select another column"
+    )
+    yield WarningMessage("record-rises", sentence, {"first": part[0], "last": part[-1]})
+
+
+def rises_evenly(x: Floats) -> bool:
+    """Whether every sample is above the one before it, and most of them by the same step."""
+    steps = np.diff(x)
+    if not (len(steps) and (steps > 0).all()):
+        return False
+    usual = float(np.median(steps))
+    return float(np.median(np.abs(steps - usual))) <= 0.25 * usual
+
+
+def is_gravity(mean: float) -> bool:
+    """Whether a mean of ü [m/s²] may be that of a sensor at rest."""
+    return abs(abs(mean) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY
+
+
+def describe_wrong_unit(mean: float, rms_about_mean: float, unit: str | None) -> str | None:
+    """Return why the unit of ü is suspected, and a remedy; None if it is not.
+
+    Parameters
+    ----------
+    mean, rms_about_mean : float
+        Before clean-up [m/s²].
+    unit : str or None
+        The unit in the scenario; None if the file contains it.
+    """
+    for wrong, right, factor in (
+        ("m/s2", "g", STANDARD_GRAVITY),
+        ("g", "m/s2", 1 / STANDARD_GRAVITY),
+    ):
+        if is_gravity(mean * factor) and rms_about_mean < abs(mean):
+            is_stated = unit and conversion_factor(unit, "m/s²") == conversion_factor(
+                wrong, "m/s²"
+            )
+            remedy = f"`unit: {right}`" if is_stated else f"`scale: {factor:.6g}`"
+            return (
+                f"the mean before clean-up is {mean:.4g} m/s², as of gravity in {right} with "
+                f"the unit {wrong}: if the unit is wrong, {remedy} corrects it"
+            )
+    return None
+
+
+def unit_warnings(
+    record: RecordedMotion, level: tuple[float, float]
+) -> Iterator[WarningMessage]:
+    """Warn of a mean before clean-up that is gravity in another unit."""
+    if record.quantity == "acceleration" and record.scale == 1.0:
+        found = describe_wrong_unit(*level, record.unit)
+        if found:
+            numbers = {"mean": level[0], "rms_about_mean": level[1]}
+            yield WarningMessage("record-unit", f"{record.named}: {found}", numbers)
+
+
 def gravity_errors(record: RecordedMotion, mean: float) -> Iterator[str]:
     """Yield an error message if the mean of ü looks like gravity that is not to be kept."""
     means = {mean, mean / record.scale if record.scale else mean}  # before or after scaling
-    near = any(abs(abs(one) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY for one in means)
-    if near and record.gravity == "refuse":
+    if any(map(is_gravity, means)) and record.gravity == "refuse":
         trend = _trend_to_remove(record)
         yield (
             f"the mean of ü is {mean:.4g} m/s², which looks like gravity: remove it with "
