@@ -81,7 +81,11 @@ def test_channel_named_floor_is_chosen_before_one_with_gravity(drysim, tmp_path)
         (rows(FLOOR + 9.81), "rate", "does not contain the times"),
         ("n,z\n" + rows(np.arange(COUNT), FLOOR / G + 1, digits=3), "rate", "sample numbers"),
         ("t [s],value\n" + rows(T, FLOOR), "unit", "does not contain it"),
-        ("t [s],a [m/s2],b [m/s2]\n" + rows(T, FLOOR, SIDE), "column", "`a`, `b` look alike"),
+        (
+            "t [s],a [m/s2],b [m/s2]\n" + rows(T, FLOOR, SIDE),
+            "column",
+            "RMS and peak about the mean: `a` 0.3808 and 0.6996 m/s2; `b` 0.2121 and 0.3 m/s2",
+        ),
     ],
 )
 def test_what_the_record_does_not_show_is_left_open_and_reported(
@@ -214,3 +218,48 @@ def drafted_again(drysim, name, content):
     """Draft a second scenario in the same folder."""
     Path("draft.yaml").unlink()
     return drafted(drysim, name, content)
+
+
+@pytest.mark.parametrize("header", ["t [s],a [m/s2]", "Zeit,Sensor"])
+def test_missing_cell_hides_no_column_of_times_and_is_named(drysim, tmp_path, header):
+    text = header + "\n" + rows(T, FLOOR + 9.81).replace("\n0.125000,", "\n,")
+    found = drafted(drysim, "hole.csv", text)
+    assert "time" not in found
+    assert found["rate"].value == "400 Hz"
+    assert "row 52, column 1" in found["rate"].reason
+    assert "the time is missing" in found["rate"].reason
+    assert found["column"].value == header.partition(",")[2].split()[0]
+    assert drysim("validate", "draft.yaml").code == 0
+
+
+def test_channels_of_a_wav_are_told_apart_by_figures(drysim, tmp_path):
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(COUNT)
+    with wave.open("two.wav", "wb") as stream:
+        stream.setparams((2, 2, 400, 0, "NONE", ""))
+        stream.writeframes((np.stack([FLOOR, noise], 1) * 3e4).astype("<i2").tobytes())
+    assert drysim("init", "--from", "two.wav").code == 0
+    reason = {one.key: one for one in inspect_record(Path("two.wav")).proposals}[
+        "channel"
+    ].reason
+    assert "`1` 0.34" in reason
+    assert "`2` 0.000" in reason
+    assert "alike" not in reason
+
+
+@pytest.mark.parametrize(
+    ("mean", "unit", "scale"), [(1, "m/s2", 9.80665), (9.81, "g", 0.101972)]
+)
+def test_unit_that_is_wrong_by_gravity_is_said(drysim, tmp_path, mean, unit, scale):
+    (tmp_path / "u.csv").write_text(f"t [s],a [{unit}]\n" + rows(T, FLOOR / 10 + mean))
+    answer = drysim("init", "--from", "u.csv")
+    assert f"if the unit is wrong, `scale: {scale}` corrects it" in answer.err
+    assert "if the unit is wrong" in " ".join((tmp_path / "u.yaml").read_text().split("# "))
+    assert "as of gravity in" in drysim("validate", "u.yaml").out
+
+
+def test_pause_beside_the_grid_is_drafted_with_keys_that_read_it(drysim, tmp_path):
+    t = T.copy()
+    t[9000:] += 0.0333
+    found = drafted(drysim, "pause.csv", "t [s],a [m/s2]\n" + rows(t, FLOOR))
+    assert "start anew" in found["resample"].reason
+    assert drysim("validate", "draft.yaml").code == 0

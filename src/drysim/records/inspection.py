@@ -9,6 +9,7 @@ has to decide, and validation of the scenario reports the key until then.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -21,7 +22,7 @@ import numpy as np
 from drysim.core.model import mean_and_std
 from drysim.errors import RecordError
 from drysim.records import SI
-from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid
+from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid, mean_rate
 from drysim.records.columns import Columns, Floats, RecordFile, open_record, time_factor
 from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
@@ -33,15 +34,12 @@ from drysim.records.text import (
     end_of_rows,
     split_cells,
 )
-from drysim.records.warnings import GRAVITY, GRAVITY_TOLERANCE
+from drysim.records.warnings import describe_wrong_unit, is_gravity
 from drysim.units import NUMBER_PATTERN, conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
 
 MAX_BYTES = 1 << 26
 """Bytes of a text file that are inspected; what follows is left to validation."""
-
-STANDARD_GRAVITY = conversion_factor("g", "m/s²")
-"""Acceleration of 1 g [m/s²]."""
 
 NAMES_OF_TIME = re.compile(
     r"(?i)(t|time(stamp)?|elapsed|seconds?|sec|zeit|temps|tiempo|tempo)(?![a-z]).*"
@@ -139,6 +137,7 @@ def inspect_record(path: Path) -> Inspection:
     is_choice = len(columns.series()) > 1 + any(one.key == "time" for one in of_time)
     chosen, quantity, of_column = _propose_column(columns, summaries, is_choice)
     proposals += of_time + of_column
+    layout += (sentence for one in summaries for sentence in _suspect_unit(columns, one))
     if chosen is not None:
         proposals += _propose_clean_up(values[chosen.column], grid, chosen, quantity)
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
@@ -231,27 +230,31 @@ def _identify(columns: Columns, index: int) -> str | int:
 # Times.
 
 
-Times = tuple[int | None, TimeGrid | None, list[Proposal]]
-"""Column of the times, their grid, and the keys that state them."""
+class Times(NamedTuple):
+    """Column of the times and their grid, None where unknown, and the keys that state them."""
+
+    column: int | None
+    grid: TimeGrid | None
+    proposals: list[Proposal]
 
 
 def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
     """Return what is known of the times."""
     for index in values:
         if (spacing := columns.file_spacing(index)) is not None:
-            return None, TimeGrid(*spacing), []
+            return Times(None, TimeGrid(*spacing), [])
         if (found := columns.time_column(index)) is not None:
             times = columns.numbers([found])[0][:]
-            return found, fit_grid(times, 1.0, columns, found, may_jitter=True), []
+            return Times(found, fit_grid(times, 1.0, columns, found, may_jitter=True), [])
     column = _find_times(columns, values)
     if column is not None:
         return _propose_time_column(columns, column, values[column])
     span, reason = _time_of_day_span(columns)
     steps = max(map(len, values.values())) - 1
     if span <= 0 or steps < 1:
-        return None, None, [Proposal("rate", None, reason)]
+        return Times(None, None, [Proposal("rate", None, reason)])
     rate = Proposal("rate", f"{steps / span:.4g} Hz", reason, False)
-    return None, TimeGrid(span / steps, 0.0), [rate]
+    return Times(None, TimeGrid(span / steps, 0.0), [rate])
 
 
 def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
@@ -260,27 +263,32 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
     if columns.labels:
         unit = columns.labels[column].unit
     if len(t) < MIN_ROWS:
-        return column, None, [Proposal("rate", None, "there is only one row")]
-    step = float(np.median(np.diff(t)))
+        return Times(column, None, [Proposal("rate", None, "there is only one row")])
+    step = float(np.nanmedian(np.diff(t)))
     if not unit and step > LONG_STEP:
         counts = f"{name} advances by {step:.6g}"
-        if (np.diff(t) == 1.0).all():
+        if step == 1.0 and np.nanstd(np.diff(t)) == 0.0:
             reason = f"{counts}: sample numbers, or milliseconds (then 1000 Hz)"
-            return column, None, [Proposal("rate", None, reason)]
+            return Times(column, None, [Proposal("rate", None, reason)])
         rate = Proposal(
             "rate", f"{1e3 / step:.6g} Hz", f"{counts}, taken as milliseconds", False
         )
-        return column, TimeGrid(step * 1e-3, 0.0), [rate]
+        return Times(column, TimeGrid(step * 1e-3, 0.0), [rate])
     second = time_factor(columns, column)
     try:
+        if np.isnan(t).any():
+            row = int(np.isnan(t).argmax())
+            raise columns.at(row, column, "the time is missing")
         grid = fit_grid(t, second, columns, column, may_jitter=True)
     except RecordError as error:
-        mean = float(t[-1] - t[0]) * second / (len(t) - 1)
+        there = np.flatnonzero(~np.isnan(t))
+        first, last = int(there[0]), int(there[-1])
+        mean = float(t[last] - t[first]) * second / max(last - first, 1)
         if not mean > 0:
-            return column, None, [Proposal("rate", None, error.message)]
+            return Times(column, None, [Proposal("rate", None, error.message)])
         reason = f"mean rate; the times cannot be used: {error.message}"
         rate = Proposal("rate", f"{1 / mean:.6g} Hz", reason, False)
-        return column, TimeGrid(mean, 0.0), [rate]
+        return Times(column, TimeGrid(mean, 0.0), [rate])
     span = f"{t[0]:.6g} to {t[-1]:.6g} {unit or 's'}{'' if unit else ', taken as seconds'}"
     proposals = [Proposal("time", _identify(columns, column), span, bool(unit))]
     if grid.spread is not None:
@@ -288,10 +296,11 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
         reason = (
             f"steps vary from {low * 1e3:.4g} to {high * 1e3:.4g} ms; the mean rate, rounded"
         )
-        mean_rate = float(f"{1 / grid.dt:.3g}")  # within the 1 % that needs no low-pass
-        resample = {"rate": f"{mean_rate:.6g} Hz", "by": "spline"}
+        if f"{low:.4g}" == f"{high:.4g}":
+            reason = "the times start anew beside the grid behind a gap; the rate of the rest"
+        resample = {"rate": f"{mean_rate(grid.dt):.6g} Hz", "by": "spline"}
         proposals.append(Proposal("resample", resample, reason))
-    return column, grid, proposals
+    return Times(column, grid, proposals)
 
 
 def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
@@ -303,7 +312,7 @@ def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
             if label.unit
             else NAMES_OF_TIME.fullmatch(label.name)
         )
-        if of_time and not np.isnan(values[index]).any():
+        if of_time and not np.isnan(values[index]).all():
             return index
     rising = (index for index, x in values.items() if len(values) > 1 and _always_rises(x))
     return next(rising, None)
@@ -311,7 +320,8 @@ def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
 
 def _always_rises(x: Floats) -> bool:
     """Whether every sample is above the one before it, as times are and motions are not."""
-    return len(x) > MIN_ROWS and bool((np.diff(x) > 0).all())
+    there = x[~np.isnan(x)]
+    return len(there) > max(MIN_ROWS, len(x) / 2) and bool((np.diff(there) > 0).all())
 
 
 def _time_of_day_span(columns: Columns) -> tuple[float, str]:
@@ -354,28 +364,31 @@ def _propose_column(
     columns: Columns, summaries: list[ColumnSummary], is_choice: bool
 ) -> tuple[ColumnSummary | None, str, list[Proposal]]:
     """Return the column that is most likely ü, its quantity, and the keys that select it."""
-    known = {one: _quantity_and_unit(one) for one in summaries}
+    known = {one: _measure(one) for one in summaries}
 
     def likelihood(one: ColumnSummary) -> tuple[bool, ...]:
-        quantity, _, has_gravity, _ = known[one]
+        quantity = known[one].quantity
         return (
             quantity == "acceleration",
             bool(quantity),
             NAMES_OF_BASE.fullmatch(one.name) is not None,
-            has_gravity,
+            known[one].has_gravity,
             NAMES_OF_VERTICAL.fullmatch(one.name) is not None,
         )
 
     best = max(summaries, key=likelihood)  # the first of equals
     ties = [one for one in summaries if likelihood(one) == likelihood(best)]
-    quantity, unit, has_gravity, is_certain = known[best]
+    quantity, unit, has_gravity, is_unit_certain = known[best]
     proposals = []
     if is_choice:
         value: str | int | None = _identify(columns, best.column)
         if len(ties) > 1:
-            listed = [f"`{_identify(columns, one.column)}`" for one in ties]
-            names = ", ".join(listed[:MAX_LISTED] + ["…"] * (len(listed) > MAX_LISTED))
-            value, reason = None, f"which is the motion of the base? {names} look alike"
+            listed = [_describe_level(_identify(columns, one.column), one) for one in ties]
+            names = "; ".join(listed[:MAX_LISTED] + ["…"] * (len(listed) > MAX_LISTED))
+            value, reason = (
+                None,
+                f"which is the motion of the base? RMS and peak about the mean: {names}",
+            )
         elif len(summaries) == 1:
             reason = f"the only {columns.word} of numbers besides the time"
         elif NAMES_OF_BASE.fullmatch(best.name):
@@ -392,7 +405,7 @@ def _propose_column(
         proposals.append(Proposal("full_scale", None, reason))
     elif not quantity:
         proposals.append(Proposal("unit", None, "the file does not contain it; e.g. m/s2 or g"))
-    elif not is_certain:
+    elif not is_unit_certain:
         reason = (
             f"no unit in the file; the mean of {best.mean:.4g} looks like gravity in {unit}"
         )
@@ -402,28 +415,44 @@ def _propose_column(
     return (best if len(ties) == 1 else None), quantity, proposals
 
 
-def _quantity_and_unit(one: ColumnSummary) -> tuple[str, str, bool, bool]:
-    """Return quantity, unit, whether the mean is gravity, and whether the unit is certain.
+def _describe_level(key: str | int, one: ColumnSummary) -> str:
+    """Return RMS and peak of a column, by which its motion may be told from noise."""
+    peak = max(abs(one.smallest - one.mean), abs(one.largest - one.mean))
+    numbers = f"{format_number(one.rms_about_mean)} and {format_number(peak)}"
+    return f"`{key}` {numbers} {one.unit}".rstrip()
 
-    Quantity and unit are empty where neither header nor mean shows them.
-    """
+
+class Measurement(NamedTuple):
+    """What a column measures; quantity and unit are empty where the file does not show them."""
+
+    quantity: str = ""
+    unit: str = ""
+    has_gravity: bool = False
+    is_unit_certain: bool = False
+
+
+def _measure(one: ColumnSummary) -> Measurement:
+    """Return what a column measures, from its unit, or else from a mean that is gravity."""
     for quantity in ("acceleration", "velocity", "displacement"):
         if one.unit and is_common_unit(one.unit, SI[quantity]):
             mean = one.mean * conversion_factor(one.unit, SI[quantity])
-            return quantity, one.unit, quantity == "acceleration" and _is_gravity(mean), True
+            has_gravity = quantity == "acceleration" and is_gravity(mean)
+            return Measurement(quantity, one.unit, has_gravity, True)
     if not one.unit and one.rms_about_mean < abs(one.mean):
-        for unit, factor in (
-            ("m/s2", 1.0),
-            ("g", STANDARD_GRAVITY),
-            ("mg", STANDARD_GRAVITY / 1e3),
-        ):
-            if _is_gravity(one.mean * factor):
-                return "acceleration", unit, True, False
-    return "", "", False, False
+        for unit in ("m/s2", "g", "mg"):
+            if is_gravity(one.mean * conversion_factor(unit, "m/s²")):
+                return Measurement("acceleration", unit, True, False)
+    return Measurement()
 
 
-def _is_gravity(mean: float) -> bool:
-    return abs(abs(mean) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY
+def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
+    """Yield a sentence if the mean of a column is gravity in another unit than its own."""
+    measured = _measure(one)
+    if measured.quantity == "acceleration" and measured.is_unit_certain:
+        factor = conversion_factor(measured.unit, "m/s²")
+        found = describe_wrong_unit(one.mean * factor, one.rms_about_mean * factor, None)
+        if found:
+            yield f"{columns.describe_column(one.column)}: {found}"
 
 
 # Clean-up.
@@ -442,7 +471,7 @@ def _propose_clean_up(
             gaps = {"fill": "spline", "at_most": f"{at_most} ms"}
             reason = f"the longest gap lasts {format_number(longest, 's')}"
             if is_long := longest > SHORT_GAP:
-                reason += ": allow it, or cut the file there"
+                reason += ": allow it, or leave it out by `window: {from: …, to: …}`"
             proposals.append(Proposal("gaps", gaps, reason, not is_long))
         enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
         is_fast = 2.0 * SUGGESTED_HIGH_PASS * grid.dt < 1.0
@@ -451,7 +480,7 @@ def _propose_clean_up(
             below = {"below": f"{SUGGESTED_HIGH_PASS:g} Hz"}
             return [*proposals, Proposal("remove", below, reason, False)]
     if abs(summary.mean) > LARGE_MEAN * summary.rms_about_mean:
-        what = "gravity" if _quantity_and_unit(summary)[2] else "an offset"
+        what = "gravity" if _measure(summary).has_gravity else "an offset"
         trend = "line" if quantity == "velocity" else "mean"
         reason = f"the mean of {summary.mean:.4g} {summary.unit} looks like {what}"
         proposals.append(Proposal("remove", trend, reason.replace("  ", " "), False))

@@ -522,6 +522,12 @@ COMMENT_LINE = re.compile(rb"(?m)^[ \t]*#.*\n?")
 MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
 """Contents of a cell without a number."""
 
+MISSING_TIME_HINT = "a missing time is not filled: delete the row, or set `rate` instead"
+"""Hint for a row without a time; its sample becomes a gap, or is taken as evenly spaced."""
+
+EMPTY_ROW_HINT = "the record has a gap; delete the row: the times show the gap"
+"""Hint for an empty row of a table with times."""
+
 TIME_OF_DAY = re.compile(
     r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
 )
@@ -596,9 +602,8 @@ def _read_by_cell(
             found[0].append(math.nan)
             continue
         if not cells:
-            raise record_error(
-                table.file.display_path, f"row {line} is empty: {GAP_HINT}", line
-            )
+            hint = EMPTY_ROW_HINT if len(wanted) > 1 else GAP_HINT
+            raise record_error(table.file.display_path, f"row {line} is empty: {hint}", line)
         if len(cells) != table.width:
             raise table.ragged(line, len(cells))
         for index, column in zip(wanted, found, strict=True):
@@ -606,7 +611,8 @@ def _read_by_cell(
             value = math.nan if lost else _parse_cell(cells[index], decimal)
             if not (lost or math.isfinite(value)):
                 where = f"row {line}, {table.describe_column(index)}"
-                sentence = f"{where}: {_describe_fault(cells[index], decimal)}"
+                hint = GAP_HINT if index == wanted[-1] else MISSING_TIME_HINT
+                sentence = f"{where}: {_describe_fault(cells[index], decimal, hint)}"
                 raise record_error(table.file.display_path, sentence, line, cells[index])
             column.append(value)
     return [np.array(column) for column in found]
@@ -620,13 +626,13 @@ def _parse_cell(cell: Cell, decimal: str) -> float:
     return float(text) if NUMBER_PATTERN.fullmatch(text) else math.nan
 
 
-def _describe_fault(cell: Cell, decimal: str) -> str:
+def _describe_fault(cell: Cell, decimal: str, hint: str) -> str:
     """Return what a cell contains instead of a number, and a remedy."""
     text = cell.text
     if not text:
-        return f"the cell is empty: {GAP_HINT}"
+        return f"the cell is empty: {hint}"
     if MISSING.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number: {GAP_HINT}"
+        return f"`{cell.quote}` is not a finite number: {hint}"
     if decimal == "," and "." in text and NUMBER_PATTERN.fullmatch(text):
         return f"`{cell.quote}` has a decimal point; write commas throughout"
     if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER_PATTERN.fullmatch(text):

@@ -107,8 +107,9 @@ def _lines_of(proposal: Proposal) -> list[str]:
         line = f"  {proposal.key}:"
     else:
         line = indent(dump({proposal.key: value}), "  ").rstrip()
-    mark = "decide: " if proposal.value is None else "" if proposal.is_certain else "check: "
-    reason, comment = mark + sanitise(proposal.reason), f"{line:<{COMMENT_COLUMN}}  # "
+    is_guess = value is not None and not proposal.is_certain
+    label = "decide: " if value is None else "check: " if is_guess else ""
+    reason, comment = label + sanitise(proposal.reason), f"{line:<{COMMENT_COLUMN}}  # "
     if len(comment) + len(reason) <= WIDTH:
         return [comment + reason]
     return [*(f"  {words}" for words in _comment(reason)), line]
