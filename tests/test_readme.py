@@ -251,6 +251,18 @@ def test_symbols_and_labels_of_summaries_are_explained():
     assert explain("Coulomb")[0].word == "coulomb"
 
 
+def test_options_of_a_record_of_base_motion_come_before_those_of_the_normal_force():
+    for word in ("gap", "gaps", "full_scale", "window"):
+        key = word.replace("gap", "gaps").replace("ss", "s")
+        assert explain(word)[0].word == f"excitation.{key}"
+        assert f"friction.normal_record.{key}" in {one.word for one in explain(word)[1:]}
+
+
+def test_marks_of_a_drafted_scenario_lead_to_the_checks():
+    for word in ("check", "decide"):
+        assert explain(word)[0].word == "checks"
+
+
 def test_options_and_words_of_the_manual_are_explained(drysim):
     meant = {"A(8)": "A_8", "bands": "measure.spectra.bands", "bumper": "stroke.stops"}
     for word, meaning in meant.items():

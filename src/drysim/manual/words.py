@@ -78,8 +78,14 @@ TERMS = {
     "crest factor": "crest_factor",
     "A(8)": "A_8",
     "bumper": "stroke.stops",
+    "gap": "gaps",
+    "check": "checks",
+    "decide": "checks",
 }
 """Labels of summaries and other words, with the entry that explains them."""
+
+OTHER_BLOCKS = ("friction.normal_record.",)
+"""Blocks that repeat the keys of another block; their keys are listed last."""
 
 EXAMPLES = {
     METRIC: "checks: [{word} < 1 {unit}]",
@@ -161,6 +167,7 @@ def explain(word: str) -> list[Entry]:
         found += explain(word.removesuffix("_half_width")) + explain("half_width")
     elif not found:
         found = [one for one in entries() if one.word.endswith(f".{word}")]
+        found.sort(key=lambda one: one.word.startswith(OTHER_BLOCKS))
     if not found and word in TERMS:
         found = explain(TERMS[word])
     if not found:
