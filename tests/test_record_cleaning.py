@@ -92,7 +92,7 @@ def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
     text = rows((kept * step).tolist(), WAVE[kept].tolist())
     said = refused(tmp_path, text, time="t")
     word, window = re.search(
-        r"`gaps: {fill: line, at_most: (.*)}` fills it, `(window: .*)` has none$", said
+        r"`gaps: {fill: line, at_most: (.*)}` fills it, `(window: .*)` leaves it out$", said
     ).groups()
     gaps = {"fill": "line", "at_most": word}
     assert len(motion_of(tmp_path, text, time="t", gaps=gaps).u_dd) == 2000
@@ -153,7 +153,7 @@ def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
     assert said == (
         "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: a step of "
         "0.055 s, not 0.005 s: `gaps.at_most` allows 0.05 s; "
-        "`gaps: {fill: line, at_most: 55 ms}` fills it, `window: {from: 1.55 s}` has none"
+        "`gaps: {fill: line, at_most: 55 ms}` fills it, `window: {from: 1.55 s}` leaves it out"
     )
     longer = {"gaps": {"fill": "line", "at_most": 0.055}}
     assert len(motion_of(tmp_path, text, time="t", **longer).u_dd) == 2000
@@ -271,7 +271,7 @@ def test_pause_of_a_logger_is_called_a_gap_with_remedies_that_work(
     alone = yaml.safe_load(keys[0])
     assert "together" in refused(tmp_path, text, **words, **alone)
     if not jitter:
-        window = yaml.safe_load(re.search(r"`(window: {.*?})` has none", said)[1])
+        window = yaml.safe_load(re.search(r"`(window: {.*?})` leaves it out", said)[1])
         part = motion_of(tmp_path, text, **words, **window)
         assert (len(part.u_dd), part.dt) == (1200, 1 / RATE)
 

@@ -496,7 +496,7 @@ def _gap_message(
         remedy = f"the record has a gap; {fill} fills {them}"
     else:
         remedy = f"`gaps.at_most` allows {gaps.at_most:.6g} s; {fill} fills {them}"
-    leave_out = f", {window} has none" if window else ""
+    leave_out = f", {window} leaves {'it' if len(holes) == 1 else 'them'} out" if window else ""
     return (
         f"{count} missing before this row: a step of {float(steps[hole]) * dt:.6g} s, not "
         f"{dt:.6g} s{more}: {remedy}{leave_out}"

@@ -471,7 +471,9 @@ def _propose_clean_up(
             gaps = {"fill": "spline", "at_most": f"{at_most} ms"}
             reason = f"the longest gap lasts {format_number(longest, 's')}"
             if is_long := longest > SHORT_GAP:
-                reason += ": allow it, or leave it out by `window: {from: …, to: …}`"
+                reason += (
+                    "; longer than 50 ms is an error, whose message names a window without it"
+                )
             proposals.append(Proposal("gaps", gaps, reason, not is_long))
         enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
         is_fast = 2.0 * SUGGESTED_HIGH_PASS * grid.dt < 1.0
