@@ -252,9 +252,6 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     if not (spacing_key or any(file_spacing)):
         raise missing_spacing_error(columns)
     index = data_column(columns, record.column or record.channel, time)
-    if index == time:
-        sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
-        raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
     time, spacing = _sample_times(record, columns, index, time)
     unit = column_factor(columns, index, record.unit, record.full_scale, record.measured)
     second = 1.0 if time is None else time_factor(columns, time)
@@ -271,6 +268,9 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     if record.measured == "displacement":
         fill = "spline"
     grid = fit_grid(times[0][:], second, columns, time, may_jitter, fill)
+    if index == time:
+        sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
+        raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
     return values, grid, index
 
 
