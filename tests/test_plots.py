@@ -14,6 +14,7 @@ from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, poin
 from grids import axes as axes_of
 from grids import sweep as many_stand_in
 from outcomes import outcome, stand_in
+from seat import EM6_SEAT
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
@@ -881,14 +882,9 @@ def test_sample_of_a_decade_by_ratio_has_a_logarithmic_axis_with_every_number_in
 
 # The answer in a picture: SEAT, the admissible range and the best case.
 
-SEAT_SCENE = """\
-oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
-friction: {law: coulomb, kinetic: 20 N}
-stroke: {limit: 8 mm}
-excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}
-solver: {step: 5 ms}
-measure: {direction: vertical}
-sweep: {friction.kinetic: [0, 10, 20, 30, 40, 60]}
+SEAT_SCENE = f"""\
+{EM6_SEAT}
+sweep: {{friction.kinetic: [0, 10, 20, 30, 40, 60]}}
 checks: [SEAT < 0.5]
 """
 

@@ -6,8 +6,8 @@ import hashlib
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
+from seat import write_records
 
 import drysim as package
 from drysim.excitation.recorded import Record
@@ -30,16 +30,8 @@ COUNT = 20
 def runs(tmp_path, monkeypatch):
     """Write records of different lengths and levels, and a scenario that sweeps them."""
     monkeypatch.chdir(tmp_path)
-    Path("runs").mkdir()
-    random = np.random.default_rng(1)
-    for number in range(COUNT):
-        n = 300 + 40 * number
-        u_dd = np.cumsum(random.normal(size=n)) * 0.1
-        u_dd -= u_dd.mean()
-        rows = "".join(f"{k / 100:.2f},{u:.6f}\n" for k, u in enumerate(u_dd))
-        Path(f"runs/run-{number:02d}.csv").write_text("t [s],u_dd [m/s2]\n" + rows)
     Path("seat.yaml").write_text(SCENARIO)
-    return [f"runs/run-{number:02d}.csv" for number in range(COUNT)]
+    return write_records(Path("runs"), COUNT)
 
 
 def without(text):

@@ -1,10 +1,13 @@
-"""A small sound scenario, from which others are made; how tests say overrides, read tables."""
+"""A small sound scenario, from which others are made; seats with designs and records to choose
+from; how tests say overrides, read tables."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
 from pathlib import Path
+
+import numpy as np
 
 SEAT = """\
 drysim: 1
@@ -15,6 +18,31 @@ excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {approach: stick-slip, step: 2.5e-3}
 measure: {steady: false, settle: 0, duration: 2}
 """
+
+EM6_SEAT = """\
+oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
+friction: {law: coulomb, kinetic: 20 N}
+stroke: {limit: 8 mm}
+excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}
+solver: {step: 5 ms}
+measure: {direction: vertical}
+"""
+"""A seat on weighted vibration, without its sweep and checks."""
+
+
+def write_records(folder: Path, count: int) -> list[str]:
+    """Write records of different lengths and levels into a folder; return their names."""
+    folder.mkdir()
+    random = np.random.default_rng(1)
+    names = []
+    for number in range(count):
+        u_dd = np.cumsum(random.normal(size=300 + 40 * number)) * 0.1
+        u_dd -= u_dd.mean()
+        rows = "".join(f"{k / 100:.2f},{u:.6f}\n" for k, u in enumerate(u_dd))
+        file = folder / f"run-{number:02d}.csv"
+        file.write_text("t [s],u_dd [m/s2]\n" + rows)
+        names.append(f"{folder.name}/{file.name}")
+    return names
 
 
 def dotted(words: Mapping[str, object]) -> dict[str, object]:
