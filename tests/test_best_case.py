@@ -6,21 +6,17 @@ import json
 
 import numpy as np
 import pytest
+from seat import EM6_SEAT, rows_of, write_records
 
 import drysim as package
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.study.statistics import FAILED, OK, Batch, Row
-from drysim.study.table import Tally
+from drysim.study.table import Tally, least_worst
 
 KEY = "friction.kinetic"
-SEAT = """\
-oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
-friction: {law: coulomb, kinetic: 20 N}
-stroke: {limit: 8 mm}
-excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}
-solver: {step: 5 ms}
-measure: {direction: vertical}
+SEAT = f"""\
+{EM6_SEAT}
 sweep:
   friction.kinetic: [0, 10, 20, 30, 40, 60]
   oscillator.damping: [150, 400]
@@ -139,3 +135,92 @@ def test_best_case_of_a_comparison_is_that_of_its_reference(tmp_path):
     alone = package.sweep(scenario).best
     assert compared.row.approach == "stick-slip"
     assert (compared.row.point, compared.admissible) == (alone.row.point, alone.admissible)
+
+
+# A sweep over records: the best values of the other keys, judged by their worst record.
+
+FILE, DAMPING = "excitation.file", "oscillator.damping"
+ON_RECORDS = """\
+oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
+friction: {law: coulomb, kinetic: 20 N}
+stroke: {limit: 80 mm}
+excitation: {kind: record, file: runs/run-00.csv, time: t, column: u_dd}
+"""
+AXES = {
+    FILE: "runs/*.csv",
+    KEY: [0, 20, 40],
+    DAMPING: [250, 500],
+}
+
+
+def through_the_file(rows, passes):
+    """Return the worst row of the best design, and how many designs are admissible."""
+    names = {FILE: "excitation.file", KEY: f"{KEY} [N]", DAMPING: f"{DAMPING} [N*s/m]"}
+    designs = {}
+    for row in rows:
+        designs.setdefault((row[names[KEY]], row[names[DAMPING]]), []).append(row)
+    kept = [several for several in designs.values() if all(map(passes, several))]
+    worst = [max(several, key=lambda row: float(row["T_a [-]"])) for several in kept]
+    best = min(worst, key=lambda row: float(row["T_a [-]"]), default=None)
+    point = best and {key: float(best[names[key]]) for key in (KEY, DAMPING)}
+    return best, point, len(kept), len(designs)
+
+
+@pytest.mark.parametrize(
+    "order", [(FILE, KEY, DAMPING), (KEY, FILE, DAMPING), (KEY, DAMPING, FILE)]
+)
+@pytest.mark.parametrize("limit", [1.5, 1.05, 1.02, 0.5])
+def test_best_design_over_records_has_the_least_worst(drysim, tmp_path, order, limit):
+    write_records(tmp_path / "runs", 4)
+    sweep = {key: AXES[key] for key in order}
+    text = f"{ON_RECORDS}sweep: {json.dumps(sweep)}\nchecks: [T_a < {limit}]\n"
+    (tmp_path / "seat.yaml").write_text(text)
+    answer = drysim("sweep", "seat.yaml", "--no-plots")
+    rows = rows_of(tmp_path / "out/seat/transmissibility.csv")
+    best, point, admissible, designs = through_the_file(
+        rows, lambda row: float(row["T_a [-]"]) < limit and float(row["violations [-]"]) == 0
+    )
+    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]["over_records"]
+    assert (words["admissible"], words["cases"]) == (admissible, designs)
+    screen = " ".join(answer.out.split())
+    if best is None:
+        assert (words["value"], words["at"]) == (None, None)
+        assert f"no design of {designs} is admissible; the closest fails T_a" in screen
+        best, *_ = through_the_file(rows, lambda row: True)
+        assert words["closest"]["value"] == float(best["T_a [-]"])
+    else:
+        assert words["value"] == float(best["T_a [-]"])
+        record = best["excitation.file"]
+        assert words["at"] == {**point, FILE: record}
+        count = f"least of {admissible} admissible designs of {designs}"
+        assert f"{record} being its worst record; {count}" in screen
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_least_worst_is_what_a_look_through_all_designs_finds(seed):
+    random = np.random.default_rng(seed)
+    high, records, stride = random.integers(1, 5, size=3).tolist()
+    grid = random.integers(0, 4, size=(high, records, stride)).astype(float)  # with ties
+    grid[random.random(grid.shape) < 0.1] = np.nan
+    grid[random.random(grid.shape) < 0.2] = np.inf
+    worst, case = least_worst(grid.ravel(), records, stride)
+    found = []
+    for i in range(high):
+        for j in range(stride):
+            known = [value for value in grid[i, :, j].tolist() if value == value]
+            found.append(max(known, default=np.nan))
+    assert worst.tolist() == pytest.approx(found, nan_ok=True)
+    finite = [value for value in found if np.isfinite(value)]
+    if not finite:
+        assert case is None
+        return
+    i, j = divmod(found.index(min(finite)), stride)
+    record = grid[i, :, j].tolist().index(min(finite))
+    assert case == (i * records + record) * stride + j
+
+
+def test_records_alone_are_no_designs(tmp_path):
+    write_records(tmp_path / "runs", 2)
+    text = f"{ON_RECORDS}sweep: {{{FILE}: runs/*.csv}}\nchecks: [T_a < 1]\n"
+    (tmp_path / "seat.yaml").write_text(text)
+    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None

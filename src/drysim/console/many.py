@@ -16,6 +16,7 @@ from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
     clean_up_lines,
+    describe_verdict,
     run_scene,
     show_folder,
     show_rows,
@@ -26,6 +27,7 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
+from drysim.scenario.axes import FILE_KEY
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from drysim.study.compare import Comparison, Deviation, Isolation
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Row, Statistic
-    from drysim.study.table import Extreme, SeedSummary, Table
+    from drysim.study.table import BestCase, Extreme, SeedSummary, Table
 
 
 # An ensemble: one case with many seeds.
@@ -245,7 +247,7 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
     if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
         yield _isolation_row(table, compare.isolation_limits(table.own))
     yield from stroke_rows(table, own)
-    yield from _best_row(table)
+    yield from _best_rows(table)
     if ends := own.extremes.get("stuck_share"):
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
@@ -293,24 +295,39 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
     return SummaryRow("isolation", f"from {format_number(last, 'Hz')}", remark)
 
 
-def _best_row(table: Table) -> Iterator[SummaryRow]:
-    """Yield the best admissible case of a sweep of designs."""
+def _best_rows(table: Table) -> Iterator[SummaryRow]:
+    """Yield the best admissible case of a sweep of designs, and the best with all records."""
     best = table.best
     if best is None:
         return
+    least = ""
+    if best.row is None and (ends := _main_tally(table).extremes.get("x_r_peak")):
+        where = describe_place(table, ends[0])
+        least = f"; the least peak |x_r| is {format_length(ends[0].value)} {where}"
+    yield _best_row("best", best, table.axes, "case", least)
+    if best.over_records:
+        yield _best_row("all records", best.over_records, table.axes, "design")
+
+
+def _best_row(
+    name: str, best: BestCase, axes: Sequence[Axis], thing: str, least: str = ""
+) -> SummaryRow:
+    """Return the best admissible case or design, or the closest one if there is none."""
     if best.row is None:
-        words = f"no case of {best.cases} is admissible"
-        if ends := _main_tally(table).extremes.get("x_r_peak"):
-            least = f"{format_length(ends[0].value)} {describe_place(table, ends[0])}"
-            words += f"; the least peak |x_r| is {least}"
-        yield SummaryRow("best", "none", words, "bold red")
-        return
+        words = f"no {thing} of {best.cases} is admissible{least}"
+        if best.closest:
+            units = {axis.key: axis.unit for axis in axes}
+            words += f"; the closest fails {describe_verdict(best.closest, units)}"
+        return SummaryRow(name, "none", words, "bold red")
     value = format_number(best.row.metrics[best.objective])
-    where = wording.describe_case(best.row.point, table.axes)
-    of = f"least of {best.admissible} admissible cases of {best.cases}"
+    point = dict(best.row.point)
+    of = f"least of {best.admissible} admissible {thing}s of {best.cases}"
+    if thing == "design":
+        of = f"{point.pop(FILE_KEY)} being its worst record; {of}"
+    where = wording.describe_case(point, axes)
     if (stuck := best.row.metrics["stuck_share"] or 0.0) > MOSTLY_STUCK:
         of += f"; stuck for {format_percent(stuck)} of the time"
-    yield SummaryRow("best", f"{best.objective} {value}", f"at {where}, {of}")
+    return SummaryRow(name, f"{best.objective} {value}", f"at {where}, {of}")
 
 
 def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:

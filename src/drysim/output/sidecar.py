@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.statistics import Statistic
-    from drysim.study.table import Extreme, Table, Tally
+    from drysim.study.table import BestCase, Extreme, Table, Tally
 
 
 FORMAT_VERSION = 1
@@ -225,19 +225,22 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
         "reference": next(iter(references), None),
         **_numerics_fields(table, own),
     }
-    metrics, best = _metric_fields(own), _best_fields(table)
+    metrics = _metric_fields(own)
+    best = {"best": _best_fields(table.best)} if table.best else {}
     return sidecar_fields(table, table.motion, numerics, metrics, provenance, **best)
 
 
-def _best_fields(table: Table) -> Fields:
-    """Return the best admissible case, if the cases are designs to choose from."""
-    best = table.best
-    if best is None:
-        return {}
+def _best_fields(best: BestCase) -> Fields:
+    """Return the best admissible case, or the check that the closest one fails."""
     value = None if best.row is None else best.row.metrics[best.objective]
     at = None if best.row is None else dict(best.row.point)
     count = {"admissible": best.admissible, "cases": best.cases}
-    return {"best": {"metric": best.objective, "value": value, "at": at, **count}}
+    fields: Fields = {"metric": best.objective, "value": value, "at": at, **count}
+    if best.closest:
+        fields["closest"] = _check_fields(best.closest)
+    if best.over_records:
+        fields["over_records"] = _best_fields(best.over_records)
+    return fields
 
 
 def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:

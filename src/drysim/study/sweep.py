@@ -16,7 +16,6 @@ from drysim.approach.solution import FIXED_STEP
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.errors import WarningMessage
-from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.case import Case, prepare, step_cost
 from drysim.study.plan import (
@@ -38,7 +37,7 @@ from drysim.study.statistics import (
     max_seeds,
 )
 from drysim.study.store import Store, StoredBatches
-from drysim.study.table import Table, Tally, stroke_limits
+from drysim.study.table import Table, Tally, has_shared_motion, stroke_limits
 from drysim.study.warnings import (
     status_warnings,
     table_interval_warnings,
@@ -276,15 +275,6 @@ def make_table(
         tallies,
         case.inputs,
     )
-
-
-MOTION_KEYS = ("excitation.", "solver.step", "measure.")
-"""Prefixes of the keys that change the base motion."""
-
-
-def has_shared_motion(axes: Sequence[Axis]) -> bool:
-    """Whether all cases have the same base motion."""
-    return not any(axis.key.startswith(MOTION_KEYS) for axis in axes)
 
 
 def describe_numerics(case: Case) -> dict[str, object]:

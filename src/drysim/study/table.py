@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -21,7 +21,7 @@ from drysim.core.model import Input, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import METRICS, UNITS, Metrics
-from drysim.scenario.axes import Axis
+from drysim.scenario.axes import FILE_KEY, Axis, count_points
 from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
 from drysim.study.outcome import (
     count_verdicts,
@@ -138,20 +138,66 @@ class Table:
     def best(self) -> BestCase | None:
         """The best admissible case of the scenario's approach.
 
-        None unless the cases are designs to choose from: under the same base motion, and
-        limited by a stroke limit or by checks.
+        None unless the cases are designs to choose from: under the same base motion or the same
+        records, and limited by a stroke limit or by checks.
         """
         tallies = list(self.tallies.values())
         # In a comparison the reference, which the checks apply to, is not the first.
         own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
         limits = self.scenario.checks or self.scenario.stroke
-        if own is None or self.motion is None or not self.axes or not limits:
+        designs = [axis for axis in self.axes if axis.key != FILE_KEY]
+        if own is None or not designs or not has_shared_motion(designs) or not limits:
             return None
         objective = next((name for name in OBJECTIVES if name in own.extremes), None)
         if objective is None:
             return None
-        found = own.best.get(objective)
-        return BestCase(objective, found and found.row, own.admissible, own.cases)
+        found, over_records = own.best.get(objective), None
+        if len(designs) < len(self.axes) and self.complete:
+            over_records = self._best_design(own, objective)
+        closest = None if found else self._closest(own, 1, 1)
+        row = found and found.row
+        return BestCase(objective, row, own.admissible, own.cases, closest, over_records)
+
+    def _best_design(self, own: Tally, objective: str) -> BestCase:
+        """Return the best values of the other keys, each judged by its worst record."""
+
+        def values(batch: Batch) -> NDArray[np.float64]:
+            return np.where(is_admissible(batch, own.checks), batch.metrics[objective], np.inf)
+
+        keys = next(batch.points for batch in self._batches_of(own))
+        axes = [axis for axis in self.axes if axis.key in keys]
+        records = next(len(axis.values) for axis in axes if axis.key == FILE_KEY)
+        stride = count_points(list(takewhile(lambda axis: axis.key != FILE_KEY, axes)))
+        worst, at = least_worst(self._column(own, values), records, stride)
+        admissible = int((worst != np.inf).sum())
+        row = None if at is None else self._row_of(own, at)
+        closest = None if row else self._closest(own, records, stride)
+        return BestCase(objective, row, admissible, len(worst), closest)
+
+    def _closest(self, own: Tally, records: int, stride: int) -> Verdict | None:
+        """Return the check that the case closest to admissible fails by most."""
+        misses = self._column(own, lambda batch: largest_misses(batch, own.checks)[0])
+        _, at = least_worst(misses, records, stride)
+        if at is None:
+            return None
+        row = self._row_of(own, at)
+        check = largest_misses(Batch.of(0, [row]), own.checks)[1][0]
+        return check.verdict(row.metrics.get(check.metric), row.point)
+
+    def _batches_of(self, own: Tally) -> Iterator[Batch]:
+        """Yield the batches of one approach."""
+        return (one for one in as_batches(self.rows) if one.approach == own.approach)
+
+    def _column(
+        self, own: Tally, values: Callable[[Batch], NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Return one number per case of an approach."""
+        return np.concatenate([values(batch) for batch in self._batches_of(own)])
+
+    def _row_of(self, own: Tally, number: int) -> Row:
+        """Return a case of an approach by its number."""
+        before = takewhile(lambda one: one is not own, self.tallies.values())
+        return self.rows[sum(one.cases for one in before) + number]
 
     def exit_code(self, strict: bool = False) -> int:
         """Return 3 if a case failed, 1 if a check failed, else 0.
@@ -221,12 +267,60 @@ class BestCase(NamedTuple):
     row : Row or None
     admissible, cases : int
         Number of cases that stay within the stroke limit and keep all checks, and of all.
+    closest : Verdict or None
+        If no case is admissible: the check that the case closest to it fails by most, relative
+        to the limit; the stroke limit counts as `stroke_used <= 1`.
+    over_records : BestCase or None
+        In a sweep over records, the same for designs, the values of all other keys. A design
+        counts as its worst record, and is admissible only if it is with every record.
     """
 
     objective: str
     row: Row | None
     admissible: int
     cases: int
+    closest: Verdict | None = None
+    over_records: BestCase | None = None
+
+
+MOTION_KEYS = ("excitation.", "solver.step", "measure.")
+"""Prefixes of the keys that change the base motion."""
+
+
+def has_shared_motion(axes: Iterable[Axis]) -> bool:
+    """Whether all cases have the same base motion."""
+    return not any(axis.key.startswith(MOTION_KEYS) for axis in axes)
+
+
+def least_worst(
+    values: NDArray[np.float64], records: int, stride: int
+) -> tuple[NDArray[np.float64], int | None]:
+    """Return the greatest value of each design over the records, and the case of the least.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        One value per case; NaN where it is unknown, infinite where the design is excluded.
+    records : int
+        Number of records, which are one axis of the grid of cases.
+    stride : int
+        Number of cases between one record and the next, in the order of the grid.
+
+    Returns
+    -------
+    worst : ndarray, shape (n/records,)
+    case : int or None
+        Index into `values`; the first design, and its first record, wins a tie. None if no
+        design has a finite value.
+    """
+    grid = values.reshape(-1, records, stride)
+    worst = np.fmax.reduce(grid, axis=1)
+    least = np.fmin.reduce(worst, axis=None)
+    if not np.isfinite(least):
+        return worst.ravel(), None
+    high, low = divmod(int(np.argmax(worst == least)), stride)
+    record = int(np.argmax(grid[high, :, low] == least))
+    return worst.ravel(), (high * records + record) * stride + low
 
 
 def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits | None:
@@ -461,6 +555,33 @@ def is_admissible(batch: Batch, checks: Iterable[Check]) -> NDArray[np.bool_]:
         applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         keeps &= ~applies | check.holds(batch.metrics[check.metric])
     return np.asarray(keeps)
+
+
+STROKE_LIMIT = Check.parse("stroke_used <= 1")
+"""The stroke limit as a check."""
+
+
+def largest_misses(
+    batch: Batch, checks: Sequence[Check]
+) -> tuple[NDArray[np.float64], list[Check]]:
+    """Return by how much each case fails the check that it fails most, and that check.
+
+    The amount is relative to the limit. It is infinite if a value is unknown, and minus
+    infinity if the case is admissible.
+    """
+    exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
+    # During settling, which is not measured, the limit may be exceeded with less stroke used.
+    beyond = np.maximum(np.nan_to_num(batch.metrics["stroke_used"]) - 1.0, 0.0)
+    misses = [np.where(exceeds, beyond, -np.inf)]
+    for check in checks:
+        values = batch.metrics[check.metric]
+        applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
+        amount = check.excess(values) / (abs(check.limit) or 1.0)
+        amount = np.where(np.isnan(amount), np.inf, amount)
+        misses.append(np.where(applies & ~check.holds(values), amount, -np.inf))
+    found = np.where(batch.status == STATUSES.index(OK), misses, np.inf)
+    which = [STROKE_LIMIT, *checks]
+    return found.max(axis=0), [which[i] for i in found.argmax(axis=0).tolist()]
 
 
 class Count(NamedTuple):
