@@ -12,7 +12,7 @@ import drysim as package
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.study.statistics import FAILED, OK, Batch, Row
-from drysim.study.table import Tally, least_worst
+from drysim.study.table import Tally, largest_misses, least_worst
 
 KEY = "friction.kinetic"
 SEAT = f"""\
@@ -95,6 +95,57 @@ def test_no_admissible_case_is_said(drysim, tmp_path):
     assert "no case of 12 is admissible; the least peak |x_r| is " in words
     words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]
     assert (words["value"], words["at"], words["admissible"]) == (None, None, 0)
+    # The least SEAT is that of the closest case.
+    least = min(
+        float(row["SEAT [-]"]) for row in rows_of(tmp_path / "out/seat/transmissibility.csv")
+    )
+    assert words["closest"]["check"] == "SEAT < 0.01"
+    assert words["closest"]["value"] == least
+    assert f"the closest fails SEAT < 0.01, with {least:.6g} at " in " ".join(
+        answer.out.split()
+    )
+
+
+def test_closest_case_fails_its_worst_check_by_least_relative_to_the_limit():
+    checks = [Check.parse("T_a < 0.5"), Check.parse("x_r_peak < 10 mm")]
+    found = [(0.6, 5e-3, 0.5), (0.4, 13e-3, 0.65), (0.45, 11e-3, 1.04), (None, 1e-3, 0.1)]
+    rows = []
+    for T_a, peak, used in found:
+        metrics = dict.fromkeys((metric.name for metric in METRICS), 0.0)
+        metrics |= {"T_a": T_a, "x_r_peak": peak, "stroke_used": used}
+        metrics["violations"] = int(used > 1)
+        rows.append(Row({KEY: 1.0}, "stick-slip", 1.0, 1.0, metrics))
+    misses, which = largest_misses(Batch.of(0, rows), checks)
+    assert misses.tolist() == pytest.approx([0.2, 0.3, 0.1, np.inf])
+    assert [check.text for check in which] == [
+        checks[0].text, checks[1].text, checks[1].text, checks[0].text
+    ]  # fmt: skip
+    misses, (check,) = largest_misses(Batch.of(0, rows[2:3]), checks[:1])
+    assert (misses.tolist(), check.text) == (pytest.approx([0.04]), "stroke_used <= 1")
+
+
+def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    answer = drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.5]")
+    assert answer.code == 1
+    rows = rows_of(tmp_path / "out/seat/transmissibility.csv")
+    failed = sum(float(row["SEAT [-]"]) >= 0.5 for row in rows)
+    assert 0 < failed < 12
+    screen = " ".join(answer.out.split())
+    assert f"✗ fails SEAT < 0.5 in {failed} of 12 cases, worst with " in screen
+    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())
+    assert (words["checks"][0]["failed"], words["checks"][0]["cases"]) == (failed, 12)
+    kinetic, damping = words["best"]["at"].values()
+    where = f"kinetic {kinetic:g} N, damping {damping:g} N·s/m"
+    assert f"✓ best the best admissible case, at {where}, keeps every check" in screen
+    assert "✓ best" not in drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[]").out
+
+
+def test_table_shows_its_best_case_in_a_notebook(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    table = package.sweep(package.load(tmp_path / "seat.yaml"))
+    assert f"; best SEAT {table.best.value:.4g}; " in repr(table)
+    assert f"<li>best: SEAT {table.best.value:.4g}, at kinetic " in table._repr_html_()
 
 
 def test_cases_with_different_base_motion_are_no_designs(tmp_path):
@@ -194,6 +245,9 @@ def test_best_design_over_records_has_the_least_worst(drysim, tmp_path, order, l
         assert words["at"] == {**point, FILE: record}
         count = f"least of {admissible} admissible designs of {designs}"
         assert f"{record} being its worst record; {count}" in screen
+    again = " ".join(drysim("summarise", "out/seat").out.split())
+    assert again.count(" of 6") == screen.count(" of 6")
+    assert "all records " in again
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -217,6 +271,14 @@ def test_least_worst_is_what_a_look_through_all_designs_finds(seed):
     i, j = divmod(found.index(min(finite)), stride)
     record = grid[i, :, j].tolist().index(min(finite))
     assert case == (i * records + record) * stride + j
+
+
+def test_summary_of_a_finished_sweep_names_the_best_case(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    drysim("sweep", "seat.yaml", "--no-plots")
+    best = package.sweep(package.load("seat.yaml")).best
+    shown = " ".join(drysim("summarise", "out/seat").out.split())
+    assert f"best {best.result}, at {best.place(package.load('seat.yaml').sweep)}, " in shown
 
 
 def test_records_alone_are_no_designs(tmp_path):

@@ -14,7 +14,7 @@ from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, poin
 from grids import axes as axes_of
 from grids import sweep as many_stand_in
 from outcomes import outcome, stand_in
-from seat import EM6_SEAT
+from seat import EM6_SEAT, write_records
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
@@ -917,6 +917,31 @@ def test_admissible_range_is_shaded_from_its_first_to_its_last_case(seat_table):
         (shade,) = panel.patches
         ends = shade.get_extents().transformed(panel.transData.inverted()).intervalx
         assert ends == pytest.approx([min(admissible), max(admissible)])
+
+
+def test_picture_says_that_no_case_is_admissible(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    figure = draw_transmissibility(
+        solved(load(tmp_path / "seat.yaml", {"checks": ["SEAT < 0.01"]}))
+    )
+    heading = " ".join(text.get_text() for text in figure.texts)
+    assert "no case of 6 is admissible; the closest fails SEAT < 0.01, with " in heading
+
+
+def test_best_design_over_all_records_is_marked_in_the_picture(tmp_path):
+    write_records(tmp_path / "runs", 3)
+    record = "{kind: record, file: runs/run-00.csv, time: t, column: u_dd}"
+    (tmp_path / "seat.yaml").write_text(
+        f"oscillator: {{mass: 75, stiffness: 3500, damping: 250}}\nexcitation: {record}\n"
+        "friction: {law: coulomb, kinetic: 20}\nchecks: [T_a < 2]\n"
+        "sweep: {excitation.file: runs/*.csv, friction.kinetic: [0, 40]}\n"
+    )
+    table = solved(load(tmp_path / "seat.yaml"))
+    figure = draw_transmissibility(table)
+    stars = [line for line in figure.axes[-1].lines if line.get_marker() == "*"]
+    found = [table.best.value, table.best.over_records.value]
+    assert [star.get_ydata()[0] for star in stars] == found
+    assert f"all records: T_a {found[1]:.4g} at " in " ".join(legend(figure))
 
 
 def test_sweep_without_limits_has_no_best_case(tmp_path):

@@ -16,7 +16,6 @@ from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
     clean_up_lines,
-    describe_verdict,
     run_scene,
     show_folder,
     show_rows,
@@ -27,7 +26,6 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
-from drysim.scenario.axes import FILE_KEY
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
     from drysim.study.compare import Comparison, Deviation, Isolation
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Row, Statistic
-    from drysim.study.table import BestCase, Extreme, SeedSummary, Table
+    from drysim.study.table import Extreme, SeedSummary, Table
 
 
 # An ensemble: one case with many seeds.
@@ -169,9 +167,6 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
 TABLE_VALUE_WIDTH = 20
 """Columns of the values."""
 
-MOSTLY_STUCK = 0.5
-"""Share of the time from which a best case that sticks is said to."""
-
 RANGE_DIGITS = 3
 """Significant digits of the ends of a range."""
 
@@ -193,7 +188,8 @@ def show_table(table: Table, folder: Path | None = None) -> None:
     """
     scene, rows = sweep_scene(table), _table_rows(table)
     written = folder if table.complete else None
-    show_summary(table, scene, rows, TABLE_VALUE_WIDTH, written, table.axes)
+    answer = _describe_answer(table)
+    show_summary(table, scene, rows, TABLE_VALUE_WIDTH, written, table.axes, answer)
 
 
 def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
@@ -296,38 +292,25 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
 
 
 def _best_rows(table: Table) -> Iterator[SummaryRow]:
-    """Yield the best admissible case of a sweep of designs, and the best with all records."""
-    best = table.best
-    if best is None:
-        return
-    least = ""
-    if best.row is None and (ends := _main_tally(table).extremes.get("x_r_peak")):
-        where = describe_place(table, ends[0])
-        least = f"; the least peak |x_r| is {format_length(ends[0].value)} {where}"
-    yield _best_row("best", best, table.axes, "case", least)
-    if best.over_records:
-        yield _best_row("all records", best.over_records, table.axes, "design")
+    """Yield the best admissible case of a sweep of designs, and the best over all records."""
+    for name, best in table.answers:
+        least, style = "", ""
+        if best.row is None:
+            style = "bold red"
+            ends = _main_tally(table).extremes.get("x_r_peak")
+            if ends and best.kind == "case":
+                where = describe_place(table, ends[0])
+                least = f"; the least peak |x_r| is {format_length(ends[0].value)} {where}"
+        yield SummaryRow(name, best.result, best.describe(table.axes, least), style)
 
 
-def _best_row(
-    name: str, best: BestCase, axes: Sequence[Axis], thing: str, least: str = ""
-) -> SummaryRow:
-    """Return the best admissible case or design, or the closest one if there is none."""
-    if best.row is None:
-        words = f"no {thing} of {best.cases} is admissible{least}"
-        if best.closest:
-            units = {axis.key: axis.unit for axis in axes}
-            words += f"; the closest fails {describe_verdict(best.closest, units)}"
-        return SummaryRow(name, "none", words, "bold red")
-    value = format_number(best.row.metrics[best.objective])
-    point = dict(best.row.point)
-    of = f"least of {best.admissible} admissible {thing}s of {best.cases}"
-    if thing == "design":
-        of = f"{point.pop(FILE_KEY)} being its worst record; {of}"
-    where = wording.describe_case(point, axes)
-    if (stuck := best.row.metrics["stuck_share"] or 0.0) > MOSTLY_STUCK:
-        of += f"; stuck for {format_percent(stuck)} of the time"
-    return SummaryRow(name, f"{best.objective} {value}", f"at {where}, {of}")
+def _describe_answer(table: Table) -> str:
+    """Return the answer of a sweep of designs in which a check fails; empty without one."""
+    for _, best in reversed(table.answers):
+        if best.row and any(verdict.passed is False for verdict in table.checks):
+            words = f"the best admissible {best.kind}, at {best.place(table.axes)},"
+            return f"{words} keeps every check that applies to it"
+    return ""
 
 
 def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:

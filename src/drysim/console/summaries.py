@@ -250,6 +250,10 @@ def show_sidecar(fields: Fields) -> None:
         print_table(
             console, _metric_columns(metrics), ("metric", "unit"), OPTIONAL_SIDECAR_COLUMNS
         )
+    if "best" in fields:
+        print_line(console)
+        for name, words in _sidecar_best(fields):
+            print_labelled(console, name, words)
     if fields["checks"]:
         print_line(console)
     for passed, words in sidecar_checks(fields):
@@ -274,6 +278,24 @@ def _sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
         yield "cases", ", ".join([str(numerics.get("cases", 1)), *lost])
     if not fields["complete"]:
         yield "state", "incomplete"
+
+
+def _sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
+    """Yield name and description of the best admissible case, and of that over all records."""
+    from drysim.scenario.axes import Axis
+    from drysim.study.statistics import Row
+    from drysim.study.table import BestCase
+
+    axes = [Axis(axis["key"], axis["unit"], ()) for axis in fields["numerics"]["swept"]]
+    best, name, kind = fields["best"], "best", "case"
+    while best is not None:
+        metrics = {best["metric"]: best["value"]}
+        row = None if best["at"] is None else Row(best["at"], "", 0.0, 0.0, metrics)
+        closest = _sidecar_verdict(best["closest"]) if "closest" in best else None
+        counts = best["admissible"], best["cases"]
+        found = BestCase(best["metric"], row, *counts, closest, kind=kind)
+        yield name, f"{found.result}, {found.describe(axes)}"
+        best, name, kind = best.get("over_records"), "all records", "design"
 
 
 def _metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
@@ -312,15 +334,24 @@ def _metric_row(name: str, found: Any) -> tuple[str, ...] | None:
     return name, wording.format_unit(UNITS[name]), *cells
 
 
+VERDICT_FIELDS = ("half_width", "seeds", "reason", "failed", "cases")
+"""Optional fields of a check in drysim.json."""
+
+
 def sidecar_checks(fields: Fields) -> Iterator[tuple[bool | None, str]]:
     """Yield whether each check passed (None: not judged), and its description."""
     numerics = fields.get("numerics", {})
     units = {axis["key"]: axis["unit"] for axis in numerics.get("swept", ())}
     for check in fields.get("checks", ()):
-        known = {key: check[key] for key in ("half_width", "seeds", "reason") if key in check}
-        comparison, passed = Check.comparison(check["check"]), check["passed"]
-        verdict = Verdict(comparison, passed, check["value"], check.get("where"), **known)
-        yield passed, describe_verdict(verdict, units, numerics.get("yardstick", ""))
+        verdict = _sidecar_verdict(check)
+        yield verdict.passed, describe_verdict(verdict, units, numerics.get("yardstick", ""))
+
+
+def _sidecar_verdict(check: Fields) -> Verdict:
+    """Return the verdict of a check in drysim.json."""
+    known = {key: check[key] for key in VERDICT_FIELDS if key in check}
+    comparison, passed = Check.comparison(check["check"]), check["passed"]
+    return Verdict(comparison, passed, check["value"], check.get("where"), **known)
 
 
 # Every summary and its parts.
@@ -333,13 +364,19 @@ def show_summary(
     width: int,
     folder: Path | None,
     axes: Sequence[Axis] = (),
+    answer: str = "",
 ) -> None:
-    """Show title, scene, rows, verdicts, folder and warnings; `width` as in `show_rows`."""
+    """Show title, scene, rows, verdicts, folder and warnings; `width` as in `show_rows`.
+
+    `answer` is what a sweep of designs is for, although a check fails in some cases.
+    """
     console = stdout()
     show_title(console, result.scenario)
     show_scene(console, scene)
     show_rows(console, rows, width)
     show_verdicts(console, result.checks, axes)
+    if answer:
+        print_labelled(console, "✓ best", answer, "green")
     show_folder(console, folder)
     show_warnings(result.warnings)
 
@@ -414,7 +451,9 @@ def describe_verdict(verdict: Verdict, units: Mapping[str, str], by: str = "") -
     """
     where = wording.describe_point(verdict.where or {}, units)
     parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
-    return f"{verdict.check}{parted} {verdict.found}{f' by {by}' if by else ''}{place}"
+    worst = "" if verdict.reason or not verdict.share else "worst "
+    words = f"{verdict.check}{verdict.share}{parted} {worst}{verdict.found}"
+    return f"{words}{f' by {by}' if by else ''}{place}"
 
 
 def show_folder(console: AnyConsole, folder: Path | None) -> None:

@@ -236,6 +236,10 @@ class Verdict:
     """Half width of the 95 % confidence interval of a mean over several seeds."""
     seeds: int = 1
     """Number of seeds in the mean."""
+    failed: int = 0
+    """Number of cases of a table that fail the check."""
+    cases: int = 0
+    """Number of cases to which it applies; 0 for a single case."""
 
     @property
     def undecided(self) -> bool:
@@ -248,8 +252,15 @@ class Verdict:
     def sentence(self) -> str:
         """The check and its result."""
         outcome = {True: "holds", False: "fails", None: "skipped"}[self.passed]
-        parted = ";" if self.reason else ""
-        return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
+        parted = ";" if self.reason else self.share and ","
+        return f"{self.check}: {outcome}{self.share}{parted} {self.found}{self.place}"
+
+    @property
+    def share(self) -> str:
+        """How many cases fail, such as ` in 3 of 12 cases`; empty if none or a single one."""
+        return (
+            f" in {self.failed} of {self.cases} cases" if self.failed and self.cases > 1 else ""
+        )
 
     @property
     def found(self) -> str:

@@ -181,6 +181,8 @@ def _check_fields(verdict: Verdict) -> Fields:
     fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
     if verdict.reason:
         fields["reason"] = verdict.reason
+    if verdict.cases:
+        fields |= {"failed": verdict.failed, "cases": verdict.cases}
     if verdict.seeds > 1:
         fields |= {"half_width": verdict.half_width, "seeds": verdict.seeds}
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
@@ -232,10 +234,9 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
 
 def _best_fields(best: BestCase) -> Fields:
     """Return the best admissible case, or the check that the closest one fails."""
-    value = None if best.row is None else best.row.metrics[best.objective]
     at = None if best.row is None else dict(best.row.point)
     count = {"admissible": best.admissible, "cases": best.cases}
-    fields: Fields = {"metric": best.objective, "value": value, "at": at, **count}
+    fields: Fields = {"metric": best.objective, "value": best.value, "at": at, **count}
     if best.closest:
         fields["closest"] = _check_fields(best.closest)
     if best.over_records:

@@ -316,6 +316,8 @@ def table_heading(
     if own and (found := own.seeds):
         least = "" if found.least == found.most else f"{found.least} to "
         notes.append(f"means over {least}{found.most} seeds")
+    unmet = [best for _, best in table.answers if best.row is None]
+    notes += [best.describe(table.axes) for best in unmet[:1]]
     if of_stroke and (limit := _stroke_limit(table, peak)):
         notes.append(limit)
     ranges = results or (format_metric_ranges(own.ends) if own else "")

@@ -60,7 +60,7 @@ from drysim.study.statistics import (
     Row,
     as_batches,
 )
-from drysim.study.table import Table, is_admissible, stroke_limits
+from drysim.study.table import BestCase, Table, is_admissible, stroke_limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -571,9 +571,8 @@ def draw_panels(
 def _mark_admissible(
     axes: Axes, table: Table, view: View, panel: Panel, metric: PlottedMetric
 ) -> None:
-    """Mark the best admissible case, and shade the admissible range of a single line."""
-    best = table.best
-    if best is None:
+    """Mark the best admissible cases, and shade the admissible range of a single line."""
+    if not table.answers:
         return
     rows = [row for line in panel.lines for row in line.rows]
     if len(panel.lines) == 1 and rows and not view.files:
@@ -583,17 +582,20 @@ def _mark_admissible(
             x = [view.x(row) for row, _ in run]
             if keeps and x[0] < x[-1]:
                 axes.axvspan(x[0], x[-1], **ADMISSIBLE_STYLE)
-    if best.row is None or not any(row.point == best.row.point for row in rows):
+    for name, best in table.answers:
+        if best.row and any(row.point == best.row.point for row in rows):
+            _draw_best(axes, name, best, table, view.x(best.row), metric.of(best.row))
+
+
+def _draw_best(
+    axes: Axes, name: str, best: BestCase, table: Table, x: float, y: float | None
+) -> None:
+    """Draw the best admissible case, or the best over all records, with its legend."""
+    if best.row is None or y is None:
         return
-    if (y := metric.of(best.row)) is not None:
-        label = _best_label(best.objective, best.row, table.axes)
-        axes.plot([view.x(best.row)], [y], **BEST_STYLE, label=label)
-
-
-def _best_label(objective: str, row: Row, axes: Sequence[Axis]) -> str:
-    """Return the legend of the best admissible case."""
-    value = wording.format_number(row.metrics[objective])
-    return f"best: {objective} {value} at {point_label(row.point, axes)}"
+    words = f"{name}: {best.result} at {point_label(best.row.point, table.axes)}"
+    fill: Style = {"fillstyle": "none"} if best.kind == "design" else {}
+    axes.plot([x], [y], **BEST_STYLE, **fill, label=words)
 
 
 def _shows_stroke(metrics: Sequence[PlottedMetric]) -> bool:
@@ -943,10 +945,10 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {words}")
             draw_map(figure, below, histograms[i], metric.scale)
-            if y_axis is not None and table.best is not None and (row := table.best.row):
-                at = [row.point[x_axis.key]], [row.point[y_axis.key]]
-                label = _best_label(table.best.objective, row, table.axes)
-                below.plot(*at, **BEST_STYLE, label=label)
+            for label, best in table.answers:
+                if y_axis is not None and (row := best.row):
+                    x, y = row.point[x_axis.key], row.point[y_axis.key]
+                    _draw_best(below, label, best, table, x, y)
     style.finish_figure(figure, style.table_heading(table, of_stroke=_shows_stroke(metrics)))
     return figure
 

@@ -151,15 +151,17 @@ def html_table(
     header: Sequence[str],
     rows: Iterable[Sequence[str]],
     checks: Iterable[Verdict] = (),
+    notes: Iterable[str] = (),
 ) -> str:
-    """Return a table as HTML, with verdicts below it."""
+    """Return a table as HTML, with notes and verdicts below it."""
     lines = [
         "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
         for tag, cells in (("th", header), *(("td", row) for row in rows))
     ]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    verdicts = "".join(f"<li>{escape(verdict.sentence)}</li>" for verdict in checks)
-    below = f"<ul>{verdicts}</ul>" if verdicts else ""
+    sentences = [*notes, *(verdict.sentence for verdict in checks)]
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    below = f"<ul>{items}</ul>" if items else ""
     return f"<table><caption>{escape(caption)}</caption>{body}</table>{below}"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from itertools import islice, takewhile
 from typing import Any, NamedTuple, Self
@@ -41,7 +41,13 @@ from drysim.study.statistics import (
     as_batches,
     with_interval,
 )
-from drysim.wording import format_count, format_number, format_unit
+from drysim.wording import (
+    describe_case,
+    format_count,
+    format_number,
+    format_percent,
+    format_unit,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,21 +113,25 @@ class Table:
             if own
             else ""
         )
-        return format_repr("Table", name, ", ".join(summary), found, verdicts)
+        best = f"best {self.best.result}" if self.best else ""
+        return format_repr("Table", name, ", ".join(summary), found, best, verdicts)
 
     def plot(self) -> Any:
         """Return the picture of the sweep, a figure of matplotlib; see `drysim.plot`."""
         return drysim.plot(self)
 
     def _repr_html_(self) -> str:
-        """Return the ranges of the metrics as HTML, for notebooks."""
+        """Return ranges of the metrics, best case and verdicts as HTML, for notebooks."""
         rows = [
             (tally.approach, name, *map(format_number, ends), format_unit(UNITS[name]))
             for tally in self.tallies.values()
             for name, ends in tally.ends.items()
         ]
         header = ("approach", "metric", "least", "greatest", "unit")
-        return html_table(repr(self), header, rows, self.checks)
+        best = [
+            f"{name}: {one.result}, {one.describe(self.axes)}" for name, one in self.answers
+        ]
+        return html_table(repr(self), header, rows, self.checks, best)
 
     @property
     def approaches(self) -> tuple[str, ...]:
@@ -158,6 +168,12 @@ class Table:
         row = found and found.row
         return BestCase(objective, row, own.admissible, own.cases, closest, over_records)
 
+    @property
+    def answers(self) -> list[tuple[str, BestCase]]:
+        """The best case, and the best design over all records, with their names."""
+        named = [("best", self.best), ("all records", self.best and self.best.over_records)]
+        return [(name, one) for name, one in named if one]
+
     def _best_design(self, own: Tally, objective: str) -> BestCase:
         """Return the best values of the other keys, each judged by its worst record."""
 
@@ -172,7 +188,7 @@ class Table:
         admissible = int((worst != np.inf).sum())
         row = None if at is None else self._row_of(own, at)
         closest = None if row else self._closest(own, records, stride)
-        return BestCase(objective, row, admissible, len(worst), closest)
+        return BestCase(objective, row, admissible, len(worst), closest, kind="design")
 
     def _closest(self, own: Tally, records: int, stride: int) -> Verdict | None:
         """Return the check that the case closest to admissible fails by most."""
@@ -281,6 +297,48 @@ class BestCase(NamedTuple):
     cases: int
     closest: Verdict | None = None
     over_records: BestCase | None = None
+    kind: str = "case"
+    """What is chosen: a `case`, or a `design` over all records."""
+
+    @property
+    def value(self) -> float | None:
+        """The least objective; None if no case is admissible."""
+        return None if self.row is None else self.row.metrics[self.objective]
+
+    @property
+    def result(self) -> str:
+        """The objective and its value, or `none`."""
+        return "none" if self.row is None else f"{self.objective} {format_number(self.value)}"
+
+    def describe(self, axes: Sequence[Axis], least: str = "") -> str:
+        """Describe where the best case is, or which check the closest one fails.
+
+        `least` is said in between if no case is admissible.
+        """
+        if self.row is None:
+            words = f"no {self.kind} of {self.cases} is admissible{least}"
+            if self.closest:
+                where = describe_case(self.closest.where or {}, axes)
+                check = f"{self.closest.check}, {self.closest.found}"
+                words += f"; the closest fails {check} at {where}"
+            return words
+        of = f"least of {self.admissible} admissible {self.kind}s of {self.cases}"
+        if self.kind == "design":
+            of = f"{self.row.point[FILE_KEY]} being its worst record; {of}"
+        if (stuck := self.row.metrics.get("stuck_share") or 0.0) > MOSTLY_STUCK:
+            of += f"; stuck for {format_percent(stuck)} of the time"
+        return f"at {self.place(axes)}, {of}"
+
+    def place(self, axes: Sequence[Axis]) -> str:
+        """The values of the best case, without the record if it is the best over all."""
+        point = dict(self.row.point) if self.row else {}
+        if self.kind == "design":
+            point.pop(FILE_KEY, None)
+        return describe_case(point, axes)
+
+
+MOSTLY_STUCK = 0.5
+"""Share of the time from which a best case that sticks is said to."""
 
 
 MOTION_KEYS = ("excitation.", "solver.step", "measure.")
@@ -417,6 +475,8 @@ class Tally:
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _most_beyond: float = -np.inf
     _verdicts: dict[int, Verdict] = field(default_factory=dict)
+    _failed: Counter[int] = field(default_factory=Counter)
+    _judged: Counter[int] = field(default_factory=Counter)
 
     @classmethod
     def of(
@@ -462,8 +522,12 @@ class Tally:
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """One verdict per check, in order."""
-        checks = enumerate(self.checks)
-        return tuple(self._verdicts.get(i) or check.no_case_verdict() for i, check in checks)
+        return tuple(
+            replace(self._verdicts[i], failed=self._failed[i], cases=self._judged[i])
+            if i in self._verdicts
+            else check.no_case_verdict()
+            for i, check in enumerate(self.checks)
+        )
 
     @property
     def shared(self) -> dict[str, bool]:
@@ -532,7 +596,10 @@ class Tally:
     ) -> None:
         applicable = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         # A case without metrics fails a check that applies to it.
-        at = check.worst(applicable, np.where(good, batch.metrics[check.metric], np.nan))
+        values = np.where(good, batch.metrics[check.metric], np.nan)
+        self._judged[i] += int(applicable.sum())
+        self._failed[i] += int((applicable & ~check.holds(values)).sum())
+        at = check.worst(applicable, values)
         if at is not None:
             case = row(at)
             status = "" if good[at] else case.status
