@@ -130,6 +130,15 @@ def test_table_of_files_is_a_frame(runs):
             "nothing/*.csv",
             "sweep.excitation.file is a pattern that matches no file: `nothing/*.csv`",
         ),
+        ("nothing/*.csv", "; there is no folder `nothing`"),
+        ("runs/*.txt", "; write one such as `records/*.csv`, relative to this file"),
+        ("runs", "is a folder, `runs`; write a pattern: `excitation.file: runs/*.csv`"),
+        ("runs/", "is a folder, `runs/`; write a pattern: `excitation.file: runs/*.csv`"),
+        (
+            "[runs/]",
+            "excitation.file.0 is a folder, `runs/`; write a pattern: `excitation.file",
+        ),
+        ("[runs/*.csv]", "file.0 is a pattern, not a file; write it without a list: `exc"),
         ("[]", "sweep.excitation.file has no files"),
         ("[1]", "sweep.excitation.file.0 must be the name of a file, not 1"),
         ("[runs/run-01.csv, runs/run-01.csv]", "is a duplicate: `runs/run-01.csv`"),
@@ -145,6 +154,53 @@ def test_fault_of_the_files_is_located_before_any_work(drysim, runs, value, word
         drysim("sweep", "seat.yaml", "--set", f"sweep={{excitation.file: {value}}}").code == 2
     )
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("runs", "6:20: sweep.excitation.file is a folder"),
+        ("[runs/]", "6:21: sweep.excitation.file.0 is a folder"),
+        ("no/*.csv", "6:20: sweep.excitation.file is a pattern that matches no file"),
+        (
+            "[runs/run-01.csv, runs/run-91.csv]",
+            "6:38: sweep.excitation.file.1: runs/run-91.csv:",
+        ),
+    ],
+)
+def test_fault_of_the_files_is_at_its_place_in_the_scenario(drysim, runs, value, words):
+    Path("seat.yaml").write_text(SCENARIO.replace("runs/*.csv", value))
+    for command in ("validate", "sweep"):
+        answer = drysim(command, "seat.yaml")
+        assert answer.code == 2
+        assert f"seat.yaml:{words}" in answer.out + answer.err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("u_dd", "acc", "there is no column `u_dd`; there are: `t [s]`, `acc [m/s2]`"),
+        ("[m/s2]", "", "has no unit"),
+        ("t [s]", "s", "there is no column `t`"),
+    ],
+)
+def test_record_of_another_layout_is_told_from_the_others(drysim, runs, old, new, fault):
+    Path(runs[4]).write_text(Path(runs[4]).read_text().replace(old, new, 1))
+    answer = drysim("validate", "seat.yaml")
+    assert answer.code == 2
+    words = " ".join(answer.out.split())
+    assert f"{runs[4]}:1:" in words
+    assert fault in words
+    assert "; all files of a sweep are read with the same keys of `excitation`" in words
+    assert f"which suit `{runs[0]}`: give this file the same columns and units, or" in words
+
+
+def test_fault_of_a_sample_says_nothing_about_the_other_records(drysim, runs):
+    rows = Path(runs[4]).read_text().splitlines()
+    Path(runs[4]).write_text("\n".join([*rows[:50], "0.49,abc", *rows[51:]]))
+    answer = drysim("validate", "seat.yaml")
+    assert "`abc` is not a number" in answer.out
+    assert "all files" not in answer.out
 
 
 def test_warning_about_one_of_the_files_names_it(drysim, runs):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from glob import glob
+from glob import glob, has_magic
 from itertools import takewhile
 from math import nan
 from pathlib import Path
@@ -228,7 +228,7 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
                 if (folder / name).is_file()
             )
             if not files:
-                raise ValueError(f"is a pattern that matches no file: {format_value(value)}")
+                raise ValueError(_pattern_fault(folder, value))
         elif isinstance(value, list):
             files = value
             if not files:
@@ -242,11 +242,29 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
                 raise ValueError(f"must be the name of a file, not {format_value(file)}")
             if file in files[:i]:
                 raise ValueError(f"is a duplicate: {format_value(file)}")
+            if (folder / file).is_dir():
+                raise ValueError(_pattern_fault(folder, file))
+            if has_magic(file) and not (folder / file).exists():
+                remedy = f"without a list: `{FILE_KEY}: {file}`"
+                raise ValueError(f"is a pattern, not a file; write it {remedy}")
     if len(reading.problems) > known:
         return None
     # Results name the files as here, and are to be free of absolute paths.
     files = [os.path.relpath(file, folder) if os.path.isabs(file) else file for file in files]
     return Axis(FILE_KEY, "", tuple(files), list(files))
+
+
+def _pattern_fault(folder: Path, pattern: str) -> str:
+    """Return why a text is no pattern of files, and what to write."""
+    if (folder / pattern).is_dir():
+        example = (Path(pattern) / "*.csv").as_posix()
+        return f"is a folder, {format_value(pattern)}; write a pattern: `{FILE_KEY}: {example}`"
+    fault = f"is a pattern that matches no file: {format_value(pattern)}"
+    parts = Path(pattern).parts[:-1]
+    above = Path(*takewhile(lambda part: not has_magic(part), parts))
+    if not (folder / above).is_dir():
+        return f"{fault}; there is no folder {format_value(above.as_posix())}"
+    return f"{fault}; write one such as `records/*.csv`, relative to this file"
 
 
 def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:

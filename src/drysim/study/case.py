@@ -179,7 +179,7 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
     force = law.force_record.warnings if law.force_record else ()
     records = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
     if swept and (files := swept_files(scenario)):
-        records = [read_swept(scenario, file) for file in files]
+        records = [read_swept(scenario, files, i) for i in range(len(files))]
     known = (
         *scenario_warnings(scenario, motion, compared),
         *(warning for warnings, _ in records for warning in warnings),
@@ -200,20 +200,38 @@ def swept_files(scenario: Scenario) -> Sequence[str]:
 
 
 def read_swept(
-    scenario: Scenario, file: str
+    scenario: Scenario, files: Sequence[str], i: int
 ) -> tuple[tuple[WarningMessage, ...], tuple[Input, ...]]:
-    """Read a swept record, and return its warnings and inputs.
+    """Read one of the swept records, and return its warnings and inputs.
 
     Raises
     ------
     RecordError
         When the record is invalid.
     ScenarioError
-        When the scenario does not suit it, such as a window beyond its end.
+        When the record is missing, or the scenario does not suit it, such as a window beyond
+        its end.
     """
+    file = files[i]
     point: dict[str, Any] = {FILE_KEY: file}
     one = scenario.at(point)
-    motion = base_motion(one)
+    try:
+        motion = base_motion(one)
+    except RecordError as fault:
+        assert isinstance(one.excitation, Record), "only records have files"
+        problem, header = fault.problem, 1 + (one.excitation.skip or 0)
+        if not one.excitation.path.exists():
+            keys = (SWEEP_KEY, FILE_KEY, i)
+            sentence = f"{'.'.join(map(str, keys))}: {problem}"
+            raise case_error(scenario, sentence, keys) from None
+        if i == 0 or problem.line > header:  # a sample, not the columns
+            raise
+        sentence = (
+            f"{problem.sentence}; all files of a sweep are read with the same keys of "
+            f"`excitation`, which suit `{files[0]}`: give this file the same columns and "
+            f"units, or leave it out of {SWEEP_KEY}.{FILE_KEY}"
+        )
+        raise RecordError(replace(problem, sentence=sentence), fault.hint) from None
     assert isinstance(motion, Samples), "a record is sampled"
     try:
         assemble(one, motion)
@@ -257,7 +275,7 @@ def assemble(
     return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
 
 
-def case_error(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
+def case_error(scenario: Scenario, sentence: str, key: str | KeyPath) -> ScenarioError:
     """Return the error for a key whose value only the complete case shows to be invalid."""
     problem = scenario.problem(sentence, key)
     name = scenario.origin["file"] or scenario.name
