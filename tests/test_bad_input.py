@@ -182,3 +182,32 @@ def test_disk_without_room_for_the_response_is_told_before_the_work(drysim, seat
     assert answer.code == 2
     assert re.search(r"it needs at least \d+ kB, and 5 bytes are free", answer.err)
     assert "free disk space" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("seat.csv", SOUND.encode()),
+        ("quoted.csv", b'"t [s]","u_dd [m/s2]"\n0,1\n0.1,2\n'),
+        ("words first.txt", b"Device: ABC\nt,u\n0,1\n0.1,2\n"),
+        ("seat.wav", b"RIFF\0\0\0\0WAVE"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "sweep", "validate"])
+def test_record_in_place_of_a_scenario_is_told_how_to_become_one(
+    drysim, tmp_path, monkeypatch, name, content, command
+):
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(content)
+    answer = drysim(command, name)
+    assert answer.code == 2
+    quoted = f"'{name}'" if " " in name else name
+    words = f"`drysim init --from {quoted}` writes a scenario for a record"
+    assert words in " ".join((answer.out + answer.err).split())
+
+
+def test_fault_of_a_scenario_or_of_a_name_says_nothing_about_records(drysim, tmp_path):
+    file = tmp_path / "seat.txt"
+    file.write_text("oscillator: {mass: 1}\n")
+    for wrong in (file, tmp_path / "none.csv"):
+        assert "init --from" not in drysim("validate", wrong).out

@@ -11,14 +11,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError, UsageError
 from drysim.metrics.checks import has_condition
+from drysim.records.formats import format_of
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
 from drysim.scenario.model import Scenario, first_conflict, key_faults, unsupported_values
@@ -29,6 +32,7 @@ from drysim.scenario.reading import (
     MAX_PROBLEMS,
     Reading,
     TooManyProblems,
+    fields_by_key,
     get_block,
     validation_faults,
 )
@@ -71,7 +75,7 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
     try:
         document = read_document(path, overrides, (SWEEP_KEY,))
     except UnreadableError as fault:
-        raise _scenario_error(str(path), [fault.problem]) from None
+        raise _scenario_error(str(path), [_with_record_hint(fault.problem)]) from None
     model, scenario = _choose_model(document.value), None
     reading = Reading(document, model)
     with suppress(TooManyProblems):
@@ -81,8 +85,20 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         problems = first_conflict(scenario)
     if scenario is None or problems:
         problems.sort(key=lambda p: (p.file != document.file, p.line, p.column))
+        if not document.value.keys() & fields_by_key(model).keys():
+            problems[0] = _with_record_hint(problems[0])
         raise _scenario_error(document.file, problems)
     return scenario
+
+
+def _with_record_hint(problem: Problem) -> Problem:
+    """Return a problem with how to make a scenario, if the file may be a record."""
+    file = Path(problem.file)
+    if format_of(file) is None or not file.is_file():
+        return problem
+    mark = "" if problem.sentence.endswith("?") else ";"
+    hint = f"`drysim init --from {quote(problem.file)}` writes a scenario for a record"
+    return replace(problem, sentence=f"{problem.sentence}{mark} {hint}")
 
 
 def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
