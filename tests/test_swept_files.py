@@ -290,3 +290,11 @@ def test_key_that_one_file_of_a_pattern_has_not_is_a_located_fault(drysim, runs)
     answer = drysim("validate", "seat.yaml")
     assert answer.code == 2
     assert "excitation.skip: a WAV is not a text table" in answer.out
+
+
+@pytest.mark.parametrize("condition", ["== runs/run-01.csv", "> 3"])
+def test_condition_on_a_record_is_refused_with_what_to_do(drysim, runs, condition):
+    check = f"checks=['T_a < 1 at excitation.file {condition}']"
+    words = " ".join(drysim("validate", "seat.yaml", "--set", check).out.split())
+    assert "`excitation.file` after `at` is not a numeric key of this scenario; cond" in words
+    assert "put a record with limits of its own into a scenario of its own" in words

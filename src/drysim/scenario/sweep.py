@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from drysim.excitation.base import as_integer
-from drysim.metrics.checks import STATUS, Check, has_condition
+from drysim.metrics.checks import AT_PATTERN, STATUS, Check, has_condition
 from drysim.scenario.axes import (
     FILE_KEY,
     MAX_AXIS_VALUES,
@@ -297,7 +297,13 @@ def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
     try:
         check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
     except ValueError as fault:
-        reading.fault(f"checks.{i}: {fault}", ("checks", i))
+        sentence = f"checks.{i}: {fault}"
+        if FILE_KEY in AT_PATTERN.split(text, maxsplit=1)[1]:
+            sentence += (
+                "; conditions compare numbers, so a check applies to every record: put a "
+                "record with limits of its own into a scenario of its own"
+            )
+        reading.fault(sentence, ("checks", i))
         return "T_a < 1"  # any valid check: the error was reported
     swept = reading.words.get(SWEEP_KEY)
     keys = [condition.key for condition in check.conditions if condition.key != STATUS]
