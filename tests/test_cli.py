@@ -311,6 +311,27 @@ def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat
     assert "starting over: finished cases" in drysim(*words).err
 
 
+def test_seeds_of_an_interrupted_run_are_never_discarded_silently(drysim, seat):
+    sweep = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
+    seeds = Path("out/seat.partial/seeds/000000-0.cases")
+
+    def interrupt():
+        seeds.parent.mkdir(parents=True)
+        seeds.write_text("a finished block")
+        (seeds.parents[1] / "drysim.json").write_text('{"format": 1, "complete": false}')
+
+    interrupt()
+    for words in (sweep, [*sweep, "--resume"]):
+        answer = drysim(*words)
+        assert answer.code == 0
+        assert "starting over: finished seeds in out/seat.partial are disc" in answer.err
+        assert "(`drysim run --resume` keeps them)" in answer.err
+        interrupt()
+    answer = drysim("run", seat, "--no-plots")
+    assert answer.code == 0
+    assert "discards the finished seeds in out/seat.partial; use --out" in answer.err
+
+
 def test_fault_that_nobody_reads_keeps_its_exit_code(tmp_path):
     read, write = os.pipe()
     os.close(read)

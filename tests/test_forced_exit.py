@@ -170,7 +170,7 @@ def test_sweep_in_an_endless_kernel_keeps_its_cases(folder, stage):
     stderr = interrupted(folder, setup, *words, *options, times=3)
     assert "--resume" in stderr
     partial = folder / "out/seat.partial"
-    assert output.is_resumable(folder / "out/seat")
+    assert output.resumable_parts(folder / "out/seat")
     assert (partial / "drysim.json").exists()
     if stage != "cases in threads":  # whose table is written
         assert not list(partial.glob("*.csv"))

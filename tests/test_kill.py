@@ -177,7 +177,7 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.setattr(sweep, "solve_range", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
-    assert output.is_resumable(Path("out"))
+    assert output.resumable_parts(Path("out"))
     monkeypatch.setattr(sweep, "solve_range", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()

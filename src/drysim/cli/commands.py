@@ -129,7 +129,7 @@ def run(
     quiet: options.Quiet = False,
 ) -> int:
     """Compute one case, for one or many seeds: motion, metrics."""
-    from drysim.output.folder import check_writable, holds_sweep
+    from drysim.output.folder import check_writable, holds_sweep, resumable_parts
     from drysim.scenario.load import load
     from drysim.study.case import prepare
     from drysim.study.statistics import max_seeds
@@ -147,6 +147,9 @@ def run(
         return work.show_plan(case, folder, mode)
     if holds_sweep(folder):
         mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
+    if single and (held := resumable_parts(folder)):
+        kept = f"the finished {' and '.join(held)} in {folder}.partial"
+        mode.print_status(f"this run discards {kept}; use --out to keep them")
     how = output_options(context, no_plots, picture_format)
     if single:
         return run_single(case, folder, mode, strict, how)

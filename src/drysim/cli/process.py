@@ -268,13 +268,16 @@ class OutputMode(NamedTuple):
         """Lock an output folder; report which finished work (seeds or cases) is discarded."""
         from drysim import output
 
-        discarding = not resume and output.is_resumable(folder)
+        held = output.resumable_parts(folder)
         with output.lock_partial(folder, resume) as locked:
-            if discarding:
-                self.print_status(
-                    f"starting over: finished {what} in {folder}.partial are discarded "
-                    "(`--resume` keeps them)"
-                )
+            for parts in held:
+                if not (resume and parts == what):
+                    command = "run" if parts == "seeds" else "sweep"
+                    remedy = "--resume" if parts == what else f"drysim {command} --resume"
+                    self.print_status(
+                        f"starting over: finished {parts} in {folder}.partial are discarded "
+                        f"(`{remedy}` keeps them)"
+                    )
             yield locked
 
 

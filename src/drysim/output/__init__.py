@@ -18,8 +18,8 @@ from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
 from drysim.output.folder import PICTURES, PNG, SCENARIO_FILE, LockedFolder, write_folder
 from drysim.output.folder import check_writable as check_writable
-from drysim.output.folder import is_resumable as is_resumable
 from drysim.output.folder import lock_partial as lock_partial
+from drysim.output.folder import resumable_parts as resumable_parts
 from drysim.output.sidecar import json_text as json_text
 from drysim.yaml_document import dump
 

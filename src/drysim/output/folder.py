@@ -269,7 +269,7 @@ def install_partial(locked: LockedFolder) -> None:
 def release_partial(partial: Path) -> None:
     """Keep `<name>.partial` if it holds finished cases, else remove it."""
     with suppress(OSError):
-        if not _has_finished_work(partial) and not foreign_files(partial):
+        if not _finished_parts(partial) and not foreign_files(partial):
             remove_contents(partial)
             partial.rmdir()
 
@@ -280,7 +280,7 @@ def abandon_partial(folder: Path, partial: Path) -> str:
     Files of a result that is not complete are removed. The work may still be running, but it
     cannot put the folder in place any more.
     """
-    kept = _has_finished_work(partial)
+    kept = bool(_finished_parts(partial))
     with suppress(OSError):  # the work may remove a file at the same time
         listed = _listed_files(_read_marker(partial))
         for file in result_files(partial):
@@ -301,16 +301,18 @@ def holds_sweep(folder: Path) -> bool:
     return any((folder / name).exists() for name in names)
 
 
-def is_resumable(folder: Path) -> bool:
-    """Whether an interrupted sweep left finished cases for an output folder."""
-    return _has_finished_work(sibling(resolve_name(folder), "partial"))
+def resumable_parts(folder: Path) -> list[str]:
+    """Return what interrupted work left for an output folder: `cases`, `seeds`, or nothing."""
+    return _finished_parts(sibling(resolve_name(folder), "partial"))
 
 
-def _has_finished_work(partial: Path) -> bool:
-    """Whether a folder holds finished cases or seeds."""
-    return any(
-        file.stat().st_size for name in STORES for file in (partial / name).glob("*.cases")
-    )
+def _finished_parts(partial: Path) -> list[str]:
+    """Return the stores of a folder that hold finished cases or seeds."""
+    return [
+        name
+        for name in STORES
+        if any(file.stat().st_size for file in (partial / name).glob("*.cases"))
+    ]
 
 
 # Ownership: whether drysim may write or replace a folder, decided before any work.
