@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import floor, log10, pi, sqrt
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from drysim.core.model import (
     AnyLaw,
@@ -28,6 +28,9 @@ SIGNIFICANT_DIGITS = 4
 """Significant digits in text; the output files contain all digits."""
 
 UNKNOWN = "not known"
+
+Point = Mapping[str, Any]
+"""Swept keys of a case with their values: numbers in SI, text for files."""
 
 
 def format_number(
@@ -194,7 +197,7 @@ class AxisLike(Protocol):
         """SI unit as in the header of a table."""
 
     @property
-    def values(self) -> Sequence[float]:
+    def values(self) -> Sequence[Any]:
         """Values [unit]."""
 
     @property
@@ -228,12 +231,12 @@ def format_distinct(values: Sequence[float]) -> list[str]:
     return words
 
 
-def describe_case(point: Mapping[str, float], axes: Sequence[AxisLike]) -> str:
+def describe_case(point: Point, axes: Sequence[AxisLike]) -> str:
     """Return the swept values of a case, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
     return describe_point(point, {axis.key: axis.unit for axis in axes})
 
 
-def describe_point(point: Mapping[str, float], units: Mapping[str, str]) -> str:
+def describe_point(point: Point, units: Mapping[str, str]) -> str:
     """Return the values of a point, with the units by swept key."""
     return ", ".join(
         f"{short_key(key, units)} {format_number(value, format_unit(units.get(key, '')))}"
@@ -241,7 +244,7 @@ def describe_point(point: Mapping[str, float], units: Mapping[str, str]) -> str:
     )
 
 
-def describe_cases(points: Sequence[Mapping[str, float]], axes: Sequence[AxisLike]) -> str:
+def describe_cases(points: Sequence[Point], axes: Sequence[AxisLike]) -> str:
     """Return the swept values of a few cases, e.g. `frequency 0.5, 7 Hz`."""
     if len(points[0]) > 1:
         return "; ".join(describe_case(point, axes) for point in points)

@@ -27,9 +27,8 @@ from drysim.units import (
     name_hint,
     unit_suffix,
 )
-from drysim.wording import format_interval, format_number, format_unit
+from drysim.wording import Point, format_interval, format_number, format_unit
 
-Point = Mapping[str, float]
 Column = NDArray[Any]
 
 COMPARISONS: dict[str, Callable[[Any, float], Any]] = {

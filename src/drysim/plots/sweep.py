@@ -21,7 +21,7 @@ from __future__ import annotations
 import os
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, pi, sqrt
@@ -61,6 +61,7 @@ from drysim.study.statistics import (
     as_batches,
 )
 from drysim.study.table import BestCase, Table, is_admissible, stroke_limits
+from drysim.wording import Point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -189,7 +190,6 @@ FEW_FILES = 6
 MAX_COMPARED_PANELS = 3
 """Maximum number of rows of a comparison, below the row of time histories."""
 
-Point = Mapping[str, float]
 Choice = TypeVar("Choice")
 
 
@@ -356,7 +356,7 @@ def abscissa(axes: Sequence[Axis]) -> Axis | None:
     return next(iter(frequency + several), None)
 
 
-def _combinations(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
+def _combinations(groups: Iterable[Sequence[Axis]]) -> list[dict[str, Any]]:
     """Return all combinations of the values of groups of keys."""
     return [*iter_points([axis for group in groups for axis in group])]
 
@@ -450,7 +450,7 @@ def axis_label(axis: Axis) -> str:
     return f"{words} [{wording.format_unit(axis.unit) or '–'}]"
 
 
-def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
+def point_label(point: Point, axes: Sequence[Axis]) -> str:
     """Return the label of a point of the sweep, with symbols of the paper."""
     units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
     return ", ".join(
@@ -460,7 +460,7 @@ def point_label(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
     )
 
 
-def panel_title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
+def panel_title(point: Point, axes: Sequence[Axis]) -> str:
     """Return the title of a panel: the values of the keys by which panels differ."""
     several = {axis.key for axis in axes if len(axis.values) > 1}
     return point_label({key: value for key, value in point.items() if key in several}, axes)

@@ -112,7 +112,7 @@ def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArr
     return columns
 
 
-def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
+def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, Any]]:
     """Yield the points of a sweep; the first axis varies fastest."""
     if not axes:
         yield {}

@@ -68,14 +68,11 @@ from drysim.units import (
     mean_of_directions,
     name_hint,
 )
-from drysim.wording import format_count, format_number
+from drysim.wording import Point, format_count, format_number
 from drysim.yaml_document import KeyPath
 
 KeyFault = tuple[KeyPath, str]
 """Key path and message of a fault."""
-
-Point = Mapping[str, float]
-"""Values in SI by dotted key."""
 
 Columns = dict[str, NDArray[Any]]
 """Columns of values of many cases by dotted key."""

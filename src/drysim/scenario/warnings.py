@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isclose, nan, pi, sqrt
+from typing import Any
 
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.model import (
@@ -29,7 +30,7 @@ from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.units import Block
-from drysim.wording import format_number
+from drysim.wording import Point, format_number
 
 MIN_STEPS_PER_PERIOD = 20
 """Fewer output points per period do not resolve a sine in a plot."""
@@ -423,7 +424,7 @@ def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
             yield scenario.at({**first, **point})
 
 
-def _extreme_points(group: Sequence[Axis]) -> list[dict[str, float]]:
+def _extreme_points(group: Sequence[Axis]) -> list[dict[str, Any]]:
     """Return the points at which a key of a group has its smallest or largest value."""
     count = len(group[0].values)
     if count > MAX_SCANNED_VALUES:
@@ -435,7 +436,7 @@ def _extreme_points(group: Sequence[Axis]) -> list[dict[str, float]]:
     return [every[place] for place in sorted(places)]
 
 
-def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
+def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, Any]]:
     """Return the points `begin` to `end` - 1."""
     columns = {key: column.tolist() for key, column in point_columns(axes, begin, end).items()}
     return [
@@ -493,7 +494,7 @@ def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     return None
 
 
-def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
+def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
     """Return everything that the metrics of a case depend on."""
     case = scenario.at(point)
     solver = case.solver.step, case.solver.member()

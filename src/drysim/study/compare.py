@@ -33,6 +33,7 @@ from drysim.study.table import Table, Tally, stroke_limits
 from drysim.study.warnings import format_at
 from drysim.units import closest_match, shorten
 from drysim.wording import (
+    Point,
     describe_cases,
     describe_range,
     format_number,
@@ -64,7 +65,7 @@ class Comparison:
     table: Table
     yardstick: str
     responses: Mapping[str, Response]
-    shown: Mapping[str, float]
+    shown: Point
     verdict: tuple[str, ...]
     laws: Mapping[str, str] = field(default_factory=dict)
 
@@ -292,7 +293,7 @@ def most_deviating_row(table: Table, names: Sequence[str], reference: str) -> Ro
 
 
 def responses_at(
-    point: Mapping[str, float], scenarios: Mapping[str, Scenario], reference: str
+    point: Point, scenarios: Mapping[str, Scenario], reference: str
 ) -> Iterator[tuple[str, Response]]:
     """Yield the responses at one point, without approaches whose numerics fail there.
 
@@ -318,7 +319,7 @@ FREQUENCY_KEY = "excitation.frequency"
 class Isolation(NamedTuple):
     """Frequency [Hz] above which T_a stays below 1; None if there is none."""
 
-    point: Mapping[str, float]
+    point: Point
     above: float | None
 
 

@@ -11,7 +11,7 @@ of a scenario over its seeds (`seed_ranges`).
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -67,6 +67,7 @@ from drysim.study.statistics import (
     with_seed,
 )
 from drysim.system import map_in_order, worker_count
+from drysim.wording import Point
 
 ORBITS_PER_RANGE = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
 """Largest number of cases, and orbits per range up to there. 512 orbits are about 10 ms of
@@ -229,7 +230,7 @@ def solve_range(
 
 
 def solve_case(
-    swept: Scenario, point: dict[str, float], motions: MotionCache, case_workers: Workers
+    swept: Scenario, point: dict[str, Any], motions: MotionCache, case_workers: Workers
 ) -> Row:
     """Solve one case of a sweep, over all its seeds if it has several."""
     if max_seeds(swept) == 1 and "excitation.seeds" not in point:
@@ -260,7 +261,7 @@ def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_mot
     return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
 
 
-def mean_row(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]) -> Row:
+def mean_row(scenario: Scenario, point: Point, rows: Sequence[Row]) -> Row:
     """Combine the rows of all seeds of a case; the case fails if one seed fails."""
     first, lost = rows[0], [row for row in rows if row.status != OK]
     case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))

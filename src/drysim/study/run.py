@@ -11,12 +11,12 @@ from the exact one until its motion repeats (`march_to_orbit`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import ceil, isclose
 from threading import Lock
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -47,7 +47,7 @@ from drysim.study.warnings import (
     record_end_warning,
     response_warnings,
 )
-from drysim.wording import format_number
+from drysim.wording import Point, format_number
 
 if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
@@ -152,7 +152,7 @@ def count_cases(scenarios: Sequence[Scenario]) -> int:
     return sum(count_points(scenario.sweep) for scenario in scenarios)
 
 
-def solve_row(swept: Scenario, point: dict[str, float], motions: MotionCache) -> Row:
+def solve_row(swept: Scenario, point: dict[str, Any], motions: MotionCache) -> Row:
     """Solve one case of a sweep."""
     scenario = swept.at(point)
     law, found = scenario.law(), try_measure(scenario, motions.of)
@@ -281,7 +281,7 @@ def motion_key(scenario: Scenario) -> tuple[object, ...]:
     return scenario.excitation, scenario.solver.step, scenario.measure
 
 
-def scenario_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
+def scenario_at(scenario: Scenario, point: Point) -> Scenario:
     """Return the scenario at a point of another one, whose axes it may lack."""
     keys = {axis.key for axis in scenario.sweep}
     return scenario.at({key: value for key, value in point.items() if key in keys})

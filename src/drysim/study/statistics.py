@@ -27,6 +27,7 @@ from drysim.metrics.checks import Verdict
 from drysim.metrics.table import COUNT, METRICS, UNITS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
+from drysim.wording import Point
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -63,7 +64,7 @@ class Row:
         Statistics beside the means, if the metrics are means over seeds.
     """
 
-    point: Mapping[str, float]
+    point: Point
     approach: str
     F_fk: float
     F_fs: float
