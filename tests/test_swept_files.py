@@ -12,7 +12,9 @@ from seat import write_records
 import drysim as package
 from drysim.excitation.recorded import Record
 from drysim.plots.sweep import file_labels
-from drysim.study.case import file_hashes
+from drysim.study.case import file_hashes, prepare
+from drysim.study.store import Store, work_identity
+from drysim.study.sweep import solve
 
 SCENARIO = """\
 oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
@@ -58,14 +60,14 @@ def test_a_list_is_taken_in_its_order_and_a_pattern_in_that_of_the_names(runs):
 
 def test_one_table_has_all_files_and_is_the_same_with_any_number_of_workers(drysim, runs):
     tables = []
-    for workers in (1, 2):
+    for workers in (1, 2, 3):
         out = f"out/{workers}"
         code = drysim(
             "sweep", "seat.yaml", "--no-plots", "--workers", workers, "--out", out
         ).code
         assert code == 0
         tables.append(Path(out, "transmissibility.csv").read_bytes())
-    assert tables[0] == tables[1]
+    assert tables[0] == tables[1] == tables[2]
     header, *rows = tables[0].decode().splitlines()
     assert header.startswith("approach,excitation.file,friction.kinetic [N],F_fk [N],")
     assert [row.split(",")[1] for row in rows] == 2 * runs
@@ -100,6 +102,27 @@ def test_pictures_of_files_are_drawn(drysim, runs):
     for folder in ("out/lines", "out/seat"):
         for name in ("transmissibility.png", "stroke.png"):
             assert Path(folder, name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("kept", [0, 0.3, 0.99])
+def test_interrupted_sweep_over_files_is_resumed_to_the_same_bytes(drysim, runs, kept):
+    many = "sweep={excitation.file: runs/*.csv, friction.kinetic: {from: 0, to: 40, count: 40}}"
+    words = ("sweep", "seat.yaml", "--no-plots", "--set", many)
+    scenario = package.load("seat.yaml", [many])
+    assert drysim(*words).code == 0
+    whole = Path("out/seat/transmissibility.csv").read_bytes()
+    partial = Path("out/seat.partial")
+    partial.mkdir()
+    store = Store(partial / "cases", work_identity(scenario), resume=False)
+    solve(prepare(scenario, swept=True), store=store)
+    # A kill may end the file within a block.
+    (file,) = store.folder.glob("*.cases")
+    content = file.read_bytes()
+    file.write_bytes(content[: int(kept * len(content))])
+    (partial / "drysim.json").write_text('{"format": 1, "complete": false}')
+    assert drysim(*words, "--resume").code == 0
+    assert Path("out/seat/transmissibility.csv").read_bytes() == whole
+    assert not partial.exists()
 
 
 def test_interrupted_sweep_over_files_is_not_resumed_once_a_file_has_changed(drysim, runs):
