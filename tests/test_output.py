@@ -276,6 +276,21 @@ def test_mass_is_drawn_above_a_lighter_and_thinner_base(made):
     assert sum(to_rgb(mass.get_color())) < 0.5 * sum(to_rgb(base.get_color()))
 
 
+def test_base_that_would_flatten_the_mass_is_cut_off():
+    rough = np.diff(np.random.Generator(np.random.PCG64(1)).standard_normal(24_002), 2)
+    smooth = np.cumsum(np.cumsum(rough)) / 100
+    for samples in (rough, smooth):
+        motion = record(24_000)._replace(u_dd=samples)
+        made = outcome(CoulombLaw(1.0, 1.0), motion, duration=None)
+        cut = made.metrics["T_a"] < 0.1
+        assert cut is (samples is rough)
+        for panel in draw(made).axes[0], draw(made).axes[2]:
+            assert panel.get_title("left").endswith("(base cut off) [m/s²]") is cut
+            if cut:
+                peak = np.abs(made.response.x_dd).max()
+                assert panel.get_ylim()[1] <= 4.0 * peak < np.abs(samples).max()
+
+
 def test_line_with_very_many_turning_points_is_thin():
     rough = np.random.Generator(np.random.PCG64(1)).standard_normal(2_000)
     made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)

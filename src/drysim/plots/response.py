@@ -115,6 +115,10 @@ def _settling_time(outcome: Outcome) -> float:
 CROWDED_MARKERS = 40
 """Markers above which they are drawn small, so that they do not hide the peaks."""
 
+MAX_BASE_RATIO, CUT_OFF_RATIO = 10.0, 4.0
+"""Acceleration of the base over that of the mass above which the base is cut off, and half the
+height of the panel over the peak of the mass then [-]."""
+
 DENSE_TURNING_POINTS, THIN_LINEWIDTH = 300, 0.6
 """Turning points above which a line would fill its panel, and the width of such a line [pt]."""
 
@@ -158,30 +162,36 @@ def draw_lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None
     """Draw acceleration and relative displacement over time."""
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     above.plot(shown.t, shown.x_dd, **mass_style(shown.x_dd), marker=mark, label="mass ẍ")
-    above.plot(shown.t, shown.u_dd, **BASE_STYLE, label="base ü")
+    above.plot(shown.t, shown.u_dd, **base_style(shown.u_dd), label="base ü")
+    _cut_off_base(above, np.std(shown.u_dd), np.std(shown.x_dd), np.abs(shown.x_dd).max())
     x_r = shown.x_r * unit.units_per_metre
     below.plot(shown.t, x_r, **MASS_STYLE, marker=mark)
     below.set_ylim(*_axis_limits(x_r))
 
 
 def mass_style(series: Floats) -> Style:
-    """Return the line style of the mass: thin for a line with many turning points.
+    """Return the line style of the mass: thin for a dense line."""
+    return {**MASS_STYLE, "linewidth": THIN_LINEWIDTH} if _is_dense(series) else MASS_STYLE
+
+
+def base_style(series: Floats) -> Style:
+    """Return the line style of the base: thin and lighter for a dense line."""
+    thin = {"linewidth": THIN_LINEWIDTH, "color": BASE_BAND_COLOR}
+    return BASE_STYLE | thin if _is_dense(series) else BASE_STYLE
+
+
+def _is_dense(series: Floats) -> bool:
+    """Whether a line has so many turning points that it would fill its panel.
 
     Turning points smaller than a visible level, such as rounding on a constant, do not count.
     """
     known = series[np.isfinite(series)]
     scale = float(np.ptp(known)) if len(known) else 0.0
-    steps = (
-        np.diff(np.round(VISIBLE_LEVELS * (known - known.min()) / scale))
-        if scale
-        else known[:0]
-    )
-    reversals = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
-    return (
-        {**MASS_STYLE, "linewidth": THIN_LINEWIDTH}
-        if reversals > DENSE_TURNING_POINTS
-        else MASS_STYLE
-    )
+    if not scale:
+        return False
+    steps = np.diff(np.round(VISIBLE_LEVELS * (known - known.min()) / scale))
+    reversals = int(np.count_nonzero(np.diff(np.signbit(steps[steps != 0]))))
+    return reversals > DENSE_TURNING_POINTS
 
 
 def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
@@ -195,9 +205,29 @@ def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> 
             MASS_STYLE["color"],
         ),
     )
+    widths, peaks = [], []
     for axes, series, color in filled:
         at, low, high = envelope(series, len(motion))
         axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
+        widths.append(np.mean(high - low))
+        peaks.append(max(-low.min(), high.max()))
+    _cut_off_base(above, widths[0], widths[1], peaks[1])
+
+
+def _cut_off_base(axes: Axes, base: Any, mass: Any, peak: Any) -> None:
+    """Cut off a base acceleration that would make that of the mass a straight line.
+
+    Parameters
+    ----------
+    axes : Axes
+    base, mass : float
+        Width of the curves in the same measure [m/s²].
+    peak : float
+        Largest acceleration of the mass [m/s²].
+    """
+    if base > MAX_BASE_RATIO * mass > 0:
+        axes.set_ylim(-CUT_OFF_RATIO * peak, CUT_OFF_RATIO * peak)
+        axes.set_title("acceleration (base cut off) [m/s²]", loc="left")
 
 
 def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
