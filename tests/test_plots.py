@@ -991,3 +991,72 @@ def test_titles_of_three_columns_do_not_touch(tmp_path):
         titles = [axes._left_title.get_window_extent(renderer) for axes in figure.axes]
         for one, other in pairwise(sorted(titles, key=lambda box: (round(box.y0), box.x0))):
             assert one.x1 < other.x0 or one.y1 < other.y0 or one.y0 > other.y1
+
+
+# No text leaves a picture or touches another.
+
+
+def apart(boxes):
+    """Whether no two of the boxes overlap."""
+    return not any(
+        one.x0 < other.x1 and other.x0 < one.x1 and one.y0 < other.y1 and other.y0 < one.y1
+        for at, one in enumerate(boxes)
+        for other in boxes[:at]
+    )
+
+
+def rendered(figure):
+    """Draw a figure and return the extents of its titles and of its legend within it."""
+    figure.draw_without_rendering()
+    titles = [axes._left_title.get_window_extent() for axes in figure.axes]
+    return titles, [text.get_window_extent() for one in figure.legends for text in one.texts]
+
+
+def seat(tmp_path, sweep, checks="[SEAT < 0.5]"):
+    """Return the seat with another sweep."""
+    text = re.sub(r"sweep: .*\n", f"sweep: {sweep}\n", SEAT_SCENE)
+    (tmp_path / "seat.yaml").write_text(text.replace("[SEAT < 0.5]", checks))
+    return load(tmp_path / "seat.yaml")
+
+
+def test_best_case_of_many_keys_stays_within_the_legend(tmp_path):
+    over = ", ".join(
+        f"{key}: {{from: {low}, to: {2 * low}}}"
+        for key, low in {
+            "friction.kinetic": 10, "friction.static_ratio": 1.0123, "oscillator.mass": 60,
+            "oscillator.stiffness": 2000, "oscillator.damping": 100, "stroke.limit": 0.02,
+            "start.x_r": 0.0001234, "start.v_r": 0.001234,
+        }.items()
+    )  # fmt: skip
+    sample = f"{{sample: {{kind: latin, count: 20, seed: 1, over: {{{over}}}}}}}"
+    figure = draw_transmissibility(solved(seat(tmp_path, sample)))
+    assert "best: " in " ".join(legend(figure))
+    _, entries = rendered(figure)
+    assert apart(entries)
+    assert min(box.x0 for box in entries) >= 0
+    assert max(box.x1 for box in entries) <= figure.bbox.x1
+
+
+@pytest.mark.parametrize("letters", [(9, 40, 9), (90,), (30,) * 12, (3,) * 7])
+def test_legend_of_any_words_stays_within_the_picture(letters):
+    figure, grid = style.panel_grid(1, 1)
+    axes = figure.add_subplot(grid[0, 0])
+    for at, n in enumerate(letters):
+        axes.plot([0], [0], label=f"{at} {'e' * n}")
+    style.finish_figure(figure, style.Heading("", ()))
+    _, entries = rendered(figure)
+    assert apart(entries)
+    assert len(entries) == len(letters)
+    assert max(box.x1 for box in entries) <= figure.bbox.x1
+    assert min(box.y0 for box in entries) >= 0
+
+
+def test_sweep_without_an_admissible_case_says_so(tmp_path, seat_table):
+    none = solved(seat(tmp_path, "{friction.kinetic: [0, 10]}", "[SEAT < 0.001]"))
+    for draw in (draw_transmissibility, draw_stroke):
+        assert "no admissible case; " in draw(none).texts[1].get_text()
+        assert "admissible" not in draw(seat_table).texts[1].get_text()
+
+
+def test_heading_of_a_scene_without_shared_values_begins_with_the_base():
+    assert style.make_heading(stand_in("psd"), "T_a 1", "", "psd").lines[1] == "psd"

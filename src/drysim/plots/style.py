@@ -10,11 +10,13 @@ from __future__ import annotations
 import logging
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from drysim import wording
 from drysim.scenario.axes import axis_groups
@@ -133,7 +135,10 @@ def finish_figure(
         Handles of the legend by label; all of the panels without it.
     """
     entries = legend_entries(figure.axes) if entries is None else entries
-    lines = ceil(sum(map(_entry_width, entries)) / LEGEND_WIDTH)
+    most = 72 * (LEGEND_WIDTH - HANDLE_WIDTH)
+    entries = {fit_line(label, most): handle for label, handle in entries.items()}
+    columns = _legend_columns(list(map(_entry_width, entries)))
+    lines = ceil(len(entries) / columns)
     above = heading_height(heading)
     figure.set_figheight(figure.get_figheight() + above + LEGEND_LINE_HEIGHT * lines)
     engine: Any = figure.get_layout_engine()
@@ -146,7 +151,7 @@ def finish_figure(
     if entries:
         figure.legend(
             list(entries.values()), list(entries), loc="outside lower center",
-            ncols=ceil(len(entries) / lines), frameon=False, fontsize=9,
+            ncols=columns, frameon=False, fontsize=9,
             borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5, handlelength=2.4,
         )  # fmt: skip
 
@@ -158,6 +163,15 @@ def legend_entries(panels: Iterable[Axes]) -> dict[str, Any]:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             known.setdefault(label, handle)
     return known
+
+
+def _legend_columns(widths: Sequence[float]) -> int:
+    """Return the number of columns of a legend with the fewest lines, by widths of entries."""
+    for lines in range(1, len(widths)):
+        columns = ceil(len(widths) / lines)
+        if sum(map(max, np.array_split(widths, columns))) <= LEGEND_WIDTH:
+            return columns
+    return 1
 
 
 def _entry_width(label: str) -> float:
@@ -313,6 +327,8 @@ def table_heading(
     own = next(iter(table.tallies.values()), None)
     peak = own.greatest(PEAK_STROKE) if own else None
     notes = [f"{left_out} {what} not drawn"] if left_out else []
+    if not results and table.best and not table.best.row:
+        notes.append("no admissible case")
     if own and (found := own.seeds):
         least = "" if found.least == found.most else f"{found.least} to "
         notes.append(f"means over {least}{found.most} seeds")
@@ -353,8 +369,8 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
         Text that is drawn as it is, behind the scene.
     """
     symbols = [_typeset(escape_text(text)) for text in (results, scene)]
-    lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}")
-    return Heading(_fit_title(scenario), tuple(_fit_line(line) for line in lines if line))
+    lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}".removeprefix("; "))
+    return Heading(_fit_title(scenario), tuple(fit_line(line) for line in lines if line))
 
 
 def escape_text(text: str) -> str:
@@ -384,9 +400,9 @@ def _fit_title(scenario: Scenario) -> str:
     """Return the name of a scenario, shortened to the width of the picture."""
     whole = wording.sanitise(scenario.name)
     name = whole[:MAX_TITLE_LENGTH]
-    if name == whole and _text_width(name.replace("$", r"\$"), **TITLE_FONT) <= HEADING_WIDTH:
+    if name == whole and text_width(name.replace("$", r"\$"), **TITLE_FONT) <= HEADING_WIDTH:
         return name
-    while _text_width(f"{name} …".replace("$", r"\$"), **TITLE_FONT) > HEADING_WIDTH:
+    while text_width(f"{name} …".replace("$", r"\$"), **TITLE_FONT) > HEADING_WIDTH:
         name = name[:-1]
     return f"{name.rstrip()} …"
 
@@ -428,22 +444,22 @@ def _main_results(outcome: Outcome) -> str:
     return ", ".join(parts)
 
 
-def _fit_line(text: str) -> str:
-    """Return matplotlib text, cut at a clause if it is wider than the heading."""
-    if _text_width(text) <= HEADING_WIDTH:
+def fit_line(text: str, width: float = HEADING_WIDTH, **font: Any) -> str:
+    """Return matplotlib text, cut at a clause if it is wider than `width` [pt]."""
+    if text_width(text, **font) <= width:
         return text
     clauses = re.split(CLAUSE_BREAK, text)
-    while len(clauses) > 1 and _text_width(f"{' '.join(clauses)} …") > HEADING_WIDTH:
+    while len(clauses) > 1 and text_width(f"{' '.join(clauses)} …", **font) > width:
         clauses.pop()
     line = " ".join(clauses)
-    while _text_width(f"{line} …") > HEADING_WIDTH:  # a single clause
+    while text_width(f"{line} …", **font) > width:  # a single clause
         line = line[:-1]
         if len(re.findall(r"(?<!\\)\$", line)) % 2:  # within a symbol
             line = line.rpartition("$")[0]
     return f"{line.rstrip()} …"
 
 
-def _text_width(text: str, **font: Any) -> float:
+def text_width(text: str, **font: Any) -> float:
     """Return the width of matplotlib text [pt]; `font` overrides the font of the heading."""
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
