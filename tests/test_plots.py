@@ -995,6 +995,12 @@ def test_titles_of_three_columns_do_not_touch(tmp_path):
 
 # No text leaves a picture or touches another.
 
+MANY_KEYS = """
+  oscillator.stiffness: [2000, 3500]
+  oscillator.mass: [60, 90]
+  oscillator.damping: [100.5, 200.25]
+"""
+
 
 def apart(boxes):
     """Whether no two of the boxes overlap."""
@@ -1017,6 +1023,19 @@ def seat(tmp_path, sweep, checks="[SEAT < 0.5]"):
     text = re.sub(r"sweep: .*\n", f"sweep: {sweep}\n", SEAT_SCENE)
     (tmp_path / "seat.yaml").write_text(text.replace("[SEAT < 0.5]", checks))
     return load(tmp_path / "seat.yaml")
+
+
+def test_long_titles_of_rows_stand_above_their_first_panel(tmp_path):
+    scenario = seat(tmp_path, "\n  friction.kinetic: [0, 20, 40]" + MANY_KEYS)
+    made = compare(scenario, "signum vs stick-slip")
+    for figure in (draw_transmissibility(solved(scenario)), draw_comparison(made)):
+        titles, _ = rendered(figure)
+        assert max(box.x1 for box in titles) <= figure.bbox.x1
+        above = ["\n" in panel.get_title(loc="left") for panel in figure.axes]
+        assert sum(above) >= 3
+        # The first line of two may be as long as the picture, for the others have one line.
+        for lines in (True, False):
+            assert apart([box for box, two in zip(titles, above, strict=True) if two is lines])
 
 
 def test_best_case_of_many_keys_stays_within_the_legend(tmp_path):
@@ -1060,3 +1079,47 @@ def test_sweep_without_an_admissible_case_says_so(tmp_path, seat_table):
 
 def test_heading_of_a_scene_without_shared_values_begins_with_the_base():
     assert style.make_heading(stand_in("psd"), "T_a 1", "", "psd").lines[1] == "psd"
+
+
+def test_every_logarithmic_deviation_is_announced_with_ticks_apart(tmp_path):
+    scenario = seat(
+        tmp_path, "{friction.kinetic: [0, 20, 60], oscillator.mass: [50, 100, 150]}"
+    )
+    figure = draw_comparison(compare(scenario, "signum vs stick-slip"))
+    labels = [axes.get_ylabel() for axes in figure.axes if axes.get_yscale() == "symlog"]
+    assert labels == ["logarithmic beyond ±5 %"] * 3
+
+
+@pytest.mark.parametrize("largest", [25.0, 180.0, 4000.0, 90_000.0])
+def test_ticks_of_deviations_do_not_touch(largest):
+    figure, grid = style.panel_grid(2, 2)
+    axes = figure.add_subplot(grid[1, 0])
+    axes.plot([0, 1], [-50.0, largest])
+    comparison_plot._set_deviation_scale(axes, [-50.0, largest])
+    figure.draw_without_rendering()
+    low, high = axes.get_ylim()
+    ticks = zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)
+    assert apart([label.get_window_extent() for at, label in ticks if low <= at <= high])
+
+
+def test_numbers_of_bars_stand_within_three_columns(tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT_SCENE)
+    scenario = load(tmp_path / "seat.yaml", {"sweep": None})
+    figure = draw_comparison(compare(scenario, "signum vs stick-slip"))
+    figure.draw_without_rendering()
+    for panel in figure.axes[1:]:
+        room = panel.get_window_extent()
+        for number in panel.texts:
+            box = number.get_window_extent()
+            assert room.x0 <= box.x0
+            assert box.x1 <= room.x1
+
+
+def test_numbers_below_a_single_case_do_not_touch(tmp_path):
+    figure = draw_transmissibility(solved(seat(tmp_path, "{friction.kinetic: [20]}")))
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        low, high = panel.get_xlim()
+        assert low < 20 < high
+        ticks = zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)
+        assert apart([label.get_window_extent() for at, label in ticks if low <= at <= high])

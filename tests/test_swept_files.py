@@ -294,6 +294,12 @@ def test_labels_of_files_are_short_and_distinct():
     labels = file_labels([name.format(number) for number in range(45)])
     assert max(map(len, labels)) <= 24
     assert len({*labels}) == 45
+    name = "m/line {} in the morning of a long day in the year 2024.csv"
+    assert file_labels([name.format(number) for number in (3, 10, 31)]) == [
+        "…3…",
+        "…10…",
+        "…31…",
+    ]
     assert file_labels(["runs/a.csv", "runs/b.csv"]) == ["a", "b"]
     assert file_labels(["runs/a.csv", "b.wav"]) == ["runs/a.csv", "b.wav"]
 

@@ -10,7 +10,7 @@ both readable.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from math import inf, nan, pi, sqrt
+from math import inf, log10, nan, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -115,8 +115,11 @@ def _draw_acceleration(
         line_style = {**line_styles[name], "marker": "", "zorder": zorder}
         shown = curves[name]
         axes.plot(shown.t, shown.x_dd, **line_style, label=name if named else "")
-    where = point_label(result.shown, result.table.axes)
-    sweep.set_title(axes, f"acceleration of the mass ẍ [m/s²]{': ' if where else ''}{where}")
+    words = f"acceleration of the mass ẍ [m/s²]: {point_label(result.shown, result.table.axes)}"
+    room = style.HEADING_WIDTH
+    if result.of_laws:  # one column of several
+        room /= sweep.column_count(axes)
+    sweep.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=sweep.TITLE_SIZE))
     axes.set_xlabel("time $t$ [s]")
     if last > first:
         axes.set_xlim(first, last)
@@ -180,9 +183,13 @@ AGREEMENT_BAND = 100.0 * compare.AGREEMENT_TOLERANCE
 LARGE_DEVIATION = 20.0
 """Deviation above which the axis is logarithmic outside the agreement band [%]."""
 
-DEVIATION_TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
-BAR_LABEL_SHARE = 0.3
-"""Margin for the numbers at the bars, relative to the range of the bars [-]."""
+DEVIATION_TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000)
+MAX_DENSE_DECADES = 2.5
+"""Decades of the logarithmic parts of the axis from which on only every third tick fits."""
+
+BAR_LABEL_SHARE = 0.15
+"""Margin for the numbers at the bars, relative to the range of the bars and by the number of
+columns [-]."""
 
 WIDE_COLUMNS = 2
 """Columns of panels up to which a title names the reference."""
@@ -247,7 +254,7 @@ def _draw_metric_curves(
     axes = None
     for at, panel in enumerate(view.panels, 1):
         axes = figure.add_subplot(grid[at, -1], sharey=axes)
-        sweep.set_title(axes, f"{panel.title}: {metric.symbol}".removeprefix(": "))
+        sweep.set_row_title(axes, panel.title, metric.symbol)
         for line in panel.lines:
             x, y = sweep.line_series(view, line, metric.of)
             sweep.draw_curve(
@@ -282,15 +289,15 @@ def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
     if max(high, -low) <= LARGE_DEVIATION:
         return
     axes.set_yscale("symlog", linthresh=AGREEMENT_BAND, linscale=0.7)
-    above = [tick for tick in DEVIATION_TICKS if tick <= max(high, AGREEMENT_BAND)]
-    ticks = [
-        *(-tick for tick in DEVIATION_TICKS if -tick >= min(low, -AGREEMENT_BAND)),
-        0,
-        *above,
-    ]
+    ends = max(high, AGREEMENT_BAND), max(-low, AGREEMENT_BAND)
+    decades = sum(log10(end / AGREEMENT_BAND) for end in ends)
+    steps = DEVIATION_TICKS[:: 1 if decades <= MAX_DENSE_DECADES else 3]
+    below, above = ([tick for tick in steps if tick <= end] for end in reversed(ends))
+    ticks = [*(-tick for tick in below), 0, *above]
     axes.set_yticks(ticks, labels=[sweep.tick_label(tick) for tick in ticks])
-    axes.minorticks_off()
-    axes.set_ylabel(f"logarithmic beyond ±{AGREEMENT_BAND:g} %", size=8, color="#606060")
+    for panel in axes.get_shared_y_axes().get_siblings(axes):
+        panel.minorticks_off()
+        panel.set_ylabel(f"logarithmic beyond ±{AGREEMENT_BAND:g} %", size=8, color="#606060")
 
 
 def draw_bars(
@@ -345,7 +352,7 @@ def _draw_metric_bars(
 def _widen_for_labels(axes: Axes) -> None:
     """Extend the x-axis for the numbers at the bars, on each side of zero that has bars."""
     low, high = axes.dataLim.intervalx
-    margin = BAR_LABEL_SHARE * (max(high, 0.0) - min(low, 0.0))
+    margin = BAR_LABEL_SHARE * sweep.column_count(axes) * (max(high, 0.0) - min(low, 0.0))
     axes.set_xlim(low - margin * (low < 0.0), high + margin)
 
 
@@ -362,11 +369,9 @@ def _set_titles(
     left: Axes, right: Axes, grid: GridSpec, yardstick: str, title: str = ""
 ) -> None:
     """Set the titles of the panels of T_a and of its deviation."""
-    words, beside = f"{title}: " * bool(title), f" from {yardstick}"
-    if title or grid.ncols > WIDE_COLUMNS:
-        beside = ""
-    sweep.set_title(left, f"{words}$T_a$ [–]")
-    sweep.set_title(right, f"{words}deviation of $T_a${beside} [%]")
+    beside = "" if title or grid.ncols > WIDE_COLUMNS else f" from {yardstick}"
+    sweep.set_row_title(left, title, "$T_a$ [–]")
+    sweep.set_row_title(right, title, f"deviation of $T_a${beside} [%]")
 
 
 # Selection of the interval in which the responses are drawn.

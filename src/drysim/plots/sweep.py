@@ -23,7 +23,7 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
+from itertools import groupby, takewhile
 from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, pi, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -317,10 +317,22 @@ def file_labels(files: Sequence[str]) -> list[str]:
     names = [os.path.relpath(file, folder) if folder else file for file in files]
     if len({os.path.splitext(name)[1] for name in names}) == 1:
         names = [os.path.splitext(name)[0] for name in names]
+    if len(names) > 1 and max(map(len, names)) > MAX_FILE_LETTERS:
+        # Names of measurements often differ in the middle: drop whole words shared by all.
+        begin = _shared_words(names)
+        end = _shared_words([name[begin:][::-1] for name in names])
+        before, behind = "…" * bool(begin), "…" * bool(end)
+        names = [f"{before}{name[begin : len(name) - end]}{behind}" for name in names]
     for at, name in enumerate(names):
         if len(name) > MAX_FILE_LETTERS:
             names[at] = f"…{name[1 - MAX_FILE_LETTERS :]}"
     return [escape_text(name) for name in names]
+
+
+def _shared_words(names: Sequence[str]) -> int:
+    """Return the number of characters of the whole words with which all names begin."""
+    shared = takewhile(lambda signs: len({*signs}) == 1, zip(*names, strict=False))
+    return max((at for at, (sign, *_) in enumerate(shared, 1) if not sign.isalnum()), default=0)
 
 
 def swept_files(axes: Sequence[Axis], key: str) -> Sequence[Any]:
@@ -453,9 +465,11 @@ def axis_label(axis: Axis) -> str:
 def point_label(point: Point, axes: Sequence[Axis]) -> str:
     """Return the label of a point of the sweep, with symbols of the paper."""
     units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
+    files = swept_files(axes, FILE_KEY)
+    labels = dict(zip(files, file_labels(files), strict=True)) if FILE_KEY in point else {}
     return ", ".join(
         f"{SYMBOLS.get(key, wording.short_key(key, units))} "
-        f"{escape_text(wording.format_number(value, units[key]))}"
+        f"{labels.get(value) or escape_text(wording.format_number(value, units[key]))}"
         for key, value in point.items()
     )
 
@@ -508,6 +522,11 @@ BEST_STYLE: Style = {
 EMPTY_COLOR = "#d9d9d9"
 """Colour of the cells of a map without cases."""
 
+TITLE_SIZE = style.RC_PARAMS["axes.titlesize"]
+
+MAX_ROW_TITLE = 0.35
+"""Part of the width of a column of panels up to which the title of the row stands in each."""
+
 MAX_NAMED_METRICS = 2
 """Columns of panels up to which the title of each has the name of its metric."""
 
@@ -545,8 +564,8 @@ def draw_panels(
             # All rows share a y-axis, so that they can be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
             name = metric.full_title if len(metrics) <= MAX_NAMED_METRICS else metric.symbol
-            words = f"{panel.title}: {metric.symbol}" if panel.title else name
-            set_title(axes, words, pad=15)
+            words = metric.symbol if panel.title else name
+            set_row_title(axes, panel.title, words, pad=15)
             set_x_axis(axes, view, named=at == count - 1)
             draw_curves(axes, view, panel, metric)
             extra(axes, panel, metric)
@@ -814,6 +833,26 @@ def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
     axes.yaxis.set_offset_position("right")
 
 
+def set_row_title(axes: Axes, row: str, words: str, pad: float = 6.0) -> None:
+    """Set the title of a panel in a row of panels with a common title.
+
+    It begins with that of the row; a long one is a line of its own above the first panel.
+    """
+    place: Any = axes.get_subplotspec()
+    room = MAX_ROW_TITLE * style.HEADING_WIDTH / column_count(axes)
+    if style.text_width(row, size=TITLE_SIZE) <= room:
+        words = f"{row}: {words}".removeprefix(": ")
+    elif place.is_first_col():
+        row = style.fit_line(row, style.HEADING_WIDTH, size=TITLE_SIZE)
+        words = f"{row}\n{words}"
+    set_title(axes, words, pad)
+
+
+def column_count(axes: Any) -> int:
+    """Return the number of columns of panels in the figure of a panel."""
+    return int(axes.get_gridspec().ncols)
+
+
 # Axes and tick labels.
 
 
@@ -841,8 +880,10 @@ def set_x_axis(axes: Axes, view: View, named: bool) -> None:
         return
     if spans_decade(x):
         axes.set_xscale("log")
-    if x and min(x) < max(x):
-        axes.set_xlim(min(x), max(x))
+    if x:
+        low, high = min(x), max(x)
+        margin = 0.0 if low < high else 0.5 * abs(low) or 1.0
+        axes.set_xlim(low - margin, high + margin)
     set_ticks(axes.xaxis)
     axes.tick_params(labelbottom=named)
     if named:
@@ -867,7 +908,7 @@ def set_ticks(axis: Any) -> None:
     low, high = axis.get_view_interval()
     room, locators = MAX_TICK_LETTERS, list[Locator]()
     if axis.axis_name == "x":
-        room = 2 * MAX_TICK_LETTERS // axis.axes.get_gridspec().ncols
+        room = 2 * MAX_TICK_LETTERS // column_count(axis.axes)
         locators = [MaxNLocator(n, steps=[1, 2, 2.5, 5, 10]) for n in range(9, 1, -1)]
     if axis.get_scale() == "log":
         axis.minorticks_off()
@@ -1007,7 +1048,9 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     set_ticks(axes.yaxis)
     axes.set_ylabel(axis_label(found.across.axis))
     axes.grid(visible=False)
-    bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
+    bar = figure.colorbar(
+        mesh, cax=axes.inset_axes((1.015, 0.0, 0.025 * column_count(axes), 1.0))
+    )
     set_colorbar_ticks(bar)
 
 
