@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from contextlib import nullcontext
+from itertools import pairwise
 from math import ceil
 
 import numpy as np
@@ -161,6 +162,18 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     low, high = figure.axes[-1].get_ylim()
     assert low < most < high
     assert any(f" {unit}" in text.get_text() for text in figure.texts)
+
+
+def test_values_below_a_distribution_do_not_touch(noisy):
+    figure = draw(run(load(noisy, {SEEDS: 5, "excitation.duration": 20})))
+    figure.draw_without_rendering()
+    for panel in figure.axes[::2]:
+        low, high = panel.get_xlim()
+        ticks = zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)
+        boxes = [label.get_window_extent() for at, label in ticks if low <= at <= high]
+        assert len(boxes) > 1
+        for one, other in pairwise(boxes):
+            assert one.x1 < other.x0
 
 
 def test_heading_over_seeds_names_results_and_law_on_two_lines(noisy):

@@ -59,6 +59,7 @@ def draw(result: Ensemble) -> Figure:
         _draw_distribution(left, values, found, metric, last)
         _draw_running_mean(right, values, metric, last)
         _draw_check_limits(left, right, result, values, metric)
+        sweep.set_ticks(left.xaxis)
     style.finish_figure(figure, _heading(result))
     return figure
 
