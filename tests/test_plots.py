@@ -1056,6 +1056,16 @@ def test_best_case_of_many_keys_stays_within_the_legend(tmp_path):
     assert max(box.x1 for box in entries) <= figure.bbox.x1
 
 
+def test_motion_of_laws_is_wide_beside_their_loops(tmp_path):
+    seat(tmp_path, "{friction.kinetic: [10, 40]}")
+    scenario = load(tmp_path / "seat.yaml", {"friction.dahl.bristle_stiffness": 60000})
+    figure = draw_comparison(compare(scenario, "dahl vs coulomb"))
+    titles, _ = rendered(figure)
+    motion, loops = (panel.get_window_extent() for panel in figure.axes[:2])
+    assert motion.width > 1.5 * loops.width
+    assert apart(titles)
+
+
 @pytest.mark.parametrize("letters", [(9, 40, 9), (90,), (30,) * 12, (3,) * 7])
 def test_legend_of_any_words_stays_within_the_picture(letters):
     figure, grid = style.panel_grid(1, 1)

@@ -62,10 +62,10 @@ def draw(result: Comparison) -> Figure:
     ends = [tally.ends for tally in result.table.tallies.values()]
     weighted = [one for one in (SEAT, A_W) if any(one.name in known for known in ends)][:1]
     figure, grid = style.panel_grid(1 + known * len(view.panels), 2 + len(weighted))
-    above = figure.add_subplot(grid[0, 0] if result.of_laws else grid[0, :])
+    above = figure.add_subplot(grid[0, :-1] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
-        _draw_loops(figure.add_subplot(grid[0, 1:]), result, line_styles)
+        _draw_loops(figure.add_subplot(grid[0, -1]), result, line_styles)
     if swept:
         draw_curves(figure, grid, result, view, line_styles)
     elif bars:
@@ -117,8 +117,8 @@ def _draw_acceleration(
         axes.plot(shown.t, shown.x_dd, **line_style, label=name if named else "")
     words = f"acceleration of the mass ẍ [m/s²]: {point_label(result.shown, result.table.axes)}"
     room = style.HEADING_WIDTH
-    if result.of_laws:  # one column of several
-        room /= sweep.column_count(axes)
+    if result.of_laws:  # the loops take the last column
+        room *= 1 - 1 / sweep.column_count(axes)
     sweep.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=sweep.TITLE_SIZE))
     axes.set_xlabel("time $t$ [s]")
     if last > first:
