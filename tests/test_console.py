@@ -758,3 +758,18 @@ sweep: {excitation.scale: [1, 2]}
     (tmp_path / "seat.yaml").write_text(text)
     many.show_table(solved(load(tmp_path / "seat.yaml")), None)
     assert "  base        record r.csv\n" in capsys.readouterr().out
+
+
+def test_at_most_three_warnings_of_one_kind_are_printed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    alike = [WarningMessage("record-mean", f"record {i} has a mean") for i in range(20)]
+    summaries.show_warnings([*alike, WarningMessage("chatter", "it chatters")])
+    shown = capsys.readouterr().err.splitlines()
+    assert shown == [
+        "warning: record 0 has a mean",
+        "warning: record 1 has a mean",
+        "warning: record 2 has a mean",
+        "warning: it chatters",
+        "warning: 17 more warnings of the kind record-mean: see drysim.json",
+    ]

@@ -7,6 +7,7 @@ modules.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -463,12 +464,24 @@ def show_folder(console: AnyConsole, folder: Path | None) -> None:
         print_line(console, ("  written".ljust(LABEL_WIDTH), "dim"), str(folder))
 
 
+MAX_ALIKE = 3
+"""Number of warnings with one slug that are printed, as for the records of a sweep."""
+
+
 def show_warnings(warnings: Sequence[WarningMessage]) -> None:
     """Print warnings on stderr, one paragraph each; with a hint at a terminal."""
     console = stderr()
+    seen: Counter[str] = Counter()
     for warning in warnings:
+        seen[warning.slug] += 1
+        if seen[warning.slug] > MAX_ALIKE:
+            continue
         if console.is_terminal:
             sentence = f"{warning.sentence} (drysim explain {warning.slug})"
             print_paragraph(console, "warning: ", sentence, "yellow")
         else:
             print_line(console, "warning: ", warning.sentence)
+    for slug, count in seen.items():
+        if count > MAX_ALIKE:
+            many = format_count(count - MAX_ALIKE, "more warning")
+            print_line(console, "warning: ", f"{many} of the kind {slug}: see drysim.json")
