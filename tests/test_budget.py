@@ -273,14 +273,14 @@ def test_answers_of_many_cases_show_themselves_in_a_line(noisy_seat):
     table = drysim.sweep(drysim.load(noisy_seat))
     assert repr(table) == (
         "<Table of seat: 2 cases by stick-slip; T_a 0.976 to 1.28, T_x 0.449 to 1.55, "
-        "peak |x_r| 2.79 to 10.4 mm; 1 of 2 checks held>"
+        "peak |x_r| 2.79 to 10.4 mm; best none; 1 of 2 checks held>"
     )
     comparison = drysim.compare(drysim.load(noisy_seat), "signum vs stick-slip")
     assert repr(comparison).startswith(
         "<Comparison of seat: signum, stick-slip, viscous against stick-slip; signum "
     )
     own = repr(drysim.sweep(drysim.load(noisy_seat))).partition("; ")[2].partition("; ")[0]
-    assert f"; {own} by stick-slip; 1 of 2 checks held" in repr(comparison.table)
+    assert f"; {own} by stick-slip; best none; 1 of 2 checks held" in repr(comparison.table)
     many = drysim.run(drysim.load(noisy_seat, {"excitation": BRIEF_NOISE}))
     assert repr(many).startswith("<Ensemble of seat: 3 seeds; T_a 1.0")
     assert len(repr(many)) < 200
