@@ -157,6 +157,59 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     return NormalForceRecord(values / mean, series.dt, mean, (source,), warnings, clean_up)
 
 
+def read_series(
+    record: Recorded,
+) -> tuple[Series, Input, tuple[WarningMessage, ...]]:
+    """Read a record as measured: samples of its window in SI, not differentiated.
+
+    Returns
+    -------
+    series : Series
+        Its first time is that of the first sample in the window.
+    source : Input
+    warnings : tuple of WarningMessage
+
+    Raises
+    ------
+    RecordError
+        If the record cannot be used.
+    """
+    display_path = str(record.path)
+    with np.errstate(all="ignore"):
+        (series, _, _, seen, *_), source = _read_record(record)
+        _check_range(series.values, series.dt, display_path, "a sample")
+        first, last = window_range(series, record.window, display_path)
+    values = np.array(series.values[first : last + 1])
+    return Series(values, series.dt, series.first + first * series.dt), source, seen
+
+
+def read_samples(record: Recorded) -> tuple[Floats, Floats]:
+    """Return times [s] and samples in SI as they stand in the file, evenly spaced or not.
+
+    Samples that are missing or outside the window are left out; nothing is resampled.
+
+    Raises
+    ------
+    RecordError
+        If the record cannot be used.
+    """
+    file = open_record(record.path, FORMATS_BY_SUFFIX)
+    member = format_of(record.file)
+    assert member is not None  # ensured by `open_record`
+    with np.errstate(all="ignore"):
+        signal, grid, _ = _read_series(record, member.columns(replace(file, skip=record.skip)))
+        values = np.array(signal[:], dtype=np.float64)
+        at = np.arange(len(values), dtype=np.float64) if grid.at is None else grid.at
+    t = grid.first + grid.dt * at
+    low, high = (-np.inf, np.inf)
+    if record.window is not None:
+        low = low if record.window.start is None else record.window.start
+        high = high if record.window.to is None else record.window.to
+    used = np.isfinite(values) & (t >= low) & (t <= high)
+    _check_range(values[used], grid.dt, str(record.path), "a sample")
+    return t[used], values[used]
+
+
 def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü") -> None:
     """Raise for samples out of range; NaN fails the comparison, too."""
     within = all(
