@@ -147,7 +147,7 @@ def read_document(
     overrides : mapping or sequence of str
         Values by dotted key, or `KEY=VALUE` words.
     dotted_blocks : collection of str
-        Blocks whose keys contain dots.
+        Blocks whose keys contain dots, by their dotted path.
 
     Returns
     -------
@@ -575,8 +575,10 @@ def _apply_overrides(
     for location, key, value in _override_items(overrides):
         try:
             steps = _split_key(key, location)
-            if steps[0] in dotted_blocks:
-                steps = _join_dotted_key(tree, steps)
+            for block in dotted_blocks:
+                path = block.split(".")
+                if steps[: len(path)] == path:
+                    steps = _join_dotted_key(tree, path, steps[len(path) :])
             node, faults = (
                 _parse_value(str(value), location)
                 if isinstance(value, _UnparsedText)
@@ -651,20 +653,22 @@ def _split_key(key: str, location: Location) -> list[str]:
     return steps
 
 
-def _join_dotted_key(tree: Node, steps: list[str]) -> list[str]:
+def _join_dotted_key(tree: Node, path: list[str], rest: list[str]) -> list[str]:
     """Return the path to a value in a block whose keys contain dots.
 
-    What follows the block name is one key, unless a prefix of it is an existing key: then the
+    What follows the block is one key, unless a prefix of it is an existing key: then the
     remainder is a path inside the value of that key.
     """
-    name, *rest = steps
-    block = tree.value.get(name)
+    block: Node | None = tree
+    for name in path:
+        inside = block is not None and isinstance(block.value, dict)
+        block = block.value.get(name) if block is not None and inside else None
     known = block.value if block is not None and isinstance(block.value, dict) else {}
     for end in range(len(rest), 0, -1):
         key = ".".join(rest[:end])
         if key in known:
-            return [name, key, *rest[end:]]
-    return [name, ".".join(rest)] if rest else [name]
+            return [*path, key, *rest[end:]]
+    return [*path, ".".join(rest)] if rest else path
 
 
 def _parse_value(text: str, location: Location) -> tuple[Node, tuple[Problem, ...]]:

@@ -572,9 +572,25 @@ METRICS = (
     ),
 )
 
-METRICS_BY_NAME = {metric.name: metric for metric in METRICS}
+FIT_METRICS = (
+    Metric(
+        "fit_error",
+        "-",
+        "RMS of measured minus fitted response, relative to the measured one",
+        lambda m: None,
+    ),
+    Metric(
+        "fit_error_held_out",
+        "-",
+        "fit_error on the part of the record that was held out",
+        lambda m: None,
+    ),
+)
+"""Metrics of a fit, which follow from no single motion."""
 
-UNITS = {metric.name: metric.unit for metric in METRICS}
+METRICS_BY_NAME = {metric.name: metric for metric in (*METRICS, *FIT_METRICS)}
+
+UNITS = {name: metric.unit for name, metric in METRICS_BY_NAME.items()}
 """Unit of every metric, by name."""
 
 

@@ -486,6 +486,11 @@ class FromFile(Block):
             self._document = context.get("document")
 
     @property
+    def document(self) -> Document | None:
+        """The file that the model was read from."""
+        return self._document
+
+    @property
     def folder(self) -> Path:
         """Folder that paths of records are relative to."""
         return Path(self._document.file).parent if self._document else Path()

@@ -11,7 +11,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from drysim.approach import APPROACHES_BY_NAME
-from drysim.metrics.table import UNITS
+from drysim.metrics.table import METRICS
 from drysim.scenario import model
 from drysim.scenario.blocks import FORMAT_VERSION
 from drysim.scenario.reading import DEFAULT_LAW, LAW_KEY, LAWS
@@ -118,7 +118,7 @@ def scenario_schema() -> dict[str, Any]:
         words["$defs"][f"{law.__name__}Options"]["properties"].pop(LAW_KEY)
     words["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(LAW_KEY)
     words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
-        name for name in UNITS if name != "closure"
+        metric.name for metric in METRICS if metric.name != "closure"
     ]
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
     del words["properties"]["sweep"]["default"]  # no sweep: the block is absent

@@ -24,6 +24,7 @@ from drysim.metrics.checks import has_condition
 from drysim.records.formats import format_of
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
+from drysim.scenario.fit import FIT_KEY, FREE_PATH, read_free, with_placeholders
 from drysim.scenario.model import Scenario, first_conflict, key_faults, unsupported_values
 from drysim.scenario.reading import (
     DEFAULT_LAW,
@@ -73,13 +74,14 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         text = shorten(repr(path))
         raise UsageError(f"the scenario must be given as the path of a file, not as {text}")
     try:
-        document = read_document(path, overrides, (SWEEP_KEY,))
+        document = read_document(path, overrides, (SWEEP_KEY, FREE_PATH))
     except UnreadableError as fault:
         raise _scenario_error(str(path), [_with_record_hint(fault.problem)]) from None
-    model, scenario = _choose_model(document.value), None
+    words = with_placeholders(document.value)
+    model, scenario = _choose_model(words), None
     reading = Reading(document, model)
     with suppress(TooManyProblems):
-        scenario = _read_scenario(reading, model)
+        scenario = _read_scenario(reading, model, words)
     problems = [*document.problems, *reading.problems]
     if scenario is not None and not problems:
         problems = first_conflict(scenario)
@@ -117,11 +119,18 @@ def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
     return scenario_with_law_options()
 
 
-def _read_scenario(reading: Reading, model: type[Scenario]) -> Scenario | None:
-    """Return the scenario of a document, or None after noting its errors."""
+def _read_scenario(
+    reading: Reading, model: type[Scenario], filled: Mapping[str, Any]
+) -> Scenario | None:
+    """Return the scenario of a document, completed where a fit provides values.
+
+    None after noting its errors.
+    """
     document, scenario = reading.document, None
     file = Path(document.file)
-    words = {"name": _name_from_stem(file.stem)} | reading.read()
+    words = {"name": _name_from_stem(file.stem)} | reading.read(filled)
+    if isinstance(words.get(FIT_KEY), dict):
+        words[FIT_KEY] = words[FIT_KEY] | {"free": read_free(reading)}
     checks = words.get("checks")
     if SWEEP_KEY in words or (isinstance(checks, list) and any(map(has_condition, checks))):
         from drysim.scenario.sweep import read_axes_and_checks

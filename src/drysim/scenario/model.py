@@ -30,7 +30,7 @@ from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction
-from drysim.metrics.table import METRICS_BY_NAME, Need
+from drysim.metrics.table import METRICS, Need
 from drysim.scenario.axes import FILE_KEY, Axis, Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
@@ -47,6 +47,7 @@ from drysim.scenario.blocks import (
     Stroke,
     validate_approach,
 )
+from drysim.scenario.fit import Fit, missing_values, without_value
 from drysim.scenario.reading import (
     LAW_KEY,
     LAWS,
@@ -120,6 +121,8 @@ class Scenario(FromFile):
     """How the motion is computed."""
     measure: Measure = Field({}, validate_default=True)
     """Time window of the metrics."""
+    fit: Fit | None = None
+    """What `drysim fit` fits to a measured response; other commands ignore it."""
     sweep: Sweep = ()
     """Keys to vary: dotted keys of this file, each with a list of values, or with from, to and
     step or count. Every combination is a case; the first key varies fastest."""
@@ -178,6 +181,11 @@ class Scenario(FromFile):
             return self.law()
         unrecorded = friction.model_copy(update={"normal_record": None})
         return unrecorded.to_law(self.oscillator.mass)
+
+    @property
+    def missing_values(self) -> list[str]:
+        """Free keys of the fit without a value in the file, which only a fit provides."""
+        return missing_values(self._document.value) if self.fit and self._document else []
 
     @property
     def active_friction(self) -> Friction | None:
@@ -338,6 +346,9 @@ class Scenario(FromFile):
         """
         words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
         words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
+        if self.fit is not None and relative_to is not None:
+            measured = self.fit.measured.record(self.fit.measured.channels[0])
+            words["fit"]["measured"]["file"] = measured.file_from(relative_to)
         if isinstance(self.excitation, Record) and relative_to is not None:
             words["excitation"]["file"] = self.excitation.file_from(relative_to)
             for axis in self.sweep:
@@ -346,6 +357,8 @@ class Scenario(FromFile):
                     words["sweep"][FILE_KEY] = [one.file_from(relative_to) for one in records]
         if self.friction is not None:
             words["friction"] = _friction_dict(self, self.friction, relative_to)
+        for key in self.missing_values:
+            words = without_value(words, key.split("."))
         member = self.solver.member().model_dump(mode="json", exclude_none=True)
         solver = words["solver"] | {self.solver.approach: member}
         plain = {key: _without_tag(value, "approach") for key, value in solver.items()}
@@ -534,13 +547,14 @@ def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
         ("excitation", "until", "metric"),
         f"excitation.until.metric: {format_value(name)} is not available",
     )
-    if name not in METRICS_BY_NAME:
-        hint = name_hint(name, METRICS_BY_NAME)
+    known = {metric.name: metric for metric in METRICS}
+    if name not in known:
+        hint = name_hint(name, known)
         yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
         return
     if name == "closure":
         yield keys, f"{at} for random base motion, which has no periodic orbit"
-    for need in METRICS_BY_NAME[name].needs:
+    for need in known[name].needs:
         paths = (key.split(".") for key in need.keys)
         if not any(key in get_block(words, block) for block, key in paths):
             yield keys, f"{at} without {need.name}; give {' or '.join(need.keys)}"

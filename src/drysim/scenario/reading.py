@@ -393,9 +393,9 @@ class Reading:
         """Paths with an error already; no further error is added there."""
         self.words: dict[str, Any] = {}
 
-    def read(self) -> dict[str, Any]:
-        """Return the values of the document whose keys the model has."""
-        self.words = self.block(self.model, self.document.value, ())
+    def read(self, words: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values whose keys the model has, of the document as completed."""
+        self.words = self.block(self.model, words, ())
         return self.words
 
     def fault(

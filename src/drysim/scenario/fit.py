@@ -1,0 +1,466 @@
+"""The fit block of a scenario: a measured response, and the keys that are fitted to it.
+
+The values of free keys may be missing from the file: `with_placeholders` fills them in so that
+the scenario can be validated, and `missing_values` names them, since no other command can use
+them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    PrivateAttr,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from drysim.records import SI
+from drysim.records.options import (
+    Column,
+    FullScale,
+    Gaps,
+    PositiveTime,
+    Recorded,
+    RemovalOption,
+    Resample,
+    Window,
+)
+from drysim.scenario.axes import KEY_PATTERN
+from drysim.scenario.reading import (
+    LAWS,
+    NumericKey,
+    Reading,
+    dotted_name,
+    get_block,
+    numeric_keys,
+    other_laws_hint,
+    validation_faults,
+)
+from drysim.units import (
+    Block,
+    Dimensionless,
+    Frequency,
+    InvalidValue,
+    Quantity,
+    Time,
+    format_value,
+    name_hint,
+)
+from drysim.wording import join_words
+
+FIT_KEY = "fit"
+"""Key of the block."""
+
+FREE_PATH = f"{FIT_KEY}.free"
+"""Path of the block whose keys are dotted keys of the scenario."""
+
+DELAY_KEY, OFFSET_KEY = "measured.delay", "measured.offset"
+"""Free keys of the measurement instead of the scenario."""
+
+SAME_PLACEHOLDER = {
+    "friction.static": "kinetic",
+    "friction.kinetic": "static",
+    "friction.mu_static": "mu_kinetic",
+    "friction.mu_kinetic": "mu_static",
+}
+"""Key of friction whose value, if there is one, stands for a missing value."""
+
+FITTED_BLOCKS = ("oscillator", "friction", "stroke", "start", "measured")
+"""Blocks whose keys can be fitted: those of the oscillator itself, and of its measurement."""
+
+CHANNELS = {"x_dd": "acceleration", "x_r": "displacement", "v_r": "velocity", "F_f": "force"}
+"""Measured quantity of each channel."""
+
+DEFAULT_HOLD_OUT = 0.3
+"""Share of a record at its end that is not fitted, by default."""
+
+
+class FreeKey(NamedTuple):
+    """Start and bounds of a fitted value, in SI; None where the file gives none."""
+
+    start: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+FREE_WORDS = {
+    "start": "Value from which the fit starts; default: in closed form, from the record.",
+    "from": "Lower bound; default: that of the key.",
+    "to": "Upper bound; default: that of the key.",
+}
+"""Keys of a free key in a file with their meanings, in the order of `FreeKey`."""
+
+
+class ChannelQuantity(Block):
+    """Quantity of a channel; a base class, so that it is read before the unit."""
+
+    quantity: Literal["acceleration", "velocity", "displacement", "force"]
+
+
+class ChannelRecord(Recorded, ChannelQuantity):
+    """A channel of the measured response with everything that is needed to read it."""
+
+    @property
+    def measured(self) -> str:
+        """Measured quantity."""
+        return self.quantity
+
+    @classmethod
+    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+        """Return the SI unit of the samples."""
+        return SI.get(words.get("quantity", ""))
+
+
+class Channel(Block):
+    """A channel of the measured response. A column alone may stand for the block."""
+
+    column: Column | None = None
+    """Column of the samples, by name or number from 1."""
+    channel: Column | None = None
+    """Channel of the samples, for formats with channels."""
+    unit: str | None = None
+    """Unit of the samples; required unless the file contains it."""
+    full_scale: FullScale | None = None
+    """Value of digital full scale with its unit, instead of `unit`, for WAV files."""
+    scale: Dimensionless = 1.0
+    """Factor on every sample [-]; -1 reverses the sign."""
+    remove: RemovalOption = Field({}, validate_default=True)
+    """What is removed from the channel, as for a record of base motion."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("column", "channel"),
+        ("unit", "full_scale"),
+    )
+
+
+def _expand_channel(value: object) -> object:
+    """Expand a column to a block."""
+    return value if isinstance(value, dict | Channel) else {"column": value}
+
+
+class _ChannelSchema:
+    """JSON schema of a channel: a column or the block."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Return the JSON schema."""
+        return {"anyOf": [{"type": ["string", "integer"]}, handler(schema)]}
+
+
+ChannelOption = Annotated[Channel, BeforeValidator(_expand_channel), _ChannelSchema()]
+
+
+class MeasuredResponse(Block):
+    """Measured response of the mass, or force and motion of a friction rig.
+
+    Times count as those of the base motion: both files start at the same instant unless their
+    time columns say otherwise.
+    """
+
+    file: Annotated[str, Field(min_length=1)]
+    """File of the measurement, relative to the folder of the scenario."""
+    skip: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Rows to skip at the top of a text file [-]; default 0."""
+    time: Column | None = None
+    """Column of the times."""
+    rate: Frequency | None = None
+    """Sampling rate [Hz], instead of `time`."""
+    step: PositiveTime | None = None
+    """Time step [s], instead of `time`."""
+    x_dd: ChannelOption | None = None
+    """Absolute acceleration of the mass."""
+    x_r: ChannelOption | None = None
+    """Displacement of the mass relative to the base, such as the stroke of a seat."""
+    v_r: ChannelOption | None = None
+    """Velocity of the mass relative to the base."""
+    F_f: ChannelOption | None = None
+    """Friction force of a rig, positive where it opposes v_r > 0; with `v_r` or `x_r`, which
+    then are the imposed motion."""
+    delay: Time = 0.0
+    """Time by which the measured response lags the base motion [s]; default 0."""
+    gaps: Gaps | None = None
+    """Interpolation of missing samples; by default each is an error."""
+    resample: Resample | None = None
+    """Resampling onto another time grid; the step must be that of the base motion or a whole
+    multiple of it."""
+    window: Window | None = None
+    """The part to use, `{from: 10 s, to: 70 s}`; default: all that the base motion covers."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("x_dd", "x_r", "v_r", "F_f"),)
+
+    _folder: Path = PrivateAttr(default_factory=Path)
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Store the folder of the scenario from the validation context."""
+        if isinstance(context, Mapping) and "folder" in context:
+            self._folder = Path(context["folder"])
+
+    @model_validator(mode="after")
+    def _check_channels(self) -> Self:
+        if self.F_f is not None:
+            if self.x_dd is not None:
+                raise InvalidValue(
+                    "stands beside F_f, but a rig imposes its motion; remove it", "x_dd"
+                )
+            if (self.v_r is None) == (self.x_r is None):
+                raise InvalidValue("requires the imposed motion, either v_r or x_r", "F_f")
+        for name in self.channels:
+            try:
+                self.record(name)
+            except ValidationError as fault:
+                for keys, sentence in validation_faults(fault, {}):
+                    key = str(keys[0]) if keys else ""
+                    inside = key in Channel.model_fields
+                    message = sentence.removeprefix(f"{key} ")
+                    raise InvalidValue(message, *((name, key) if inside else (key,))) from None
+        return self
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the measured channels."""
+        return tuple(name for name in CHANNELS if getattr(self, name) is not None)
+
+    @property
+    def is_rig(self) -> bool:
+        """Whether the measurement is that of a friction rig, without dynamics."""
+        return self.F_f is not None
+
+    def record(self, name: str) -> ChannelRecord:
+        """Return a channel as a record."""
+        shared = self.model_dump(by_alias=True, exclude_none=True, exclude={*CHANNELS, "delay"})
+        own = getattr(self, name).model_dump(exclude_none=True)
+        return ChannelRecord.model_validate(
+            {**shared, **own, "quantity": CHANNELS[name]}, context={"folder": self._folder}
+        )
+
+    @property
+    def path(self) -> Path:
+        """Path of the file as messages show it."""
+        return self._folder / self.file
+
+
+class Noise(Block):
+    """Standard deviation of the noise in each channel, where it is known."""
+
+    x_dd: Annotated[float, Quantity("m/s²", above=0)] | None = None
+    """Noise of x_dd [m/s²]."""
+    x_r: Annotated[float, Quantity("m", above=0)] | None = None
+    """Noise of x_r [m]."""
+    v_r: Annotated[float, Quantity("m/s", above=0)] | None = None
+    """Noise of v_r [m/s]."""
+    F_f: Annotated[float, Quantity("N", above=0)] | None = None
+    """Noise of F_f [N]."""
+
+
+def _validate_free(value: object) -> dict[str, FreeKey]:
+    """Return the free keys; `read_free` has read their values."""
+    if isinstance(value, Mapping) and value:
+        return {
+            key: words if isinstance(words, FreeKey) else FreeKey(*map(words.get, FREE_WORDS))
+            for key, words in value.items()
+        }
+    raise ValueError("must be keys such as `friction.kinetic: {}`")
+
+
+def _free_words(free: Mapping[str, FreeKey]) -> dict[str, dict[str, float]]:
+    """Return the free keys as a file writes them."""
+    return {
+        key: {word: v for word, v in zip(FREE_WORDS, one, strict=True) if v is not None}
+        for key, one in free.items()
+    }
+
+
+_FREE_SCHEMA = {
+    "type": "object",
+    "minProperties": 1,
+    "propertyNames": {"pattern": KEY_PATTERN},
+    "additionalProperties": {
+        "type": "object",
+        "properties": {
+            word: {"type": ["number", "string"], "description": text}
+            for word, text in FREE_WORDS.items()
+        },
+        "additionalProperties": False,
+    },
+}
+
+Free = Annotated[
+    dict[str, FreeKey],
+    PlainValidator(_validate_free),
+    PlainSerializer(_free_words),
+    WithJsonSchema(_FREE_SCHEMA),
+]
+
+
+def _validate_law(name: object) -> str:
+    """Return the name of an existing friction law."""
+    if not isinstance(name, str) or name not in LAWS:
+        hint = name_hint(name, LAWS) if isinstance(name, str) else ""
+        raise ValueError(f"unknown law {format_value(name)}{hint}")
+    return name
+
+
+LawName = Annotated[str, BeforeValidator(_validate_law), WithJsonSchema({"enum": list(LAWS)})]
+
+
+class Fit(Block):
+    """What `drysim fit` fits, and to which measurement."""
+
+    measured: MeasuredResponse
+    """The measured response."""
+    free: Free
+    """Keys to fit: dotted keys of this file, each with `{}` or with `start`, `from` and `to`.
+    Values need not be given elsewhere in the file."""
+    laws: tuple[LawName, ...] = ()
+    """Friction laws to compare, on the held-out part; default: that of the file."""
+    hold_out: Annotated[float, Quantity("", at_least=0, below=1)] | None = None
+    """Share of the record at its end that is not fitted but predicted; default 30 %, and
+    nothing for a free decay."""
+    noise: Noise | None = None
+    """Standard deviation of the noise; default: estimated from the residuals."""
+
+    @model_validator(mode="after")
+    def _check_laws(self) -> Self:
+        for i, law in enumerate(self.laws):
+            if law in self.laws[:i]:
+                raise InvalidValue(f"is {law} again; name each law once", "laws", i)
+        return self
+
+    @model_validator(mode="after")
+    def _check_noise(self) -> Self:
+        for name in CHANNELS:
+            if getattr(self.noise, name, None) and name not in self.measured.channels:
+                raise InvalidValue("is not measured", "noise", name)
+        return self
+
+
+# Reading from a file
+
+
+def with_placeholders(words: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document with a value for each free key that has none."""
+    filled = dict(words)
+    free = get_block(get_block(words, FIT_KEY), "free")
+    for key in missing_values(words):
+        block, _, name = key.partition(".")
+        options = free[key] if isinstance(free[key], Mapping) else {}
+        value = next((options[word] for word in ("start", "to", "from") if word in options), 1)
+        if other := SAME_PLACEHOLDER.get(key):  # static friction is at least the kinetic one
+            value = get_block(filled, "friction").get(other, value)
+        filled[block] = _with_default(get_block(filled, block), name.split("."), value)
+    return filled
+
+
+def missing_values(words: Mapping[str, Any]) -> list[str]:
+    """Return the free keys without a value in a document."""
+    free = get_block(get_block(words, FIT_KEY), "free")
+    known = (key for key in free if isinstance(key, str) and "." in key)
+    return [key for key in known if not key.startswith("measured.") and not _has(words, key)]
+
+
+def _has(words: Any, key: str) -> bool:
+    """Return whether a document has a value at a dotted key."""
+    for name in key.split("."):
+        if isinstance(words, list) and name.isdecimal() and int(name) < len(words):
+            words = words[int(name)]
+        elif isinstance(words, Mapping) and name in words:
+            words = words[name]
+        else:
+            return False
+    return words is not None
+
+
+def _with_default(block: Any, steps: list[str], value: object) -> Any:
+    """Return a copy of a block with a value at a path."""
+    if not isinstance(block, Mapping):
+        return block
+    first, *rest = steps
+    inner = _with_default(block.get(first) or {}, rest, value) if rest else value
+    return {**block, first: inner}
+
+
+def without_value(block: Any, steps: list[str]) -> Any:
+    """Return a copy of a block without the value at a path, and without emptied blocks."""
+    first, *rest = steps
+    if not isinstance(block, Mapping) or first not in block:
+        return block
+    kept = {**block, first: without_value(block[first], rest) if rest else {}}
+    return kept if kept[first] else {key: v for key, v in kept.items() if key != first}
+
+
+def read_free(reading: Reading) -> dict[str, dict[str, float]]:
+    """Return the free keys of a document with their values in SI; note their faults."""
+    at = (FIT_KEY, "free")
+    free = get_block(get_block(reading.words, FIT_KEY), "free")
+    known = {
+        **numeric_keys(reading.model, reading.words),
+        DELAY_KEY: NumericKey(Quantity("s"), float, None, {}, False),
+        OFFSET_KEY: None,
+    }
+    found = {}
+    for key, options in free.items():
+        if key not in known or (known[key] is None and key != OFFSET_KEY):
+            what = "is no numeric key" if key in known else "is no key of this scenario"
+            name = str(key).removeprefix("friction.")
+            hint = "" if key in known else other_laws_hint(name) or name_hint(str(key), known)
+            reading.fault(f"{format_value(key)} {what}{hint}", (*at, key), at_key=True)
+            continue
+        if key.partition(".")[0] not in FITTED_BLOCKS:
+            sentence = f"{key} cannot be fitted, only keys of {join_words(FITTED_BLOCKS, 'or')}"
+            reading.fault(sentence, (*at, key), at_key=True)
+            continue
+        if not isinstance(options, Mapping):
+            reading.report_value(
+                f"must be a block of {', '.join(FREE_WORDS)}, or {{}}, not "
+                f"{format_value(options)}",
+                (*at, key),
+            )
+            continue
+        found[key] = dict(_read_options(reading, known[key], options, (*at, key)))
+    # Of a placeholder nothing else is said.
+    missing = {key: tuple(key.split(".")) for key in missing_values(reading.document.value)}
+    faulty = {
+        key for key in missing if any(path[:3] == (*at, key) for path in reading.reported)
+    }
+    reading.problems[:] = [one for one in reading.problems if one.key not in faulty]
+    reading.reported |= {missing[key] for key in faulty}
+    return found
+
+
+def _read_options(
+    reading: Reading, known: Any, options: Mapping[str, Any], at: tuple[str, ...]
+) -> Iterator[tuple[str, float]]:
+    """Yield start and bounds of a free key in SI; note their faults."""
+    values: dict[str, float] = {}
+    for word, value in options.items():
+        if word not in FREE_WORDS or known is None:
+            use = f"use {', '.join(FREE_WORDS)}" if known is not None else "write {}"
+            sentence = f"unknown key {format_value(word)} in {dotted_name(at)}; {use}"
+            reading.fault(sentence, (*at, word), at_key=True)
+            continue
+        with reading.reporting((*at, word)):
+            values[word] = known.read(value)
+    low, high = values.get("from", -inf), values.get("to", inf)
+    least, most = known.quantity.ends if known is not None else (-inf, inf)
+    if not low < high:
+        reading.report_value(f"must be above `from`, {low:.12g}", (*at, "to"))
+    elif not low < most:
+        reading.report_value(f"must be below {most:.12g}, the largest value", (*at, "from"))
+    elif not least < high:
+        reading.report_value(f"must be above {least:.12g}, the smallest value", (*at, "to"))
+    elif not low <= values.get("start", low) <= high:
+        reading.report_value("must lie between `from` and `to`", (*at, "start"))
+    yield from values.items()
