@@ -44,17 +44,17 @@ from drysim.core.model import (
     StrokeLimits,
     blocks,
 )
-from drysim.errors import Problem, RecordError, ScenarioError, UsageError, WarningMessage
+from drysim.errors import RecordError, ScenarioError, UsageError, WarningMessage
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
+from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
-from drysim.scenario.load import load
 from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
 from drysim.units import Block, shorten
-from drysim.wording import describe_clean_up, format_number
+from drysim.wording import format_number
 from drysim.yaml_document import KeyPath
 
 STEPS_PER_WAVE = 5
@@ -165,12 +165,22 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
         When `scenario` is not a Scenario, or the environment names an unknown engine.
     """
     require_scenario(scenario)
+    if missing := scenario.missing_values:
+        sentence = (
+            f"{missing[0]} has no value, as it is free in `fit`; use `drysim fit`, and then "
+            "the fitted.yaml that it writes"
+        )
+        raise case_error(scenario, sentence, ("fit", "free", missing[0]))
+    for i, check in enumerate(scenario.checks):
+        if check.metric in (metric.name for metric in FIT_METRICS):
+            sentence = f"{check.metric} is known to `drysim fit` only; remove the check"
+            raise case_error(scenario, sentence, ("checks", i))
     try:
         engine()
     except ValueError as fault:
         raise UsageError(str(fault)) from fault
     seeds = statistics.max_seeds(scenario)
-    if shortage := _shortage_message(
+    if shortage := shortage_message(
         f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "use fewer"
     ):
         raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
@@ -425,7 +435,7 @@ GIGA = 1e9
 def memory_shortage(steps: int, weighted: bool = False, streamed: bool = False) -> str:
     """Return a message if a response of so many steps does not fit into memory, else ""."""
     required = response_memory(steps, weighted, streamed)
-    return _shortage_message(
+    return shortage_message(
         f"{steps:.4g} steps", required, "use a longer step or a shorter duration"
     )
 
@@ -447,7 +457,7 @@ def is_streamed(case: Case) -> bool:
     )
 
 
-def _shortage_message(what: str, required: float, remedy: str) -> str:
+def shortage_message(what: str, required: float, remedy: str) -> str:
     """Return the message for a shortage of memory, or "" if `required` [bytes] is available."""
     available = system.total_memory()
     if required <= available:
@@ -717,28 +727,3 @@ def signal_sha256(signal: Signal) -> str:
 def combined_sha256(hashes: Iterable[str]) -> str:
     """Return the SHA-256 (hex) of hashes, one per line, in order."""
     return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
-
-
-# Problems of a file, without computing anything.
-
-
-def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
-    """Return all problems of a scenario file with `KEY=VALUE` overrides, for `drysim validate`.
-
-    Problems of severity `error` are those for which `run` refuses to compute.
-    """
-    try:
-        scenario = load(file, overrides)
-        case = prepare(scenario, swept=bool(scenario.sweep))
-    except ScenarioError as fault:
-        return fault.problems
-    except RecordError as fault:
-        return (fault.problem,)
-    except UsageError as fault:
-        return (Problem(str(fault), file),)
-    sentences = describe_clean_up(case.motion, case.law)
-    if isinstance(case.scenario.excitation, Record):
-        sentences.append(f"base: {case.scenario.excitation.describe(case.motion)}")
-    notes = [Problem(words, file, severity="note") for words in sentences]
-    warned = [Problem(known.sentence, file, severity="warning") for known in case.warnings]
-    return (*notes, *warned)

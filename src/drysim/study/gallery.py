@@ -9,6 +9,7 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
+from drysim.scenario.fit import FIT_KEY
 from drysim.units import closest_match, did_you_mean
 from drysim.yaml_document import read_document
 
@@ -28,6 +29,11 @@ class GalleryScenario:
     name: str
     about: str
     file: Path
+
+    @property
+    def command(self) -> str:
+        """Command that the scenario is made for."""
+        return FIT_KEY if FIT_KEY in read_document(self.file).value else "run"
 
     @property
     def loop(self) -> Path | None:
@@ -80,7 +86,7 @@ def copy(name: str, target: Path) -> list[Path]:
     chosen = find(name).file
     refuse_existing(target / chosen.name)
     home = chosen.parent
-    needed = record_files(read_document(chosen).value)
+    needed = dict.fromkeys(record_files(read_document(chosen).value))
     missing = [record for record in needed if not is_copied(home / record, target / record)]
     for file in [*missing, chosen.name]:
         write_new(target / file, (home / file).read_bytes())

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion, Until
 from drysim.metrics.checks import Verdict
-from drysim.metrics.table import COUNT, METRICS, UNITS, Metrics
+from drysim.metrics.table import COUNT, METRICS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
 from drysim.wording import Point
@@ -118,7 +118,7 @@ class OverSeeds:
 COUNT_METRICS = frozenset(metric.name for metric in METRICS if metric.kind == COUNT)
 """Metrics that are whole numbers, unless they are means over seeds."""
 
-METRIC_NAMES = tuple(UNITS)
+METRIC_NAMES = tuple(metric.name for metric in METRICS)
 Floats = NDArray[np.float64]
 
 

@@ -1,0 +1,1314 @@
+"""Fit of friction, damping and stiffness to a measured response, by exact stick-slip motion.
+
+Problem
+    The residuals are the measured minus the computed channels. The acceleration of the mass and
+    the friction force jump where sliding begins, stops or reverses. A parameter that moves such
+    an instant past a sample changes this residual by a jump, which no derivative shows: the sum
+    of squares is rough, with a local minimum per sample.
+
+Method
+    1. Starting values in closed form (`starting_values`), several of them.
+    2. A coarse fit of the integrated acceleration, in which jumps are kinks.
+    3. Fits of the samples whose mode of motion (stuck, sliding up, sliding down) does not
+       change while each parameter varies by a step; over these the residuals are smooth. The
+       step shrinks from 3 % to the uncertainty of the parameters.
+    4. `scipy.optimize.least_squares` does each fit, robust against outliers at first. The
+       derivatives are central differences: the motion is exact to rounding, and so their error
+       is about 1e-9 at a step of 1e-5.
+    5. Where the residuals exceed the noise of the signals, fits from neighbouring values of
+       each parameter look for a lower sum of squares.
+    6. Intervals from the covariance at the solution, and from the profile: the parameter is
+       fixed, the others are fitted again, and the bounds are where the sum of squares has
+       risen by 3.84 noise variances (likelihood ratio, 95 %).
+
+    The samples left out of 3. are those next to an event, usually below 2 %. Which they are
+    depends on the parameters alone, so that the intervals are those of ordinary least squares.
+
+    A single start at t = 0 suffices: with dry and viscous friction a motion forgets where it
+    started, so that a wrong stop has no effect after a few periods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.compile import choose_engine
+from drysim.core.model import Input, Samples, Sines
+from drysim.errors import SolverError, UsageError, WarningMessage
+from drysim.metrics.checks import Verdict
+from drysim.metrics.table import FIT_METRICS, Values
+from drysim.scenario.fit import CHANNELS, DEFAULT_HOLD_OUT, DELAY_KEY
+from drysim.scenario.model import Scenario
+from drysim.scenario.reading import LAWS, fields_by_key
+from drysim.study.case import require_scenario
+from drysim.study.fit_model import (
+    UNCERTAIN,
+    FitModel,
+    Floats,
+    FreeParameter,
+    Measurement,
+    Prediction,
+    build_model,
+    model_of_law,
+)
+from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.starting_values import integrate, noise_level, remove_drift
+from drysim.system import worker_count
+from drysim.wording import format_number, join_words
+
+Mask = NDArray[np.bool_]
+
+COARSE_STEP = 1e-2
+"""Relative step of the derivatives in the coarse fit."""
+
+STEPS = (3e-2, 1e-2, 1e-3, 1e-4, 1e-6)
+"""Relative steps within which the mode of a sample must not change, one fit after another."""
+
+DIFFERENCE = 1e-5
+"""Relative step of the derivatives near the solution."""
+
+PARTS = (0.15, 0.4)
+"""Shares of the record that are fitted before the whole."""
+
+MIN_PART = 400
+"""Number of samples below which a part is not fitted by itself."""
+
+SMALLEST_SIZE = 0.05
+"""Size of a parameter for steps, relative to its start, where its value is smaller."""
+
+COARSE_TIME = 0.02
+"""Time between the samples of the coarse fit [s]."""
+
+COARSE_SCALE = 0.05
+"""Residual relative to the standard deviation above which the coarse fit is robust."""
+
+ROBUST_NOISE = 3.0
+ROBUST_SHARE = 1e-3
+"""Residual above which a fit is robust: multiples of the noise, share of the median signal."""
+
+COARSE_CALLS, FINE_CALLS, FINAL_CALLS = 25, 10, 15
+"""Limits of the evaluations of a fit, without those for derivatives."""
+
+MAX_STARTS = 6
+"""Number of starts that are followed to the end: those with the lowest sums of squares, among
+the closed-form ones and their coarse fits."""
+
+SIGMAS = 2.0
+"""Steps of the final fit, in standard deviations of the parameters."""
+
+SMALLEST_STEP, LARGEST_STEP = 1e-6, 0.05
+"""Bounds of these steps, relative to the start of a parameter."""
+
+MAX_FINAL = 8
+"""Number of final fits, each with the samples that the one before selects."""
+
+OUTLIER, MAX_OUTLIERS = 6.0, 0.05
+"""Residual, in robust standard deviations, above which a sample is an outlier; largest share of
+samples left out as such."""
+
+NOISE_MARGIN = 1.2
+"""Ratio of the residuals to the noise up to which nothing better is looked for."""
+
+NOISELESS, ROUNDING = 1e-3, 1e-11
+"""Noise relative to a signal below which it is the curvature of the signal, and rounding."""
+
+SCAN = tuple(sign * 10.0**e for e in np.linspace(-2.5, 0.3, 15).tolist() for sign in (-1, 1))
+"""Relative changes of a parameter tried by the scan."""
+
+NEIGHBOURS = (-0.2, -0.02, 0.02, 0.2)
+"""Relative changes of a parameter from which a fit starts again."""
+
+STATIC_PATHS = ("friction.static", "friction.mu_static")
+STATIC_NEIGHBOURS = (-0.6, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0)
+"""Those of a static limit, which decides over few stops and has many minima."""
+
+MAX_RESTARTS = 2
+"""Number of times that such fits may lead to another solution."""
+
+BETTER = 0.999
+"""Ratio of sums of squares from which a solution is another, better one."""
+
+AGREE = 1.01
+"""Ratio of sums of squares up to which two starts agree."""
+
+NORMAL_95 = 1.959964
+CHI_SQUARE_95 = NORMAL_95**2
+"""Quantiles of a 95 % interval: of the normal distribution, and of chi-square."""
+
+PROFILE_POINTS = 7
+"""Largest number of fits for one end of a profile interval."""
+
+PROFILE_TOLERANCE = 0.05
+"""Accuracy of the rise of the sum of squares at an end of a profile interval."""
+
+HIGH_CORRELATION = 0.9
+"""Correlation from which two parameters are named."""
+
+UNKNOWN_SHARE = 0.5
+"""Relative standard deviation from which a parameter is not determined."""
+
+IN_DIRECTION = 0.3
+"""Component from which a parameter belongs to a direction of the parameter space."""
+
+NULL_SHARE = 1e-8
+"""Ratio of singular values below which a direction has no effect."""
+
+ALIKE_NOISE = 1.4
+"""RMS of x_dd - ü, in units of its noise, below which base and mass move alike."""
+
+WORK_PER_FIT = 2000
+"""Number of solutions in a fit, for the choice of the engine."""
+
+EXACT = 1e-6
+"""Relative error below which residuals are rounding."""
+
+WHITE = 4.0
+"""Autocorrelation of the residuals, times the root of their number, from which they are not
+white."""
+
+FAULT_MARGIN = 2.0
+"""Ratio of the residuals to the noise from which faults of the record are looked for."""
+
+BAD_FIT = 0.3
+"""Relative error that is worth a warning even if no such fault explains it."""
+
+UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
+
+MUCH_BETTER = 0.5
+"""Ratio of errors from which a fault of the record explains a bad fit."""
+
+BLOCKS = 20
+"""Number of blocks of the held-out part that laws are compared on."""
+
+
+class Parameter(NamedTuple):
+    """A fitted value with its 95 % intervals; None where there is no bound.
+
+    Attributes
+    ----------
+    key, unit : str
+    value : float
+    deviation : float or None
+        Standard deviation; None where the record does not determine the value.
+    low, high : float or None
+        Interval from the covariance.
+    profile_low, profile_high : float or None
+        Interval from the profile.
+    note : str
+        What the record does not tell, one sentence; usually empty.
+    """
+
+    key: str
+    unit: str
+    value: float
+    deviation: float | None
+    low: float | None
+    high: float | None
+    profile_low: float | None
+    profile_high: float | None
+    note: str = ""
+
+
+class Profile(NamedTuple):
+    """Rise of the sum of squares, in noise variances, over the values of one parameter."""
+
+    key: str
+    values: Floats
+    rise: Floats
+
+
+class ChannelFit(NamedTuple):
+    """How well one channel is fitted.
+
+    Attributes
+    ----------
+    name : str
+    noise : float
+        RMS of the residuals over the selected samples, in SI.
+    error, error_held_out : float or None
+        RMS of the residuals relative to the RMS of the signal [-].
+    offset : float or None
+        Fitted offset of the measured channel, in SI.
+    """
+
+    name: str
+    noise: float
+    error: float
+    error_held_out: float | None
+    offset: float | None
+
+
+class LawScore(NamedTuple):
+    """A friction law and its errors; `tied` if the best law is not better on held-out data."""
+
+    law: str
+    error: float | None
+    error_held_out: float | None
+    tied: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FitResult:
+    """Fitted scenario, parameters with intervals, and how far the record supports them.
+
+    Attributes
+    ----------
+    source : Scenario
+        The scenario with its fit block.
+    scenario : Scenario
+        The fitted scenario, which runs.
+    motion : Sines or Samples
+        Base motion, or the imposed motion of a rig.
+    measurement : Measurement
+    prediction : Prediction
+        The fitted motion: all channels, measured or not.
+    selected : ndarray of bool
+        Samples that were fitted: neither next to an event nor held out.
+    fitted_end : float
+        Time from which the record is held out [s].
+    parameters : tuple of Parameter
+    correlations : tuple
+        Pairs of keys and their correlation, where it is above 0.9.
+    channels : tuple of ChannelFit
+    laws : tuple of LawScore
+        Compared laws, the best first; empty if only that of the file was fitted.
+    starts : tuple of int
+        How many starts led to this solution, and how many there were.
+    profiles : tuple of Profile
+    metrics : dict
+        `fit_error` and `fit_error_held_out`.
+    checks : tuple of Verdict
+    warnings : tuple of WarningMessage
+    """
+
+    source: Scenario
+    scenario: Scenario
+    motion: Sines | Samples
+    measurement: Measurement
+    prediction: Prediction
+    selected: Mask
+    fitted_end: float
+    parameters: tuple[Parameter, ...]
+    correlations: tuple[tuple[str, str, float], ...]
+    channels: tuple[ChannelFit, ...]
+    laws: tuple[LawScore, ...]
+    starts: tuple[int, int]
+    profiles: tuple[Profile, ...]
+    metrics: Values
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """Records of base motion and measurement, each file once."""
+        several = (*getattr(self.motion, "inputs", ()), *self.measurement.inputs)
+        return tuple({one.file: one for one in several}.values())
+
+    def __repr__(self) -> str:
+        """Return the fitted values in one line."""
+        values = ", ".join(
+            f"{one.key} {format_number(one.value, one.unit)}" for one in self.parameters
+        )
+        error = f"error {format_number(100 * (self.metrics['fit_error'] or 0.0), '%', 3)}"
+        return format_repr("FitResult", self.source.name, values, error)
+
+    def _repr_html_(self) -> str:
+        """Return the fitted values as HTML, for notebooks."""
+        rows = [
+            (one.key, format_number(one.value), one.unit, format_interval(one))
+            for one in self.parameters
+        ]
+        header = ("key", "value", "unit", "95 % interval")
+        return html_table(repr(self), header, rows, self.checks)
+
+    def residuals(self, channel: ChannelFit) -> Floats:
+        """Return the measured minus the fitted samples of a channel, without its offset."""
+        measured, name = self.measurement.channels[channel.name], channel.name
+        residuals: Floats = measured - self.prediction.channels[name] - (channel.offset or 0.0)
+        return residuals
+
+    def plot(self) -> Any:
+        """Return the picture of the fit, a figure of matplotlib."""
+        import drysim
+
+        return drysim.plot(self)
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Return 0, or 1 if a check failed; `strict` counts a warning as a failed check."""
+        return exit_code(self.checks, self.warnings, strict)
+
+
+def format_interval(one: Parameter, more: int = 0) -> str:
+    """Return the profile interval of a parameter, to the digits in which its ends differ."""
+    ends = one.profile_low, one.profile_high
+    digits = 4
+    if ends[0] is not None and ends[1] is not None and ends[0] != ends[1]:
+        share = max(abs(end) for end in ends if end is not None) / (ends[1] - ends[0])
+        digits = min(max(digits, 2 + more + len(f"{share:.0f}")), 12)
+    low, high = (None if end is None else format_number(end, digits=digits) for end in ends)
+    if low is not None and high is not None:
+        return f"{low} to {high}"
+    if low is not None:
+        return f"at least {low}"
+    return "not determined" if high is None else f"at most {high}"
+
+
+# Least squares over the samples whose mode does not change
+
+Bounds = tuple[Floats, Floats]
+
+
+def sizes(x: Floats) -> Floats:
+    """Return the sizes of scaled parameters, for steps."""
+    return np.maximum(np.abs(x), SMALLEST_SIZE)
+
+
+def jacobian(
+    function: Callable[[Floats], Floats], x: Floats, h: float, bounds: Bounds
+) -> Floats:
+    """Return the derivatives by central differences with a relative step, within bounds."""
+    columns = []
+    for j, size in enumerate(sizes(x)):
+        ends = np.array([x, x])
+        ends[:, j] = min(x[j] + h * size, bounds[1][j]), max(x[j] - h * size, bounds[0][j])
+        columns.append((function(ends[0]) - function(ends[1])) / (ends[0, j] - ends[1, j]))
+    slopes = np.stack(columns, axis=1)
+    norms = np.linalg.norm(slopes, axis=0)
+    slopes[:, norms <= NULL_SHARE * norms.max()] = 0.0  # rounding, which would move them far
+    return slopes
+
+
+def minimise(
+    function: Callable[[Floats], Floats],
+    x: Floats,
+    h: float,
+    bounds: Bounds,
+    calls: int,
+    robust: float | None = None,
+    tolerance: float = 1e-15,
+) -> Floats:
+    """Return the solution of `scipy.optimize.least_squares`.
+
+    Parameters
+    ----------
+    function : callable
+        Residuals at scaled parameters.
+    x : ndarray, shape (p,)
+        Start.
+    h : float
+        Relative step of the derivatives.
+    bounds : tuple of ndarray
+    calls : int
+        Largest number of evaluations, without those for derivatives.
+    robust : float, optional
+        Residual above which the loss grows linearly; default: least squares.
+    tolerance : float, optional
+        Relative change of the cost, and of x, at which it ends.
+    """
+    from scipy.optimize import least_squares
+
+    margin = 1e-10 * np.maximum(1.0, np.abs(x))
+    x = np.clip(x, bounds[0] + margin, bounds[1] - margin)
+    first = jacobian(function, x, h, bounds)
+    # A parameter without effect makes the problem singular and its steps short.
+    active = np.flatnonzero(first.any(axis=0))
+    if not len(active):
+        return x
+
+    def complete(some: Floats) -> Floats:
+        whole = x.copy()
+        whole[active] = some
+        return whole
+
+    def derivatives(some: Floats) -> Floats:
+        at = complete(some)
+        slopes = first if np.array_equal(at, x) else jacobian(function, at, h, bounds)
+        return slopes[:, active]
+
+    def residuals(some: Floats) -> Floats:
+        return function(complete(some))
+
+    found = least_squares(
+        residuals,
+        x[active],
+        jac=derivatives,
+        bounds=(bounds[0][active], bounds[1][active]),
+        loss="linear" if robust is None else "cauchy",
+        f_scale=robust or 1.0,
+        max_nfev=calls,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=1e-15,
+    )
+    return complete(found.x)
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSquares:
+    """Residuals of a model, and their minimisation in scaled parameters.
+
+    Attributes
+    ----------
+    model : FitModel
+    end : float
+        Time up to which samples are fitted [s].
+    scale : ndarray, shape (p,)
+        Size of each parameter; the scaled ones are about 1.
+    noise : dict
+        Noise of each channel, by which residuals are divided.
+    """
+
+    model: FitModel
+    end: float
+    scale: Floats
+    noise: dict[str, float]
+
+    @cached_property
+    def count(self) -> int:
+        """Number of fitted instants."""
+        return int(np.sum(self.model.measurement.t <= self.end * (1.0 + 1e-12)))
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Bounds of the scaled parameters."""
+        low, high = self.model.bounds
+        return low / self.scale, high / self.scale
+
+    def predict(self, x: Floats) -> Prediction | None:
+        """Return the computed channels at scaled parameters."""
+        low, high = self.bounds
+        return self.model.predict(np.clip(x, low, high) * self.scale, self.end)
+
+    def differences(self, x: Floats) -> dict[str, Floats]:
+        """Return computed minus measured channels; large if the scene cannot be solved."""
+        found, measured = self.predict(x), self.model.measurement.channels
+        names = self.model.compared
+        if found is None:
+            return {name: 10.0 * np.abs(measured[name][: self.count]) + 1.0 for name in names}
+        return {name: found.channels[name] - measured[name][: self.count] for name in names}
+
+    def residuals(self, x: Floats, mask: Mask) -> Floats:
+        """Return the residuals of the selected samples in units of the noise."""
+        parts = []
+        for name, difference in self.differences(x).items():
+            chosen = difference[mask]
+            if self.model.has_offset:
+                chosen = chosen - chosen.mean()
+            parts.append(chosen / self.noise[name])
+        return np.concatenate(parts)
+
+    def integrated(self, x: Floats) -> Floats:
+        """Return residuals without jumps: of velocities instead of accelerations.
+
+        They are relative to the signal, and of fewer samples, as velocities are smooth.
+        """
+        parts = []
+        for name, difference in self.differences(x).items():
+            smooth = self.smoothed(difference, name)
+            parts.append(smooth / self.smooth_sizes[name])
+        return np.concatenate(parts)
+
+    @cached_property
+    def smooth_sizes(self) -> dict[str, float]:
+        """Standard deviation of each measured signal, as `smoothed` returns it."""
+        base, channels = self.model.base(), self.model.measurement.channels
+        signals = {
+            name: channels[name] - base if name == "x_dd" else channels[name]
+            for name in self.model.compared
+        }
+        return {
+            name: float(self.smoothed(signal[: self.count], name).std()) or 1.0
+            for name, signal in signals.items()
+        }
+
+    def smoothed(self, values: Floats, name: str) -> Floats:
+        """Return a series of a channel at fewer samples, an acceleration as a velocity."""
+        dt = self.model.measurement.dt
+        every = max(1, round(COARSE_TIME / dt))
+        if name == "x_dd":
+            return remove_drift(integrate(values, dt)[::every], every * dt)
+        few = values[::every]
+        return few - few.mean() if self.model.has_offset else few
+
+    def unchanged(self, x: Floats, steps: Floats) -> Mask:
+        """Return the samples whose mode is the same within a step of each parameter."""
+        here = self.predict(x)
+        mask: Mask = np.ones(self.count, dtype=bool)
+        if here is None:
+            return mask
+        mask = here.mode != UNCERTAIN
+        if self.model.fit.measured.is_rig:
+            mask &= here.mode != 0  # the force at rest is not that of a law
+        for each in np.diag(steps):
+            for x_near in (x + each, x - each):
+                near = self.predict(x_near)
+                if near is not None:
+                    mask &= near.mode == here.mode
+        return mask
+
+    def robust_level(self) -> float:
+        """Return the residual, in units of the noise, above which a fit is robust."""
+        levels = [1e-12]
+        for name in self.model.compared:
+            signal = self.model.measurement.channels[name][: self.count]
+            levels.append(ROBUST_NOISE * noise_level(signal) / self.noise[name])
+            levels.append(ROBUST_SHARE * float(np.median(np.abs(signal))) / self.noise[name])
+        return max(levels)
+
+    def coarse(self, x: Floats) -> Floats:
+        """Return the solution of the coarse fit."""
+        if self.model.fit.measured.is_rig:
+            return x
+        return minimise(
+            self.integrated, x, COARSE_STEP, self.bounds, COARSE_CALLS, COARSE_SCALE, 1e-3
+        )
+
+    def fine(self, x: Floats) -> tuple[float, Floats]:
+        """Return cost and solution of fits of ever longer parts, with ever smaller steps.
+
+        In a short part few events can be wrong, and each is right before the next is added.
+        """
+        for share in PARTS:
+            part = replace(self, end=share * self.end)
+            if part.count >= MIN_PART:
+                x = part.refine(x, STEPS[: len(STEPS) - 1])
+        x = self.refine(x, STEPS)
+        return self.cost(x), x
+
+    def refine(self, x: Floats, steps: Sequence[float]) -> Floats:
+        """Return the solution of fits of the samples that do not change within each step."""
+        for h in steps:
+            mask = self.unchanged(x, h * sizes(x))
+            if mask.sum() < 10 * len(x):
+                continue
+            smooth = partial(self.residuals, mask=mask)
+            robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(smooth(x)))))
+            rough = 1e-6 if h > STEPS[-1] else 1e-15
+            x = minimise(smooth, x, min(h / 10, 1e-4), self.bounds, FINE_CALLS, robust, rough)
+        return x
+
+    def cost(self, x: Floats) -> float:
+        """Return the robust sum of squares over all samples, in units of the noise."""
+        mask = np.ones(self.count, dtype=bool)
+        residuals, level = self.residuals(x, mask), self.robust_level()
+        return float(2 * level**2 * np.sum(np.sqrt(1 + (residuals / level) ** 2) - 1))
+
+
+class Solution(NamedTuple):
+    """A minimum: scaled parameters, covariance, selected samples, sum of squares."""
+
+    x: Floats
+    covariance: Floats
+    jacobian: Floats
+    mask: Mask
+    sum_of_squares: float
+
+
+def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]:
+    """Return the least-squares solution near x, and the residuals with their noise.
+
+    The samples depend on the uncertainty of the parameters and it on them: a few repetitions.
+    """
+    steps = np.asarray(1e-2 * sizes(x))
+    given = squares.model.fit.noise
+    for i in range(MAX_FINAL):
+        mask = squares.unchanged(x, steps)
+        if mask.sum() < 10 * len(x):
+            mask = squares.unchanged(x, SMALLEST_STEP * sizes(x))
+        mask = trimmed(squares, x, mask)
+        smooth = partial(squares.residuals, mask=mask)
+        robust = squares.robust_level() if i < 2 else None
+        x = minimise(smooth, x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
+        found = squares.differences(x)
+        noise = {}
+        for name, difference in found.items():
+            chosen = difference[mask] - (difference[mask].mean() * squares.model.has_offset)
+            rms = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
+            signal = squares.model.measurement.channels[name]
+            known = getattr(given, name, None)
+            noise[name] = known or max(rms, 1e-15 * float(np.abs(signal).max()), 1e-300)
+        squares = replace(squares, noise=noise)
+        slopes = jacobian(partial(squares.residuals, mask=mask), x, DIFFERENCE, squares.bounds)
+        covariance = np.asarray(np.linalg.pinv(slopes.T @ slopes, rcond=1e-14))
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        new = np.clip(SIGMAS * deviations, SMALLEST_STEP * sizes(x), LARGEST_STEP)
+        if i > 2 and np.allclose(new, steps, rtol=0.05):
+            break
+        steps = new
+    residuals = squares.residuals(x, mask)
+    return squares, Solution(x, covariance, slopes, mask, float(residuals @ residuals))
+
+
+def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
+    """Return the selected samples without outliers, unless there are too many.
+
+    A stop that the motion makes or misses by very little is an outlier until its parameter is
+    right; Gaussian noise has none.
+    """
+    kept = mask.copy()
+    for difference in squares.differences(x).values():
+        level = OUTLIER * float(np.median(np.abs(difference[mask]))) / 0.6745
+        kept &= np.abs(difference) <= level
+    return kept if kept.sum() >= (1.0 - MAX_OUTLIERS) * mask.sum() else mask
+
+
+def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MARGIN) -> bool:
+    """Return whether the residuals are no larger than the noise of the signals, or rounding."""
+    found = squares.differences(solution.x)
+    for name, difference in found.items():
+        signal = squares.model.measurement.channels[name][: squares.count]
+        size, level = float(np.abs(signal).max()), noise_level(signal)
+        least = max(margin * level * (level > NOISELESS * size), ROUNDING * size)
+        if float(np.sqrt(np.mean(difference**2))) > least:
+            return False
+    return True
+
+
+def scan(squares: LeastSquares, x: Floats) -> Floats | None:
+    """Return scaled parameters with a lower cost than x, varying one at a time; else None."""
+    best, lowest = None, BETTER * squares.cost(x)
+    low, high = squares.bounds
+    for j, size in enumerate(sizes(x)):
+        for change in SCAN:
+            near = x.copy()
+            near[j] = np.clip(x[j] + change * size, low[j], high[j])
+            if near[j] != x[j] and (cost := squares.cost(near)) < lowest:
+                best, lowest = near, cost
+    return best
+
+
+def neighbours(squares: LeastSquares, x: Floats) -> Iterator[Floats]:
+    """Yield starts around a solution, each with one parameter changed."""
+    low, high = squares.bounds
+    for j, size in enumerate(sizes(x)):
+        static = squares.model.parameters[j].key.startswith(STATIC_PATHS)
+        for change in STATIC_NEIGHBOURS if static else NEIGHBOURS:
+            near = x.copy()
+            near[j] = np.clip(x[j] + change * size, low[j], high[j])
+            if near[j] != x[j]:
+                yield near
+
+
+# Profiles
+
+
+def profile_of(
+    squares: LeastSquares, solution: Solution, determined: Sequence[int], j: int
+) -> tuple[tuple[float | None, float | None], list[tuple[float, float]]]:
+    """Return both ends of the profile interval of a parameter, scaled, and its points.
+
+    The other parameters are fitted again, as far as the record determines them.
+    """
+    others = [i for i in determined if i != j]
+    points = [(float(solution.x[j]), 0.0)]
+    ends = []
+    for sign in (-1.0, 1.0):
+        end, found = _profile_end(squares, solution, others, j, sign)
+        far = _farthest(squares, solution, j, sign)
+        if end is not None and far is not None and (far - end) * sign > 0.0:
+            end = far
+        ends.append(end)
+        points += found
+    return (ends[0], ends[1]), sorted(points)
+
+
+def _farthest(squares: LeastSquares, solution: Solution, j: int, sign: float) -> float | None:
+    """Return the farthest value on one side that is as likely as those of an interval.
+
+    A static limit has several minima, one for each order of events; an interval spans them all.
+    """
+    whole = np.ones(squares.count, dtype=bool)
+    limit = float(np.sum(squares.residuals(solution.x, whole) ** 2)) + CHI_SQUARE_95
+    found, x = None, solution.x.copy()
+    low, high = squares.bounds
+    for change in (change for change in SCAN if change * sign > 0.0):
+        x[j] = np.clip(solution.x[j] + change * sizes(solution.x)[j], low[j], high[j])
+        if float(np.sum(squares.residuals(x, whole) ** 2)) <= limit:
+            found = float(x[j])
+    return found
+
+
+def _profile_end(
+    squares: LeastSquares, solution: Solution, others: list[int], j: int, sign: float
+) -> tuple[float | None, list[tuple[float, float]]]:
+    """Return one end of a profile interval by the secant rule on the root of the rise."""
+    limit = squares.bounds[0 if sign < 0 else 1][j]
+    deviation = float(np.sqrt(max(solution.covariance[j, j], 0.0)))
+    size = sizes(solution.x)[j]
+    step = min(NORMAL_95 * deviation, size) if deviation > 0.0 else 0.1 * size
+    inner, outer = 0.0, np.inf
+    points: list[tuple[float, float]] = []
+    for _ in range(PROFILE_POINTS):
+        at = float(solution.x[j] + sign * step)
+        bounded = (at - limit) * sign >= 0.0
+        at = limit if bounded else at
+        rise = _profile_rise(squares, solution, others, j, at)
+        points.append((at, rise))
+        step = abs(at - float(solution.x[j]))
+        if abs(rise - CHI_SQUARE_95) < PROFILE_TOLERANCE * CHI_SQUARE_95:
+            return at, points
+        if rise < CHI_SQUARE_95:
+            if bounded:
+                return None, points
+            inner = step
+        else:
+            outer = step
+        wanted = step * np.sqrt(CHI_SQUARE_95 / max(rise, 0.04))
+        if np.isfinite(outer) and not inner < wanted < outer:
+            wanted = 0.5 * (inner + outer)
+        if wanted > 1e3 * size:
+            return None, points
+        step = float(wanted)
+    last, rise = points[-1]
+    return (None if rise < 0.5 * CHI_SQUARE_95 else last), points
+
+
+def _profile_rise(
+    squares: LeastSquares, solution: Solution, others: list[int], j: int, at: float
+) -> float:
+    """Return the rise of the sum of squares with one parameter fixed, the others fitted."""
+    x = solution.x.copy()
+    x[j] = at
+    if not others:
+        residuals = squares.residuals(x, solution.mask)
+        return float(residuals @ residuals) - solution.sum_of_squares
+    variance = solution.covariance[j, j]
+    if variance > 0.0:
+        x[others] += solution.covariance[others, j] / variance * (at - solution.x[j])
+    bounds = squares.bounds[0][others], squares.bounds[1][others]
+
+    def residuals_of(rest: Floats) -> Floats:
+        whole = x.copy()
+        whole[others] = rest
+        return squares.residuals(whole, solution.mask)
+
+    best = minimise(residuals_of, np.clip(x[others], *bounds), DIFFERENCE, bounds, 6)
+    return float(np.sum(residuals_of(best) ** 2)) - solution.sum_of_squares
+
+
+# The fit of one law
+
+
+class LawFit(NamedTuple):
+    """Solution under one friction law.
+
+    `costs` are the sums of squares that the starts led to, best first.
+    """
+
+    model: FitModel
+    squares: LeastSquares
+    solution: Solution
+    costs: tuple[float, ...]
+
+    @property
+    def values(self) -> Floats:
+        """Fitted values in SI."""
+        return np.clip(self.solution.x * self.squares.scale, *self.model.bounds)
+
+
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""`map`, in this thread or in several."""
+
+
+def fit_law(
+    model: FitModel, end: float, mapper: Mapper, finished: Callable[[int], None]
+) -> LawFit:
+    """Return the best solution from all starts.
+
+    Raises
+    ------
+    SolverError
+        If no start can be solved.
+    """
+    starts = model.starts()
+    scale = np.array(
+        [
+            abs(v) or _size_of(one.key, model)
+            for one, v in zip(model.parameters, starts[0], strict=True)
+        ]
+    )
+    noise = {
+        name: float(model.measurement.channels[name].std()) or 1.0 for name in model.compared
+    }
+    squares = LeastSquares(model, end, scale, noise)
+    if squares.predict(starts[0] / scale) is None:
+        model.at(starts[0])  # raises what is wrong with the values
+    closed = [start / scale for start in starts]
+    candidates = [*closed, *mapper(squares.coarse, closed)]
+    costs = list(mapper(squares.cost, candidates))
+    order = np.argsort(costs, kind="stable")[:MAX_STARTS]
+    found = []
+    for one in mapper(squares.fine, [candidates[i] for i in order]):
+        found.append(one)
+        finished(1)
+    found.sort(key=lambda one: one[0])
+    x = found[0][1]
+    for _ in range(MAX_RESTARTS):
+        squares, solution = final_fit(squares, x)
+        other = scan(squares, solution.x)
+        if other is None and is_noise(squares, solution):
+            break
+        near = [other] if other is not None else list(neighbours(squares, solution.x))
+        cost, x = min(mapper(squares.fine, near), key=lambda one: one[0])
+        if cost >= BETTER * squares.cost(solution.x):
+            break
+    return LawFit(model, squares, solution, tuple(cost for cost, _ in found))
+
+
+def _size_of(key: str, model: FitModel) -> float:
+    """Return a typical size of a parameter whose start is 0."""
+    if key == DELAY_KEY:
+        return model.measurement.dt
+    if key == "start.x_r":
+        return 1e-3
+    return 1e-2 if key == "start.v_r" else 1.0
+
+
+# The complete fit
+
+
+def ignore_progress(count: int) -> None:
+    """Ignore the progress of a fit."""
+
+
+def fit(
+    scenario: Scenario,
+    *,
+    workers: int | None = None,
+    finished: Callable[[int], None] = ignore_progress,
+) -> FitResult:
+    """Fit the free keys of a scenario to its measured response.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a fit block.
+    workers : int, optional
+        Number of threads; the result does not depend on it. Default: one for each core.
+    finished : callable, optional
+        Called with 1 for each start that has been followed; `count_starts` returns how many.
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    RecordError
+        If a record cannot be used.
+    ScenarioError
+        If a free key has no start.
+    SolverError
+        If the record determines nothing.
+    UsageError
+        If the scenario has no fit block.
+    """
+    require_fit(scenario)
+    assert scenario.fit is not None, "that was required"
+    first = build_model(scenario)
+    choose_engine(WORK_PER_FIT * first.case.work, first.case.kernels)
+    check_motion(first)
+    end = fitted_end(scenario, first.measurement)
+    with ThreadPoolExecutor(worker_count(workers)) as pool:
+        names = scenario.fit.laws or ("",)
+        fits = [
+            fit_law(
+                model_of_law(scenario, first.motion, first.measurement, name),
+                end,
+                pool.map,
+                finished,
+            )
+            for name in names
+        ]
+        scores = score_laws(names, fits, end)
+        best = fits[names.index(scores[0].law)] if scores else fits[0]
+        return describe_fit(scenario, best, scores, pool.map)
+
+
+def require_fit(scenario: Scenario) -> None:
+    """Raise a UsageError for anything but a scenario with a fit block."""
+    require_scenario(scenario)
+    if scenario.fit is None:
+        raise UsageError(
+            f"{scenario.name} has no fit block", "`drysim manual fit` shows how to write one"
+        )
+
+
+def count_starts(scenario: Scenario) -> int:
+    """Return the number of starts that a fit follows, over all laws."""
+    return MAX_STARTS * max(1, len(scenario.fit.laws if scenario.fit else ()))
+
+
+def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
+    """Return the time from which the record is held out [s]."""
+    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
+    share = scenario.fit.hold_out
+    if share is None:
+        share = 0.0 if scenario.excitation.kind == "rest" else DEFAULT_HOLD_OUT
+    if scenario.fit.measured.is_rig and scenario.fit.hold_out is None:
+        share = 0.0
+    t = measurement.t
+    count = max(10, round((1.0 - share) * len(t)))
+    return float(t[min(count, len(t)) - 1])
+
+
+def check_motion(model: FitModel) -> None:
+    """Raise SolverError if the mass does not move relative to the base, beyond the noise."""
+    channels = model.measurement.channels
+    if model.fit.measured.is_rig:
+        return
+    for name, values in channels.items():
+        signal = values - model.base() if name == "x_dd" else values
+        signal = signal - (signal.mean() if model.has_offset else 0.0)
+        noise = getattr(model.fit.noise, name, None) or noise_level(signal)
+        rms = float(np.sqrt(np.mean(signal**2)))
+        if rms > ALIKE_NOISE * noise and rms > 1e-9 * float(np.abs(values).max()):
+            return
+    what = (
+        "base and mass differ by less than the noise"
+        if "x_dd" in channels
+        else "the relative motion is smaller than its noise"
+    )
+    raise SolverError(
+        f"{what}: nothing can be fitted; the mass does not slide, or the columns are those of "
+        "the same sensor"
+    )
+
+
+def score_laws(
+    names: Sequence[str], fits: Sequence[LawFit], end: float
+) -> tuple[LawScore, ...]:
+    """Return the laws ordered by their error on the held-out part.
+
+    Laws are tied with the best one if the squared residuals of both differ, over blocks of the
+    held-out part, by less than twice the standard error of the mean difference. Among tied laws
+    the one with the fewest parameters comes first, then the first one of the file.
+    """
+    if names == ("",):
+        return ()
+    scored, blocks = [], []
+    for name, one in zip(names, fits, strict=True):
+        channels = errors_of(one)
+        test = [c.error if c.error_held_out is None else c.error_held_out for c in channels]
+        blocks.append(block_squares(one, end))
+        held_out = [c.error_held_out for c in channels if c.error_held_out is not None]
+        scored.append(
+            (
+                max(test),
+                LawScore(
+                    name, max(c.error for c in channels), max(held_out, default=None), False
+                ),
+            )
+        )
+    leader = min(range(len(names)), key=lambda i: scored[i][0])
+    found = []
+    for i, (error, score) in enumerate(scored):
+        difference = blocks[i] - blocks[leader]
+        spread = float(difference.std(ddof=1)) / np.sqrt(len(difference))
+        tied = i == leader or float(difference.mean()) <= 2.0 * spread
+        found.append((not tied, len(fits[i].model.parameters) if tied else 0, i, error, score))
+    several = sum(not one[0] for one in found) > 1
+    found.sort(key=lambda one: (one[0], one[1], one[3] if one[0] else one[2]))
+    return tuple(score._replace(tied=several and not worse) for worse, *_, score in found)
+
+
+def block_squares(one: LawFit, end: float) -> Floats:
+    """Return the mean squared relative residual of blocks of the held-out part."""
+    t, found = one.model.measurement.t, one.model.predict(one.values)
+    assert found is not None, "the solution was solved before"
+    part = t > end * (1.0 + 1e-12)
+    if part.sum() < BLOCKS:
+        part = np.ones(len(t), dtype=bool)
+    total: Floats = np.zeros(int(part.sum()))
+    for name in one.model.compared:
+        signal = one.model.measurement.channels[name]
+        difference = (signal - found.channels[name])[part]
+        if one.model.has_offset:
+            difference = difference - difference.mean()
+        total = total + (difference / (float(signal.std()) or 1.0)) ** 2
+    return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
+
+
+def errors_of(one: LawFit) -> tuple[ChannelFit, ...]:
+    """Return how well each channel is fitted and predicted."""
+    model, squares = one.model, one.squares
+    found = model.predict(one.values)
+    assert found is not None, "the solution was solved before"
+    count, channels = squares.count, []
+    for name in model.compared:
+        measured = model.measurement.channels[name]
+        difference = measured - found.channels[name]
+        offset = None
+        if model.has_offset:
+            offset = float(difference[:count][one.solution.mask].mean())
+            difference = difference - offset
+        size = float(np.sqrt(np.mean((measured - (offset or 0.0)) ** 2))) or 1.0
+        fitted, rest = difference[:count], difference[count:]
+        channels.append(
+            ChannelFit(
+                name,
+                squares.noise[name],
+                float(np.sqrt(np.mean(fitted**2))) / size,
+                float(np.sqrt(np.mean(rest**2))) / size if len(rest) else None,
+                offset,
+            )
+        )
+    return tuple(channels)
+
+
+def describe_fit(
+    source: Scenario, one: LawFit, scores: tuple[LawScore, ...], mapper: Mapper
+) -> FitResult:
+    """Return the result for a solution: intervals, errors, checks, warnings."""
+    model, solution = one.model, one.solution
+    prediction = model.predict(one.values, names=tuple(CHANNELS))
+    assert prediction is not None, "the solution was solved before"
+    parameters, profiles = intervals(one, mapper)
+    channels = errors_of(one)
+    held_out = [c.error_held_out for c in channels if c.error_held_out is not None]
+    scenario = fitted_scenario(one)
+    metrics: Values = {
+        "fit_error": max(channel.error for channel in channels),
+        "fit_error_held_out": max(held_out, default=None),
+    }
+    if source.checks:
+        metrics = metrics_of_fitted(scenario) | metrics
+    agree = sum(cost <= AGREE * one.costs[0] + 1e-9 for cost in one.costs)
+    result = FitResult(
+        source=source,
+        scenario=scenario,
+        motion=model.motion,
+        measurement=model.measurement,
+        prediction=prediction,
+        selected=solution.mask,
+        fitted_end=one.squares.end,
+        parameters=parameters,
+        correlations=tuple(correlations(one, parameters)),
+        channels=channels,
+        laws=scores,
+        starts=(agree, len(one.costs)),
+        profiles=profiles,
+        metrics=metrics,
+        checks=tuple(check.judge(metrics) for check in source.checks),
+    )
+    warnings = (*model.measurement.warnings, *fit_warnings(one, result))
+    return replace(result, warnings=warnings)
+
+
+def intervals(one: LawFit, mapper: Mapper) -> tuple[tuple[Parameter, ...], tuple[Profile, ...]]:
+    """Return the fitted values with their intervals, and the profiles."""
+    model, squares, solution = one.model, one.squares, one.solution
+    groups = undetermined_groups(one)
+    free = [j for j in range(len(model.parameters)) if not len(groups.get(j, ())) > 1]
+    exact = max(channel.error for channel in errors_of(one)) < EXACT
+    determined = [j for j in free if j not in groups]
+    profile = partial(profile_of, squares, solution, determined)
+    found = {} if exact else dict(zip(free, mapper(profile, free), strict=True))
+    parameters, profiles = [], []
+    for j, p in enumerate(model.parameters):
+        value, scale = float(one.values[j]), float(squares.scale[j])
+        deviation = scale * float(np.sqrt(max(solution.covariance[j, j], 0.0)))
+        known = Parameter(p.key, p.unit, value, None, None, None, None, None)
+        if j not in groups:
+            half = NORMAL_95 * deviation
+            low, high = max(value - half, p.low), min(value + half, p.high)
+            known = known._replace(deviation=deviation, low=low, high=high)
+        if exact:  # nothing but rounding is left, and no rise can be measured
+            known = known._replace(profile_low=known.low, profile_high=known.high)
+        elif j in found:
+            (least, most), points = found[j]
+            known = known._replace(
+                profile_low=None if least is None else least * scale,
+                profile_high=None if most is None else most * scale,
+            )
+            at, rise = (np.array(column) for column in zip(*points, strict=True))
+            profiles.append(Profile(p.key, at * scale, rise))
+        if known.profile_low is None and known.profile_high is None:
+            if j in groups:
+                known = known._replace(note=reason_of(one, groups[j]))
+            else:  # the sum of squares is too rough for a profile
+                known = known._replace(profile_low=known.low, profile_high=known.high)
+        parameters.append(known)
+    return tuple(parameters), tuple(profiles)
+
+
+def fitted_scenario(one: LawFit) -> Scenario:
+    """Return the scenario with the fitted values, without its fit block and checks of it."""
+    scenario = one.model.at(one.values)
+    document, friction = scenario.document, scenario.active_friction
+    of_fit = {metric.name for metric in FIT_METRICS}
+    checks = [check for check in scenario.checks if check.metric not in of_fit]
+    words = scenario.copy_with({"fit": None, "checks": tuple(checks)}).resolved()
+    if friction is not None:
+        options = friction.model_dump(by_alias=True, exclude_none=True, mode="json")
+        known = fields_by_key(LAWS[friction.law])  # without the options of other laws
+        words["friction"] = {key: value for key, value in options.items() if key in known}
+    context = {"folder": scenario.folder, "document": document}
+    plain = Scenario.model_validate(words, context=context)
+    swept = one.model.scenario
+    return plain.copy_with({"sweep": swept.sweep, "reference": swept.reference})
+
+
+def metrics_of_fitted(scenario: Scenario) -> Values:
+    """Return the metrics of the fitted scenario on its own base motion, for checks."""
+    from drysim.study.case import prepare
+    from drysim.study.run import measure_case
+
+    return dict(measure_case(prepare(scenario))[0])
+
+
+def undetermined_groups(one: LawFit) -> dict[int, tuple[int, ...]]:
+    """Return the parameters that the record does not determine, each with those it depends on.
+
+    A direction of the parameter space has no effect if its singular value is negligible. A
+    single parameter is not determined if its standard deviation exceeds half of its value.
+    """
+    x, slopes = one.solution.x, one.solution.jacobian
+    _, values, directions = np.linalg.svd(slopes * sizes(x), full_matrices=False)
+    found: dict[int, tuple[int, ...]] = {}
+    for value, direction in zip(values, directions, strict=True):
+        group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
+        negligible = value <= NULL_SHARE * values[0]
+        if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
+            found |= dict.fromkeys(group, group)
+    return found
+
+
+def reason_of(one: LawFit, group: tuple[int, ...]) -> str:
+    """Return why the record does not determine a parameter, or those of a group."""
+    model, found = one.model, one.model.predict(one.values)
+    assert found is not None, "the solution was solved before"
+    named = [model.parameters[j].key for j in group]
+    if len(named) > 1:
+        mass = ", usually the mass" if "oscillator.mass" in named else ""
+        return f"only the ratios of {join_words(named)} follow; state one of them{mass}"
+    span = format_number(float(model.measurement.t[-1]), "s")
+    static = named[0].startswith(STATIC_PATHS)
+    if static and not (found.mode == 0).any():
+        return f"the mass never sticks in {span}, so that its value does not matter here"
+    if (found.mode == 0).all():
+        return f"the mass never slides in {span}"
+    return "it has no effect on this record beyond the noise"
+
+
+def correlations(
+    one: LawFit, parameters: Sequence[Parameter]
+) -> Iterator[tuple[str, str, float]]:
+    """Yield the pairs of keys with a correlation above `HIGH_CORRELATION`."""
+    covariance = one.solution.covariance
+    known = [j for j, p in enumerate(parameters) if p.deviation]
+    for a, i in enumerate(known):
+        for j in known[a + 1 :]:
+            value = float(covariance[i, j] / np.sqrt(covariance[i, i] * covariance[j, j]))
+            if abs(value) > HIGH_CORRELATION:
+                yield parameters[i].key, parameters[j].key, value
+
+
+# Warnings about a fit
+
+
+def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
+    """Yield the warnings about a fit."""
+    notes: dict[str, list[str]] = {}
+    for p, free in zip(result.parameters, one.model.parameters, strict=True):
+        given = one.model.fit.free[p.key]
+        if p.note:
+            notes.setdefault(p.note, []).append(p.key)
+        elif p.value in (given.low, given.high):
+            end = format_number(p.value, free.unit)
+            sentence = f"{p.key} ends at its bound of {end} in fit.free"
+            yield WarningMessage("at-bound", sentence)
+    for note, keys in notes.items():
+        about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
+        yield WarningMessage("not-determined", f"{about}{note}")
+    agree, total = result.starts
+    if agree < 2 <= total:
+        sentence = (
+            f"only {agree} of {total} starts led to this solution: it may not be the best; "
+            "give `start` values or bounds"
+        )
+        yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
+    error = result.metrics["fit_error"] or 0.0
+    if not is_noise(one.squares, one.solution, FAULT_MARGIN):
+        sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
+        if cause := likely_fault(one) or (UNKNOWN_FAULT if error > BAD_FIT else ""):
+            yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
+    for channel in result.channels:
+        rho = lag_correlation(one, channel.name)
+        count = int(one.solution.mask.sum())
+        if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
+            effective = max(1.0, (1.0 + rho) / (1.0 - rho)) if rho < 1.0 else np.inf
+            sentence = (
+                f"the residuals of {channel.name} are not white (correlation of neighbours "
+                f"{rho:.2f}): the intervals are too narrow, by a factor of about "
+                f"{np.sqrt(effective):.2g}"
+            )
+            yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
+
+
+def lag_correlation(one: LawFit, name: str) -> float:
+    """Return the correlation of neighbouring residuals of a channel."""
+    difference = one.squares.differences(one.solution.x)[name]
+    mask = one.solution.mask
+    values = difference - difference[mask].mean()
+    both = mask[1:] & mask[:-1]
+    size = float(np.mean(values[mask] ** 2))
+    if size == 0.0 or not both.any():
+        return 0.0
+    return float(np.mean((values[1:] * values[:-1])[both])) / size
+
+
+def likely_fault(one: LawFit) -> str:
+    """Return the most likely fault of a record that is not fitted well; empty if none."""
+    model, found = one.model, one.model.measurement
+    if model.fit.measured.is_rig:
+        return ""
+    causes = {}
+    for name in model.compared:
+        reversed_one = found._replace(channels=found.channels | {name: -found.channels[name]})
+        words = f"the sign of {name} seems to be wrong: `scale: -1`"
+        causes[words] = refitted(one, replace(model, measurement=reversed_one))[0]
+    if DELAY_KEY not in [p.key for p in model.parameters]:
+        far = 20.0 * found.dt
+        delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
+        error, values = refitted(one, replace(model, parameters=(*model.parameters, delay)))
+        words = f"the measured response seems to lag by {format_number(values[-1], 's', 3)}"
+        causes[f"{words}: free `measured.delay`"] = error
+    if "x_dd" in found.channels and isinstance(model.motion, Samples):
+        motion = model.motion
+        if (found.first, found.stride, len(found.t)) == (0, 1, len(motion.u_dd)):
+            swapped = found._replace(channels=found.channels | {"x_dd": motion.u_dd[:]})
+            exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
+            words = "base and mass seem to be swapped: exchange the columns"
+            causes[words] = refitted(
+                one, replace(model, measurement=swapped, motion=exchanged)
+            )[0]
+    words, error = min(causes.items(), key=lambda item: item[1])
+    if error < MUCH_BETTER * max(channel.error for channel in errors_of(one)):
+        return words
+    return ""
+
+
+def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:
+    """Return relative error and values of a quick fit of another model."""
+    best, values = np.inf, np.zeros(len(model.parameters))
+    noise = {name: float(model.measurement.channels[name].std()) for name in model.compared}
+    for start in model.starts()[:3]:
+        scale = np.array([
+            abs(v) or _size_of(p.key, model)
+            for p, v in zip(model.parameters, start, strict=True)
+        ])  # fmt: skip
+        squares = LeastSquares(model, one.squares.end, scale, noise)
+        x = squares.refine(squares.coarse(start / scale), STEPS[:3])
+        residuals = squares.residuals(x, np.ones(squares.count, dtype=bool))
+        error = float(np.sqrt(np.mean(residuals**2)))
+        if error < best:
+            best, values = error, x * scale
+    return best, values

@@ -1,0 +1,539 @@
+"""What a fit compares: the measured response, and the exact motion at the same instants.
+
+`read_measurement` reads the channels and places them on the time axis of the base motion.
+`FitModel.predict` solves the scenario with other values of its free keys and returns the same
+channels. A friction rig has no dynamics: its motion is imposed, which is the motion of a mass
+so heavy that no friction force accelerates it, so that every friction law is evaluated by the
+same exact solution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.model import Input, Plant, Samples, Sines, State
+from drysim.errors import ScenarioError, SolverError, WarningMessage
+from drysim.records.clean import Series
+from drysim.records.columns import record_error
+from drysim.records.record import read_samples, read_series
+from drysim.scenario.fit import DELAY_KEY, OFFSET_KEY, Fit
+from drysim.scenario.model import Scenario
+from drysim.scenario.reading import numeric_keys
+from drysim.study.case import Case, assemble, base_motion, case_error, shortage_message
+from drysim.study.starting_values import Kinematics, closed_form_starts, decay_start
+from drysim.wording import format_number
+
+Floats = NDArray[np.float64]
+
+RIG_MASS = 1e15
+"""Mass that no friction force accelerates [kg]."""
+
+GRID_TOLERANCE = 1e-3
+"""Largest distance of a measured sample from the grid of the base motion, in steps."""
+
+MIN_SAMPLES = 50
+"""Number of samples below which nothing is fitted."""
+
+BYTES_PER_SAMPLE = 3000.0
+"""Memory of a fit for each measured sample; measured: 2,600 with four parameters."""
+
+UNCERTAIN = 2
+"""Mode of a sample between two modes."""
+
+
+class Measurement(NamedTuple):
+    """The measured response on the time axis of the base motion.
+
+    Attributes
+    ----------
+    channels : dict
+        Samples of each channel in SI, shape (n,).
+    t : ndarray
+        Times [s], from the start of the base motion.
+    first, stride : int
+        Index of the first sample on the grid of the base motion, and grid steps per sample.
+    inputs : tuple of Input
+    warnings : tuple of WarningMessage
+    """
+
+    channels: dict[str, Floats]
+    t: Floats
+    first: int
+    stride: int
+    inputs: tuple[Input, ...]
+    warnings: tuple[WarningMessage, ...]
+
+    @property
+    def dt(self) -> float:
+        """Time step, of uneven times the mean [s]."""
+        return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+
+
+class Prediction(NamedTuple):
+    """Computed channels at the measured instants.
+
+    Attributes
+    ----------
+    channels : dict
+        Samples of each channel in SI, shape (n,).
+    mode : ndarray of int8
+        Direction of sliding, 0 where stuck. Acceleration and friction force jump where it
+        changes.
+    """
+
+    channels: dict[str, Floats]
+    mode: NDArray[np.int8]
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A key that is fitted, with its unit and bounds."""
+
+    key: str
+    unit: str
+    low: float
+    high: float
+    start: float | None
+    """Start given by the file, by `start` or as the value of the key."""
+
+
+@dataclass(frozen=True, eq=False)
+class FitModel:
+    """A scenario as a function of its free keys.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Under the law that is fitted.
+    motion : Sines or Samples
+        Base motion; of a rig the motion that is imposed.
+    measurement : Measurement
+    parameters : tuple of FreeParameter
+    case : Case
+        The case at the values of the file.
+    """
+
+    scenario: Scenario
+    motion: Sines | Samples
+    measurement: Measurement
+    parameters: tuple[FreeParameter, ...]
+    case: Case
+
+    @property
+    def fit(self) -> Fit:
+        """The fit block."""
+        assert self.scenario.fit is not None, "a model is built from a fit block"
+        return self.scenario.fit
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Channels that are compared; the motion of a rig is imposed."""
+        channels = self.measurement.channels
+        return ("F_f",) if self.fit.measured.is_rig else tuple(channels)
+
+    @property
+    def has_offset(self) -> bool:
+        """Whether each channel has an unknown offset."""
+        return OFFSET_KEY in self.fit.free
+
+    def point(self, values: Floats) -> dict[str, float]:
+        """Return values by key; the static limit is kept at or above kinetic friction."""
+        point = dict(zip((one.key for one in self.parameters), values.tolist(), strict=True))
+        for static, kinetic in (("static", "kinetic"), ("mu_static", "mu_kinetic")):
+            over = f"friction.{static}"
+            if over in point:
+                least = point.get(
+                    f"friction.{kinetic}", getattr(self.scenario.friction, kinetic, None)
+                )
+                if isinstance(least, float):
+                    point[over] = max(point[over], least)
+        return point
+
+    def at(self, values: Floats) -> Scenario:
+        """Return the scenario with these values."""
+        point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
+        return self.scenario.at(point) if point else self.scenario
+
+    def predict(
+        self, values: Floats, end: float | None = None, names: tuple[str, ...] = ()
+    ) -> Prediction | None:
+        """Return the computed channels, or None if the scene cannot be solved.
+
+        Parameters
+        ----------
+        values : ndarray, shape (p,)
+            Values of the free keys.
+        end : float, optional
+            Time up to which samples are needed [s]; default: all of them.
+        names : tuple of str, optional
+            Channels to return; default: those that are compared.
+        """
+        try:
+            case = assemble(self.at(values), self.motion)
+            delay = self.point(values).get(DELAY_KEY)
+            return self._solve(case, delay, end, names or self.compared)
+        except (ScenarioError, SolverError):
+            return None
+
+    def _solve(
+        self, case: Case, delay: float | None, end: float | None, names: tuple[str, ...]
+    ) -> Prediction:
+        """Return the channels of a case at the measured instants."""
+        found, rig = self.measurement, self.fit.measured.is_rig
+        t = found.t if end is None else found.t[found.t <= end * (1.0 + 1e-12)]
+        plant, start = case.plant, case.start
+        if rig:
+            x_r = found.channels.get("x_r")
+            plant = Plant(RIG_MASS, 0.0, 0.0)
+            start = State(0.0 if x_r is None else float(x_r[0]), float(self.imposed[0]))
+        step = case.step
+        response = case.approach.solve(
+            plant, case.law, self.motion, start, step, float(t[-1]) if len(t) else None
+        )
+        arrays = {name: getattr(response, name) for name in names}
+        if delay is None:
+            delay = self.fit.measured.delay
+        if delay == 0.0 and not rig:
+            at = found.first + found.stride * np.arange(len(t))
+            at = np.minimum(at, len(response) - 1)
+            return Prediction({k: v[at] for k, v in arrays.items()}, response.d[at])
+        place = np.clip((t - delay) / step, 0.0, len(response) - 1.0)
+        grid = np.arange(len(response))
+        low = np.minimum(place.astype(np.int64), len(response) - 2)
+        same = response.d[low] == response.d[low + 1]
+        mode = np.where(same, response.d[low], UNCERTAIN).astype(np.int8)
+        return Prediction({k: np.interp(place, grid, v) for k, v in arrays.items()}, mode)
+
+    @cached_property
+    def imposed(self) -> Floats:
+        """Velocity of a rig at the measured instants [m/s]."""
+        channels = self.measurement.channels
+        if "v_r" in channels:
+            return channels["v_r"]
+        slope: Floats = np.gradient(channels["x_r"], self.measurement.t)
+        return slope
+
+    # Starts
+
+    def starts(self) -> list[Floats]:
+        """Return starting values without duplicates: those of the file, and closed forms.
+
+        Raises
+        ------
+        ScenarioError
+            If the file gives no start for a key that has no closed form.
+        """
+        found: list[Floats] = []
+        for known, from_file in product(self._closed_forms(), (True, False)):
+            values = np.array(
+                [self._start_of(one, known, from_file) for one in self.parameters]
+            )
+            values = np.clip(values, *self.bounds)
+            if not any(np.allclose(values, other, rtol=1e-9) for other in found):
+                found.append(values)
+        return found
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper bounds of the values."""
+        low, high = zip(*((one.low, one.high) for one in self.parameters), strict=True)
+        return np.array(low), np.array(high)
+
+    def _closed_forms(self) -> list[dict[str, float]]:
+        """Return starting values of mass, spring, damper and friction; at least one."""
+        found = self.measurement
+        if self.fit.measured.is_rig:
+            v_r, force = self.imposed, found.channels["F_f"]
+            slides = np.abs(v_r) > 0.1 * np.abs(v_r).max()
+            level = float(np.median((force * np.sign(v_r))[slides])) if slides.any() else 0.0
+            size = max(level, 1e-3 * float(np.abs(force).max()))
+            return [{"F_fk": size, "static_ratio": ratio} for ratio in (1.2, 2.0)]
+        motion = self.kinematics()
+        m, k_x, b = self.case.plant
+        free = {key for one in self.parameters for key in (one.key, one.key.rpartition(".")[0])}
+        known = {}
+        for name, value, keys in (
+            ("m", m, ("oscillator.mass",)),
+            ("k_x", k_x, ("oscillator.stiffness",)),
+            ("b", b, ("oscillator.damping", "oscillator.damping_ratio")),
+            ("F_fk", self.case.law.F_fk, ("friction.kinetic", "friction.mu_kinetic")),
+        ):
+            if not free & {*keys}:
+                known[name] = value
+        if len(known) == 0 or not any(known.values()):
+            known["m"] = m  # only ratios follow from motion
+        starts = list(closed_form_starts(motion, known))
+        if self.scenario.excitation.kind == "rest" and (decay := decay_start(motion, known)):
+            starts.insert(0, decay)
+        return starts
+
+    def kinematics(self) -> Kinematics:
+        """Return base and mass motion on the grid of the measurement."""
+        from scipy.signal import savgol_filter
+
+        found = self.measurement
+        u_dd = self.base()
+        x_dd, x_r, v_r = (found.channels.get(name) for name in ("x_dd", "x_r", "v_r"))
+        width = min(2 * max(3, round(0.01 / found.dt)) + 1, (len(u_dd) - 1) | 1)
+
+        def derivative(values: Floats, order: int) -> Floats:
+            degree = min(3, width - 1)
+            slope: Floats = savgol_filter(values, width, degree, deriv=order, delta=found.dt)
+            return slope
+
+        if x_r is not None and v_r is None:
+            v_r = derivative(x_r, 1)
+        if x_dd is None:
+            assert v_r is not None, "a channel is measured"
+            x_dd = u_dd + (derivative(x_r, 2) if x_r is not None else derivative(v_r, 1))
+        return Kinematics(found.dt, u_dd, x_dd, x_r, v_r)
+
+    def base(self) -> Floats:
+        """Return the base acceleration at the measured instants [m/s²]."""
+        t, motion = self.measurement.t, self.motion
+        if isinstance(motion, Samples):
+            u_dd = motion.u_dd[:]
+            return np.interp(t, np.arange(len(u_dd)) * motion.dt, u_dd)
+        base: Floats = np.zeros(len(t))
+        for amplitude, frequency, phase in zip(motion.A, motion.f, motion.phase, strict=True):
+            base += amplitude * np.sin(2.0 * np.pi * frequency * t + phase)
+        return base
+
+    def _start_of(self, one: FreeParameter, known: dict[str, float], from_file: bool) -> float:
+        """Return the start of a parameter from the file, or else from its closed form."""
+        if from_file and one.start is not None:
+            return one.start
+        m, normal = known.get("m", 1.0), getattr(self.scenario.friction, "normal", None) or 1.0
+        k_x, b, F_fk = (known.get(name, 1.0) for name in ("k_x", "b", "F_fk"))
+        ratio, key = known.get("static_ratio", 1.0), one.key
+        if key.startswith("friction.kinetic"):
+            return F_fk
+        if key.startswith("friction.static."):
+            return F_fk * ratio
+        if key.startswith("oscillator.damping."):
+            return b
+        forms = {
+            "oscillator.mass": m,
+            "oscillator.stiffness": k_x,
+            "oscillator.damping": b,
+            "oscillator.damping_ratio": b / (2.0 * np.sqrt(k_x * m)),
+            "friction.static_ratio": ratio,
+            "friction.static": F_fk * ratio,
+            "friction.mu_kinetic": F_fk / normal,
+            "friction.mu_static": F_fk * ratio / normal,
+            "start.x_r": self._first_state(known).x_r,
+            "start.v_r": self._first_state(known).v_r,
+            DELAY_KEY: 0.0,
+        }
+        if key in forms:
+            return float(forms[key])
+        if one.start is not None:
+            return one.start
+        if np.isfinite(one.low) and np.isfinite(one.high):
+            both = one.low > 0.0
+            return float(np.sqrt(one.low * one.high) if both else 0.5 * (one.low + one.high))
+        sentence = (
+            f"{key} needs a start, as no closed form gives one: a value in the file, `start`, "
+            "or `from` and `to`"
+        )
+        raise case_error(self.scenario, sentence, ("fit", "free", key))
+
+    def _first_state(self, known: dict[str, float]) -> State:
+        """Return the first relative motion: as measured, or from the forces at release."""
+        if self.fit.measured.is_rig:
+            return State(0.0, 0.0)
+        motion = self.kinematics()
+        if motion.x_r is not None and motion.v_r is not None:
+            return State(float(motion.x_r[0]), float(motion.v_r[0]))
+        if motion.v_r is not None:
+            return State(0.0, float(motion.v_r[0]))
+        if self.scenario.excitation.kind != "rest" or not known.get("k_x"):
+            return State(0.0, 0.0)
+        force = known["m"] * float(motion.x_dd[0])
+        return State(-(force + np.copysign(known["F_fk"], force)) / known["k_x"], 0.0)
+
+
+# Building a model
+
+
+def build_model(scenario: Scenario, law: str = "") -> FitModel:
+    """Read base motion and measurement, and return the model of a law.
+
+    Raises
+    ------
+    RecordError
+        If a record cannot be used, or does not fit the base motion.
+    ScenarioError
+        If a free key has no start.
+    """
+    fit = scenario.fit
+    assert fit is not None, "only a scenario with a fit block is fitted"
+    motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
+    measurement = read_measurement(scenario, fit, motion)
+    count = len(measurement.t)
+    if shortage := shortage_message(
+        f"{count} measured samples", count * BYTES_PER_SAMPLE, "use a shorter `window`"
+    ):
+        raise case_error(scenario, f"fit.measured: {shortage}", "fit.measured")
+
+    for compared in fit.laws:
+        model_of_law(scenario, motion, measurement, compared)  # raises what the law lacks
+    return model_of_law(scenario, motion, measurement, law)
+
+
+def model_of_law(
+    scenario: Scenario, motion: Sines | Samples, measurement: Measurement, law: str = ""
+) -> FitModel:
+    """Return the model under a friction law; default: that of the file."""
+    under = scenario.with_law(law) if law else scenario
+    assert under.fit is not None, "only a scenario with a fit block is fitted"
+    words = scenario.model_dump(by_alias=True, exclude_none=True)
+    known = numeric_keys(type(scenario), words)
+    missing, parameters = set(scenario.missing_values), []
+    for key, one in under.fit.free.items():
+        if key == OFFSET_KEY or (law and not _has_key(under, key)):
+            continue
+        if key == DELAY_KEY:
+            step = measurement.dt
+            low = -50.0 * step if one.low is None else one.low
+            high = 50.0 * step if one.high is None else one.high
+            parameters.append(FreeParameter(key, "s", low, high, one.start))
+            continue
+        found = known[key]
+        assert found is not None, "free keys are numeric"
+        ends = found.quantity.ends if found.quantity else (-np.inf, np.inf)
+        low = ends[0] if one.low is None else max(one.low, ends[0])
+        if key == "friction.static_ratio":
+            low = max(low, 1.0)
+        high = ends[1] if one.high is None else min(one.high, ends[1])
+        start = one.start
+        if start is None and key not in missing and not key.startswith("start."):
+            start = found.here(key)
+        parameters.append(FreeParameter(key, found.header, low, high, start))
+    case = assemble(under, motion)
+    return FitModel(under, motion, measurement, tuple(parameters), case)
+
+
+def _has_key(scenario: Scenario, key: str) -> bool:
+    """Return whether a key has an effect under the law of a comparison."""
+    from drysim.scenario.model import law_uses_key
+
+    return law_uses_key(scenario, scenario.compared_law, key)
+
+
+def imposed_motion(fit: Fit) -> Samples:
+    """Return the base motion that gives a fixed mass the relative motion of a rig."""
+    from drysim.excitation.recorded import Record
+
+    name = "v_r" if fit.measured.v_r is not None else "x_r"
+    channel = fit.measured.record(name)
+    words = channel.model_dump(by_alias=True, exclude_none=True)
+    words |= {"kind": "record", "scale": -channel.scale, "gravity": "keep"}
+    record = Record.model_validate(words, context={"folder": channel.path.parent})
+    record = record.model_copy(update={"file": channel.path.name})
+    return record.motion()
+
+
+def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> Measurement:
+    """Read the measured channels and place them on the time axis of the base motion.
+
+    Raises
+    ------
+    RecordError
+        If a channel cannot be used, its step does not fit that of the base motion, or the two
+        records have no time in common.
+    """
+    if fit.measured.is_rig:
+        return read_rig(fit, motion)
+    display_path = str(fit.measured.path)
+    channels: dict[str, Floats] = {}
+    inputs: list[Input] = []
+    warnings: list[WarningMessage] = []
+    series: Series | None = None
+    for name in fit.measured.channels:
+        read, source, seen = read_series(fit.measured.record(name))
+        series = series or read
+        channels[name] = np.asarray(read.values[:], dtype=np.float64)
+        inputs.append(source)
+        warnings += seen
+    assert series is not None, "a channel is measured"
+    n = min(map(len, channels.values()))
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    assert step is not None, "a scenario has a step unless a record defines it"
+    begin = begin_of_base(scenario)
+    stride = series.dt / step
+    if stride < 0.5 or abs(stride - round(stride)) > GRID_TOLERANCE / n * max(1.0, stride):
+        sentence = (
+            f"the measured response has a step of {format_number(series.dt, 's', 9)}, the base "
+            f"motion {format_number(step, 's', 9)}; add `resample: {{step: "
+            f"{format_number(step, 's', 9)}, by: line}}` to fit.measured"
+        )
+        raise record_error(display_path, sentence)
+    stride = round(stride)
+    offset = (series.first - begin) / step
+    first = round(offset)
+    if abs(offset - first) > GRID_TOLERANCE:
+        sentence = (
+            f"its samples lie between those of the base motion, by "
+            f"{format_number((offset - first) * step, 's')}; add `resample` to fit.measured"
+        )
+        raise record_error(display_path, sentence)
+    skip = max(0, -(first // stride)) if first < 0 else 0
+    first += skip * stride
+    last = n
+    if isinstance(motion, Samples):
+        last = min(n, skip + (len(motion.u_dd) - 1 - first) // stride + 1)
+    if last - skip < MIN_SAMPLES:
+        found = format_number(max(last - skip, 0))
+        sentence = (
+            f"only {found} of {n} samples lie within the base motion; the two records need the "
+            "same time axis"
+        )
+        raise record_error(display_path, sentence)
+    if last - skip < 0.98 * n:
+        words = (
+            f"{n - last + skip} of {n} measured samples lie outside the base motion and are "
+            "not used"
+        )
+        numbers = {"used": last - skip, "samples": n}
+        warnings.append(WarningMessage("measurement-cut", words, numbers))
+    channels = {name: values[skip:last] for name, values in channels.items()}
+    t: Floats = np.asarray((first + stride * np.arange(last - skip)) * step, dtype=np.float64)
+    unique = tuple({one.file: one for one in inputs}.values())
+    known = tuple({one.sentence: one for one in warnings}.values())
+    return Measurement(channels, t, first, stride, unique, known)
+
+
+def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
+    """Read the samples of a friction rig as they stand, at even times or not.
+
+    Only the imposed motion needs an even grid; forces are compared where they were measured.
+    """
+    channels, times = {}, []
+    for name in fit.measured.channels:
+        t, values = read_samples(fit.measured.record(name))
+        times.append(t)
+        channels[name] = values
+    if any(len(t) != len(times[0]) for t in times):
+        sentence = "a row with a missing sample must be left out, or `gaps` must fill it"
+        raise record_error(str(fit.measured.path), sentence)
+    if len(times[0]) < MIN_SAMPLES:
+        found = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
+        raise record_error(str(fit.measured.path), found)
+    inputs, warnings = getattr(motion, "inputs", ()), getattr(motion, "warnings", ())
+    return Measurement(channels, times[0] - times[0][0], 0, 1, inputs, warnings)
+
+
+def begin_of_base(scenario: Scenario) -> float:
+    """Return the time of the first used sample of a base record, on its time axis [s]."""
+    from drysim.excitation.recorded import Record
+
+    if not isinstance(scenario.excitation, Record):
+        return 0.0
+    return read_series(scenario.excitation)[0].first

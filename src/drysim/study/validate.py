@@ -1,0 +1,58 @@
+"""All problems of a scenario file, found without computing: `drysim validate`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from drysim.errors import Problem, RecordError, ScenarioError, UsageError
+from drysim.excitation.recorded import Record
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
+from drysim.study.case import prepare
+from drysim.study.fit_model import build_model
+from drysim.wording import describe_clean_up
+
+
+def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
+    """Return all problems of a scenario file with `KEY=VALUE` overrides.
+
+    Problems of severity `error` are those for which `run`, or `fit` where values are to be
+    fitted, refuses to compute.
+    """
+    try:
+        notes, warned = describe_scenario(load(file, overrides))
+    except ScenarioError as fault:
+        return fault.problems
+    except RecordError as fault:
+        return (fault.problem,)
+    except UsageError as fault:
+        return (Problem(str(fault), file),)
+    return (
+        *(Problem(words, file, severity="note") for words in notes),
+        *(Problem(words, file, severity="warning") for words in dict.fromkeys(warned)),
+    )
+
+
+def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
+    """Return what is read and cleaned up, and the warnings about a scenario.
+
+    Raises
+    ------
+    RecordError, ScenarioError, UsageError
+        When the scenario cannot be computed.
+    """
+    notes, warned = [], []
+    if scenario.fit is not None:
+        model = build_model(scenario)
+        model.starts()
+        found = model.measurement
+        span = f"{len(found.t)} samples over {float(found.t[-1] - found.t[0]):.6g} s"
+        notes.append(f"measured: {', '.join(found.channels)}, {span}")
+        warned += [known.sentence for known in found.warnings]
+    if not scenario.missing_values:
+        case = prepare(scenario, swept=bool(scenario.sweep))
+        notes += describe_clean_up(case.motion, case.law)
+        if isinstance(case.scenario.excitation, Record):
+            notes.append(f"base: {case.scenario.excitation.describe(case.motion)}")
+        warned += [known.sentence for known in case.warnings]
+    return notes, warned
