@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from drysim.study.compare import Comparison
 from drysim.study.ensemble import Ensemble
+from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome
 from drysim.study.table import Table
 
@@ -13,25 +14,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot(result: Outcome | Ensemble | Table | Comparison) -> Figure:
+def plot(result: Outcome | Ensemble | Table | Comparison | FitResult) -> Figure:
     """Return the main picture of a result as a figure of matplotlib.
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or Comparison
-        Of `run`, `sweep` or `compare`.
+    result : Outcome or Ensemble or Table or Comparison or FitResult
+        Of `run`, `sweep`, `compare` or `fit`.
 
     Returns
     -------
     matplotlib.figure.Figure
         As the commands write it: the motion of a run, distributions over seeds,
-        transmissibilities of a sweep, or approaches side by side. `figure.savefig` writes it.
+        transmissibilities of a sweep, approaches side by side, or measured and fitted motion.
+        `figure.savefig` writes it.
     """
-    from drysim.plots import comparison, ensemble, response, style, sweep
+    from drysim.plots import comparison, ensemble, fit, response, style, sweep
 
     with style.picture_style():
         if isinstance(result, Comparison):
             return comparison.draw(result)
+        if isinstance(result, FitResult):
+            return fit.draw_fit(result)
         if isinstance(result, Ensemble):
             return ensemble.draw(result)
         if isinstance(result, Table):

@@ -1,0 +1,505 @@
+"""Plot fit.png: measured and fitted motion, residuals, friction force; and profiles.png.
+
+The friction force as measured is that of the force balance with the fitted values. It follows
+from the fitted force and the residual of the acceleration, F_f - m (x_dd,measured - x_dd), so
+that springs, dampers and end stops need not be subtracted one by one. Without a measured
+acceleration the residual is differentiated, smoothed over part of a natural period.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from math import ceil
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from drysim.approach.solution import Floats
+from drysim.plots import style
+from drysim.plots.response import (
+    ENVELOPE_BINS,
+    FRAME_STYLE,
+    MASS_STYLE,
+    STUCK_STYLE,
+    ZOOM_PERIODS,
+    envelope,
+)
+from drysim.plots.style import Style
+from drysim.study.fit import (
+    CHI_SQUARE_95,
+    EXACT,
+    NORMAL_95,
+    ChannelFit,
+    FitResult,
+    Parameter,
+    Profile,
+)
+from drysim.wording import (
+    display_unit,
+    format_count,
+    format_interval,
+    format_number,
+    format_percent,
+    format_unit,
+    short_key,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ROW_HEIGHT = 0.62
+"""Height of a unit of the height ratios [inch]."""
+
+OVERVIEW, CHANNEL, RESIDUAL, SQUARE = 1.4, 2.8, 2.0, 4.6
+"""Heights of the kinds of rows, in units."""
+
+SHORTEST_SHOWN, LONGEST_SHARE = 150, 0.4
+"""Number of samples of the shown interval at least; largest share of the record, above which
+the whole record is shown."""
+
+SMOOTHING = 0.25
+"""Window that smooths a differentiated residual, in natural periods."""
+
+MAX_DOTS = 20_000
+"""Number of dots of a panel above which not every sample is drawn."""
+
+USUAL, SHOWN_SHARE = 6.0, 0.98
+"""Residuals, in units of the noise, that are always within the axis, and their share."""
+
+BINS = 24
+"""Number of bins of the mean residual over the velocity."""
+
+MOST_BINNED_NOISE = 0.3
+"""Standard error of a mean residual, in units of the noise, above which it is not drawn."""
+
+MEASURED_STYLE: Style = {
+    "color": "#9d9d9d", "linestyle": "none", "marker": "o", "markersize": 3.2,
+    "markeredgewidth": 0.0, "zorder": 1.9,
+}  # fmt: skip
+FITTED_STYLE: Style = {**MASS_STYLE, "linewidth": 0.9}
+DOT_STYLE: Style = {
+    "linestyle": "none", "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0,
+}  # fmt: skip
+USED_COLOR, UNUSED_COLOR = "#3b6ea5", "#c4c4c4"
+MEAN_STYLE: Style = {"color": "black", "linewidth": 1.3, "marker": "s", "markersize": 3.2}
+CHANNEL_DOTS: tuple[Style, ...] = (
+    {**DOT_STYLE, "color": "#6f95bf"},
+    {**DOT_STYLE, "color": "#e3b778", "zorder": 1.8},
+    {**DOT_STYLE, "color": "#a9c9a4", "zorder": 1.7},
+)
+MEAN_LINES = ("-", (0, (4, 2)), (0, (1, 1.5)))
+NOISE_STYLE: Style = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
+LEGEND_DOT = 5.0
+"""Size of a dot in the legend [pt]."""
+HELD_OUT_STYLE: Style = {
+    "facecolor": "none", "edgecolor": "#b9b9b9", "hatch": "//", "linewidth": 0.0, "zorder": 0.5,
+}  # fmt: skip
+LIMIT_STYLE: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
+LINEAR_STYLE: Style = {"color": "#8a8a8a", "linewidth": 1.6, "linestyle": (0, (2, 1.5))}
+INTERVAL_STYLE: Style = {"facecolor": "#e3ebf5", "edgecolor": "none", "zorder": 0}
+
+SYMBOLS = {
+    "x_dd": "acceleration of the mass $\\ddot{x}$",
+    "x_r": "relative displacement $x_r$",
+    "v_r": "relative velocity $v_r$",
+    "F_f": "friction force $F_f$",
+}
+SHORT_SYMBOLS = {"x_dd": "ẍ", "x_r": "$x_r$", "v_r": "$v_r$", "F_f": "$F_f$"}
+UNITS = {"x_dd": "m/s²", "x_r": "m", "v_r": "m/s", "F_f": "N"}
+
+
+class Scale(NamedTuple):
+    """Displayed unit of a channel: units per SI unit, and symbol."""
+
+    factor: float
+    unit: str
+
+
+# fit.png
+
+
+def draw_fit(result: FitResult) -> Figure:
+    """Return the figure of a fit: motion, residuals, friction force."""
+    channels, t = result.channels, result.measurement.t
+    part = shown_part(result)
+    zoomed = part.stop - part.start < len(t)
+    heights = [OVERVIEW] * zoomed + [CHANNEL] * len(channels) + [RESIDUAL] * len(channels)
+    total = sum(heights) + SQUARE
+    figure, grid = style.panel_grid(
+        len(heights) + 1, 2, ROW_HEIGHT, height_ratios=[*heights, SQUARE]
+    )
+    figure.set_figheight(total * ROW_HEIGHT)
+    rows = [figure.add_subplot(grid[i, :]) for i in range(len(heights))]
+    if zoomed:
+        draw_overview(rows.pop(0), result, part)
+    for i, channel in enumerate(channels):
+        draw_channel(rows[i], result, channel, part)
+        draw_residuals(rows[len(channels) + i], result, channel)
+    words = ", framed interval" if zoomed else ""
+    rows[len(channels) - 1].set_xlabel(f"time $t$ [s]{words}")
+    rows[-1].set_xlabel("time $t$ [s]")
+    for axes in rows[: len(channels) - 1] + rows[len(channels) : -1]:
+        axes.tick_params(labelbottom=False)
+    draw_residuals_over_velocity(figure.add_subplot(grid[-1, 0]), result)
+    draw_force(figure.add_subplot(grid[-1, 1]), result)
+    for axes in figure.axes:
+        axes.yaxis.set_offset_position("right")
+    style.finish_figure(figure, heading(result))
+    return figure
+
+
+def heading(result: FitResult) -> style.Heading:
+    """Return the heading: values with their intervals, then how well they fit."""
+    metrics, (agree, starts) = result.metrics, result.starts
+    values = "; ".join(describe_value(one, result) for one in result.parameters)
+    parts = [f"{law_words(result)}fit error {format_percent(metrics['fit_error'])}"]
+    held_out = metrics["fit_error_held_out"]
+    if held_out is not None:
+        parts.append(f"on the part held out {format_percent(held_out)}")
+    parts.append(f"{int(result.selected.sum())} samples fitted")
+    if starts > 1:
+        parts.append(f"{agree} of {format_count(starts, 'start')} agree")
+    return style.make_heading(result.source, values, "", ", ".join(parts))
+
+
+def law_words(result: FitResult) -> str:
+    """Return the friction law, if several were compared."""
+    if len(result.laws) < 2:
+        return ""
+    best, *others = result.laws
+    tied = [one.law for one in others if one.tied]
+    return f"{best.law}, as good as {' and '.join(tied)}: " if tied else f"{best.law}: "
+
+
+def describe_value(one: Parameter, result: FitResult) -> str:
+    """Return a fitted value with half the width of its interval."""
+    name = short_key(one.key, [each.key for each in result.parameters])
+    if one.deviation is None:
+        return f"{name} not determined"
+    return f"{name} {format_interval(one.value, half_width(one), format_unit(one.unit))}"
+
+
+def scale_of(result: FitResult, name: str) -> Scale:
+    """Return the displayed unit of a channel."""
+    size = float(np.abs(result.measurement.channels[name]).max())
+    return Scale(*display_unit(UNITS[name], size))
+
+
+def shown_part(result: FitResult) -> slice:
+    """Return the fitted interval with the largest motion, or all samples of a short record."""
+    n, dt = len(result.measurement.t), result.measurement.dt
+    m, k_x, _ = result.scenario.oscillator.plant()
+    rig = result.source.fit is not None and result.source.fit.measured.is_rig
+    period = 2.0 * np.pi * np.sqrt(m / k_x) if k_x > 0.0 and not rig else np.inf
+    count = max(ZOOM_PERIODS * period / dt, SHORTEST_SHOWN)
+    if count > LONGEST_SHARE * n:
+        return slice(0, n)
+    power = np.zeros(n)
+    for one in result.channels:
+        values = result.measurement.channels[one.name] - (one.offset or 0.0)
+        power += (values / (float(values.std()) or 1.0)) ** 2
+    sums = np.concatenate(([0.0], np.cumsum(power[: max(len(result.selected), int(count))])))
+    first = int((sums[int(count) :] - sums[: len(sums) - int(count)]).argmax())
+    return slice(first, first + int(count))
+
+
+def measured_values(result: FitResult, channel: ChannelFit) -> Floats:
+    """Return the measured samples of a channel without its offset."""
+    values: Floats = result.measurement.channels[channel.name] - (channel.offset or 0.0)
+    return values
+
+
+def draw_overview(axes: Axes, result: FitResult, part: slice) -> None:
+    """Draw the first channel over the whole record, and frame the shown interval."""
+    t, channel = result.measurement.t, result.channels[0]
+    scale = scale_of(result, channel.name)
+    measured = scale.factor * measured_values(result, channel)
+    fitted = scale.factor * result.prediction.channels[channel.name]
+    if len(t) > 2 * ENVELOPE_BINS:
+        at, low, high = envelope(lambda bins: measured[bins], len(t))
+        at = t[0] + at * result.measurement.dt
+        axes.fill_between(at, low, high, color=MEASURED_STYLE["color"], linewidth=0.4)
+        _, low, high = envelope(lambda bins: fitted[bins], len(t))
+        for line in (low, high):
+            axes.plot(at, line, color=FITTED_STYLE["color"], linewidth=0.5)
+    else:
+        axes.plot(t, measured, color=MEASURED_STYLE["color"], linewidth=2.0)
+        axes.plot(t, fitted, color=FITTED_STYLE["color"], linewidth=0.6)
+    axes.set_title(f"whole record: {SHORT_SYMBOLS[channel.name]} [{scale.unit}]", loc="left")
+    axes.axvspan(t[part.start], t[part.stop - 1], **FRAME_STYLE)
+    shade_held_out(axes, result)
+    axes.set_xlim(t[0], t[-1])
+
+
+def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice) -> None:
+    """Draw a measured and fitted channel over an interval, with shaded stick phases."""
+    t, scale = result.measurement.t[part], scale_of(result, channel.name)
+    error = format_percent(channel.error)
+    axes.set_title(f"{SYMBOLS[channel.name]} [{scale.unit}], fit error {error}", loc="left")
+    measured = scale.factor * measured_values(result, channel)[part]
+    draw_dots(axes, t, measured, "measured", **MEASURED_STYLE)
+    fitted = scale.factor * result.prediction.channels[channel.name][part]
+    axes.plot(t, fitted, **FITTED_STYLE, label="fitted")
+    stuck = np.concatenate(([0], (result.prediction.mode[part] == 0).astype(int), [0]))
+    edges = np.flatnonzero(np.diff(stuck))
+    for i, j in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        axes.axvspan(t[i], t[j - 1], **STUCK_STYLE, label="stuck, as fitted")
+    axes.set_xlim(t[0], t[-1])
+    if t[-1] > result.fitted_end:
+        shade_held_out(axes, result)
+
+
+def draw_dots(axes: Axes, x: Floats, y: Floats, label: str, **dots: Any) -> None:
+    """Draw dots, which are larger in the legend."""
+    axes.plot(x, y, **dots)
+    if label:
+        axes.plot([], [], **{**dots, "markersize": LEGEND_DOT}, label=label)
+
+
+def shade_held_out(axes: Axes, result: FitResult) -> None:
+    """Shade the part of the record that is held out, if there is one."""
+    end = float(result.measurement.t[-1])
+    if result.fitted_end < end:
+        axes.axvspan(result.fitted_end, end, **HELD_OUT_STYLE, label="held out")
+
+
+def draw_residuals(axes: Axes, result: FitResult, channel: ChannelFit) -> None:
+    """Draw the residuals of a channel over time, those that were not fitted lighter."""
+    t, scale = result.measurement.t, scale_of(result, channel.name)
+    noise = channel.noise * scale.factor
+    residuals = scale.factor * result.residuals(channel)
+    limit, beyond = axis_limit(residuals / noise)
+    shown = np.clip(residuals, -limit * noise, limit * noise)
+    fitted = np.zeros(len(t), dtype=bool)
+    fitted[: len(result.selected)] = result.selected
+    held_out = t > result.fitted_end
+    every = ceil(len(t) / MAX_DOTS)
+    for mask, color, label in (
+        (fitted, USED_COLOR, "residual"),
+        (held_out, USED_COLOR, ""),
+        (~fitted & ~held_out, UNUSED_COLOR, "next to an event: not fitted"),
+    ):
+        at = np.flatnonzero(mask)[::every]
+        if len(at):
+            draw_dots(axes, t[at], shown[at], label, **DOT_STYLE, color=color)
+    for side in (-NORMAL_95, NORMAL_95):
+        axes.axhline(side * noise, **NOISE_STYLE, label="±1.96 times the noise")
+    shade_held_out(axes, result)
+    axes.set_ylim(-1.08 * limit * noise, 1.08 * limit * noise)
+    axes.set_xlim(t[0], t[-1])
+    words = f", {beyond} beyond the axis" if beyond else ""
+    symbol = SHORT_SYMBOLS[channel.name]
+    level = format_number(noise, scale.unit, 3)
+    axes.set_title(f"residual of {symbol} [{scale.unit}], noise {level}{words}", loc="left")
+
+
+def axis_limit(relative: Floats) -> tuple[float, int]:
+    """Return the end of an axis of residuals in units of the noise, and how many are beyond."""
+    size = np.abs(relative)
+    most = float(size.max())
+    limit = most
+    if most > USUAL:
+        limit = max(USUAL, 1.2 * float(np.quantile(size, SHOWN_SHARE)))
+    limit = min(max(limit, 1.1 * NORMAL_95), max(most, 1.1 * NORMAL_95))
+    return limit, int(np.sum(size > limit))
+
+
+def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
+    """Draw the residuals of all channels, in units of the noise, over v_r, and their means."""
+    scale = Scale(*display_unit("m/s", float(np.abs(result.prediction.channels["v_r"]).max())))
+    v_r = scale.factor * result.prediction.channels["v_r"]
+    used = np.ones(len(v_r), dtype=bool)
+    used[: len(result.selected)] = result.selected
+    at = np.flatnonzero(used)
+    dots = at[:: ceil(len(at) / MAX_DOTS)]
+    relative = [result.residuals(one)[at] / one.noise for one in result.channels]
+    limit, _ = axis_limit(np.concatenate(relative))
+    for i, one in enumerate(result.channels):
+        symbol = SHORT_SYMBOLS[one.name]
+        residuals = np.clip(result.residuals(one) / one.noise, -limit, limit)
+        several = len(result.channels) > 1
+        label = f"residual of {symbol} over $v_r$" if several else ""
+        draw_dots(axes, v_r[dots], residuals[dots], label, **CHANNEL_DOTS[i])
+        middle, mean = binned_means(v_r[at], residuals[at])
+        if len(middle):
+            axes.plot(
+                middle, mean, **MEAN_STYLE, linestyle=MEAN_LINES[i],
+                markerfacecolor="white" if i else "black",
+                label=f"mean residual of {symbol}" if several else "mean residual",
+            )  # fmt: skip
+    axes.set_ylim(-1.08 * limit, 1.08 * limit)
+    axes.locator_params(axis="x", nbins=6)
+    axes.set_title("residual / noise [–]", loc="left")
+    axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
+
+
+def binned_means(at: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the middle and the mean of bins of equal width with enough samples."""
+    low, high = float(at.min()), float(at.max())
+    if low == high:
+        return np.array([]), np.array([])
+    place = np.minimum((BINS * (at - low) / (high - low)).astype(int), BINS - 1)
+    count = np.bincount(place, minlength=BINS)
+    enough = count >= (1.0 / MOST_BINNED_NOISE) ** 2
+    mean = np.bincount(place, values, BINS)[enough] / count[enough]
+    middle: Floats = low + (np.flatnonzero(enough) + 0.5) * (high - low) / BINS
+    return middle, mean
+
+
+def draw_force(axes: Axes, result: FitResult) -> None:
+    """Draw the friction force over v_r, as measured and as fitted."""
+    channels = result.prediction.channels
+    scale = Scale(*display_unit("m/s", float(np.abs(channels["v_r"]).max())))
+    v_r, fitted = scale.factor * channels["v_r"], channels["F_f"]
+    measured = measured_force(result)
+    dots = slice(None, None, ceil(len(v_r) / MAX_DOTS))
+    words = "measured force" if "F_f" in result.measurement.channels else (
+        "force by the measured acceleration" if "x_dd" in result.measurement.channels
+        else "force by the measured motion, smoothed"
+    )  # fmt: skip
+    draw_dots(axes, v_r[dots], measured[dots], words, **{**MEASURED_STYLE, "markersize": 2.2})
+    dark: Style = {**DOT_STYLE, "color": FITTED_STYLE["color"]}
+    draw_dots(axes, v_r, fitted, "fitted force", **dark)
+    axes.locator_params(axis="x", nbins=6)
+    axes.set_title("friction force $F_f$ [N]", loc="left")
+    axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
+    size = float(np.abs(fitted).max())
+    limit = max(1.3 * size, 1.1 * float(np.quantile(np.abs(measured), SHOWN_SHARE)))
+    if limit > 0.0:
+        axes.set_ylim(-limit, limit)
+
+
+def measured_force(result: FitResult) -> Floats:
+    """Return the friction force at the measured instants [N], by the force balance."""
+    by_name = {one.name: one for one in result.channels}
+    fitted = result.prediction.channels["F_f"]
+    if "F_f" in by_name:
+        return measured_values(result, by_name["F_f"])
+    m, k_x, _ = result.scenario.oscillator.plant()
+    if "x_dd" in by_name:
+        return fitted - m * result.residuals(by_name["x_dd"])
+    from scipy.signal import savgol_filter
+
+    name, order = ("v_r", 1) if "v_r" in by_name else ("x_r", 2)
+    dt, residuals = result.measurement.dt, result.residuals(by_name[name])
+    period = 2.0 * np.pi * np.sqrt(m / k_x) if k_x > 0.0 else 1.0
+    width = max(3, min(round(0.5 * SMOOTHING * period / dt), (len(residuals) - 1) // 2))
+    derived = savgol_filter(residuals, 2 * width + 1, 3, deriv=order, delta=dt)
+    force: Floats = fitted - m * derived
+    return force
+
+
+# profiles.png
+
+
+PROFILE_COLUMNS = 2
+PROFILE_HEIGHT, NOTE_HEIGHT = 2.6, 1.2
+"""Heights of a row of profiles and of a row of notes [inch]."""
+
+HIGHEST_RISE = 8.0
+"""Upper end of the axis of the rise [-]."""
+
+PROFILE_MARGIN = 0.45
+"""Room beyond the interval, relative to its half width."""
+
+NOTE_WIDTH = 54
+"""Characters in a line of a note."""
+
+
+def draw_profiles(result: FitResult) -> Figure:
+    """Return the figure of the profiles: the rise of the sum of squares over each parameter."""
+    known = {one.key: one for one in result.profiles}
+    parameters = result.parameters
+    drawn = [one for one in parameters if (one.deviation or 0.0) > EXACT * abs(one.value)]
+    notes = [one for one in parameters if one not in drawn]
+    columns = min(len(parameters), PROFILE_COLUMNS)
+    upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
+    heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
+    figure, grid = style.panel_grid(upper + lower, columns, height_ratios=heights)
+    figure.set_figheight(sum(heights))
+    for i, one in enumerate(drawn):
+        axes = figure.add_subplot(grid[i // columns, i % columns])
+        draw_profile(axes, one, known[one.key], i % columns == 0)
+    for i, one in enumerate(notes):
+        axes = figure.add_subplot(grid[upper + i // columns, i % columns])
+        exact = "exact to rounding: the record has no noise"
+        draw_note(axes, exact if one.deviation else f"not determined: {one.note}")
+    for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
+        value = format_interval(one.value, half_width(one), format_unit(one.unit))
+        axes.set_title(f"{style.escape_text(one.key)} {value}", loc="left")
+    style.finish_figure(figure, heading(result))
+    return figure
+
+
+def half_width(one: Parameter) -> float | None:
+    """Return half the width of the interval by the profile, or None if an end is open."""
+    if one.profile_low is None or one.profile_high is None:
+        return None
+    return 0.5 * (one.profile_high - one.profile_low)
+
+
+def draw_note(axes: Axes, note: str) -> None:
+    """Write in a panel why there is no profile."""
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+    text = textwrap.fill(style.escape_text(note), NOTE_WIDTH)
+    axes.text(0.0, 0.95, text, size=9, va="top", transform=axes.transAxes)
+
+
+def draw_profile(axes: Axes, one: Parameter, profile: Profile, first: bool) -> None:
+    """Draw the rise of the sum of squares over one parameter, and its prediction."""
+    deviation = one.deviation or 0.0
+    half = NORMAL_95 * deviation
+    low, high = (
+        one.value + sign * half if end is None else end
+        for sign, end in ((-1.0, one.profile_low), (1.0, one.profile_high))
+    )
+    room = PROFILE_MARGIN * max(0.5 * (high - low), 1e-300)
+    left, right = min(low, one.value - half) - room, max(high, one.value + half) + room
+    x = np.linspace(left, right, 400)
+    axes.axvspan(
+        left if one.profile_low is None else low, right if one.profile_high is None else high,
+        **INTERVAL_STYLE, label="95 % interval by the profile",
+    )  # fmt: skip
+    axes.plot(
+        x, ((x - one.value) / deviation) ** 2, **LINEAR_STYLE,
+        label="parabola of the linear interval", zorder=2.2,
+    )  # fmt: skip
+    axes.plot(*profile_curve(one, profile, x), **MASS_STYLE, label="profile")
+    axes.plot(
+        profile.values, profile.rise, color=MASS_STYLE["color"], linestyle="none", marker="o",
+        markersize=5, label="fit with this value fixed",
+    )  # fmt: skip
+    axes.axhline(CHI_SQUARE_95, **LIMIT_STYLE, label="3.84: limit of 95 %")
+    axes.set_xlim(left, right)
+    axes.set_ylim(-0.25, HIGHEST_RISE)
+    axes.set_xlabel(f"95 %: {describe_ends(one)}", loc="left")
+    axes.locator_params(axis="x", nbins=5)
+    if first:
+        axes.set_ylabel("rise / noise variance [–]")
+
+
+def describe_ends(one: Parameter) -> str:
+    """Return the interval by the profile, with as many digits as tell its ends apart."""
+    unit, deviation = format_unit(one.unit), one.deviation or abs(one.value)
+    digits = 2 + max(1, ceil(np.log10(max(abs(one.value), deviation) / deviation)))
+    low, high = (
+        None if end is None else format_number(end, digits=digits)
+        for end in (one.profile_low, one.profile_high)
+    )
+    if low is not None and high is not None:
+        words = f"{low} to {high}"
+    elif low is None and high is None:
+        return "no bound"
+    else:
+        words = f"at most {high}" if low is None else f"at least {low}"
+    return f"{words} {unit}" if unit not in ("", "-", "–") else words
+
+
+def profile_curve(one: Parameter, profile: Profile, x: Floats) -> tuple[Floats, Floats]:
+    """Return the profile between its points: its root, which is nearly linear, interpolated."""
+    root = np.sign(profile.values - one.value) * np.sqrt(np.maximum(profile.rise, 0.0))
+    inside = x[(x >= profile.values.min()) & (x <= profile.values.max())]
+    return inside, np.interp(inside, profile.values, root) ** 2
