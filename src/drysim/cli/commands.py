@@ -70,7 +70,8 @@ def init(
         terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
         terminal.print_stderr(f"friction loop: {loop}")
-    terminal.print_stderr(f"next: drysim run {written[0]}")
+    command = gallery.find(name).command
+    terminal.print_stderr(f"next: drysim {command} {written[0]}")
     return EXIT_OK
 
 
@@ -306,6 +307,52 @@ def compare(
     return mode.report(fields, show, result.table.warnings, folder, code)
 
 
+def fit(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Fit friction, damping and stiffness to a measured response."""
+    from drysim.output.folder import check_writable
+    from drysim.scenario.load import load
+    from drysim.study.fit import count_starts, require_fit
+    from drysim.study.fit import fit as solve
+    from drysim.study.fit_model import build_model
+
+    mode = OutputMode(as_json, quiet)
+    loaded = load(scenario, changes or [])
+    require_fit(loaded)
+    folder = out or Path("out", f"{loaded.name}-fit")
+    check_writable(folder)
+    if dry_run:
+        from drysim.cli import work
+
+        return work.show_fit_plan(build_model(loaded), folder, mode)
+    from drysim import output
+    from drysim.cli import process
+    from drysim.console import terminal
+    from drysim.console.fit import show_fit
+
+    def advance_or_stop(count: int) -> None:
+        advance(count)
+        process.raise_if_interrupted()
+
+    with terminal.progress(count_starts(loaded), "starts", quiet) as advance:
+        result = solve(loaded, workers=workers, finished=advance_or_stop)
+    code = result.exit_code(strict)
+    how = output_options(context, no_plots, picture_format)
+    fields = output.write_fit(result, folder, exit_code=code, **how)
+    return mode.report(fields, partial(show_fit, result, folder), result.warnings, folder, code)
+
+
 def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:
     """Return the scenario to compare: the given file, ./scenario.yaml, or the gallery's."""
     if file is not None:
@@ -329,7 +376,7 @@ def validate(
 ) -> int:
     """Check scenario files without computing."""
     from drysim.console import problems
-    from drysim.study.case import find_problems
+    from drysim.study.validate import find_problems
 
     found = {file: find_problems(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)

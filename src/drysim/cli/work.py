@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from drysim.cli.process import OutputMode
     from drysim.study.case import Case
     from drysim.study.ensemble import Ensemble
+    from drysim.study.fit_model import FitModel
     from drysim.study.plan import CaseRange
     from drysim.study.statistics import Batch
     from drysim.study.store import Store
@@ -138,6 +139,31 @@ def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:
     first, *rest = plan_sentences(case)
     words = [f"{case.scenario.name}: {seeds}{first}", *rest]
     return mode.plan(plan_fields(case, folder), words, case.warnings)
+
+
+def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
+    """Show what a fit would do; everything before the computation has been checked."""
+    found, free = model.measurement, [one.key for one in model.parameters]
+    starts = model.starts()
+    words = [
+        f"{model.scenario.name}: {join_words(free)} from {len(found.t)} samples of "
+        f"{join_words(model.compared)}, step {format_number(found.dt, 's')}",
+        "starts from "
+        + ", ".join(
+            f"{one.key} {format_number(value, one.unit, 3)}"
+            for one, value in zip(model.parameters, starts[0], strict=True)
+        ),
+    ]
+    fields = {
+        "name": model.scenario.name,
+        "free": free,
+        "samples": len(found.t),
+        "step": found.dt,
+        "channels": list(model.compared),
+        "folder": folder.as_posix(),
+        "warnings": [warning.sentence for warning in found.warnings],
+    }
+    return mode.plan(fields, words, found.warnings)
 
 
 def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputMode) -> int:

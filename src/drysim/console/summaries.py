@@ -420,14 +420,16 @@ def show_rows(console: AnyConsole, rows: Iterable[SummaryRow], width: int) -> No
     The values take at least `width` columns. An explanation that does not fit continues below.
     """
     rows = list(rows)
+    label = max([LABEL_WIDTH, *(len(row.name) + 3 for row in rows)])
     width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
+    label = max([LABEL_WIDTH, *(len(row.name) + 3 for row in rows)])
     print_line(console)
     for row in rows:
-        name, value = f"  {row.name}".ljust(LABEL_WIDTH), row.value.ljust(width)
-        first, *continuation = wrap(console, row.remark, LABEL_WIDTH + width) or [""]
+        name, value = f"  {row.name}".ljust(label), row.value.ljust(width)
+        first, *continuation = wrap(console, row.remark, label + width) or [""]
         print_line(console, (name, "dim"), (value if first else row.value, row.style), first)
         for words in continuation:
-            print_line(console, " " * (LABEL_WIDTH + width), words)
+            print_line(console, " " * (label + width), words)
 
 
 def show_verdicts(

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
-from drysim.output.folder import PICTURES, PNG, SCENARIO_FILE, LockedFolder, write_folder
+from drysim.output.folder import (
+    FITTED_FILE,
+    PICTURES,
+    PNG,
+    SCENARIO_FILE,
+    LockedFolder,
+    write_folder,
+)
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import lock_partial as lock_partial
 from drysim.output.folder import resumable_parts as resumable_parts
@@ -29,6 +36,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
 
@@ -50,6 +58,12 @@ def write_bench_yaml(result: Bench, folder: Path) -> None:
         _write_yaml(
             panel.scenario, folder, SCENARIO_FILE if alone else f"{panel.scenario.name}.yaml"
         )
+
+
+def write_fit_yaml(result: FitResult, folder: Path) -> None:
+    """Write scenario.yaml with the fit block, and fitted.yaml with the values instead."""
+    _write_yaml(result.source, folder, SCENARIO_FILE)
+    _write_yaml(result.scenario, folder, FITTED_FILE)
 
 
 def _write_yaml(scenario: Scenario, folder: Path, name: str) -> None:
@@ -211,6 +225,25 @@ def write_hard_cases(
     """Write the output folder of the hard cases; parameters and errors as in `write_run`."""
     writers = (tables.write_hard_cases_csv,)
     return write_folder(result, folder, writers, sidecar.hard_case_fields, command, exit_code)
+
+
+def write_fit(
+    result: FitResult,
+    folder: Path,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+) -> dict[str, Any]:
+    """Write the output folder of a fit; parameters and errors as in `write_run`."""
+    writers = (
+        write_fit_yaml,
+        tables.write_fit_csv,
+        tables.write_residuals_csv,
+        *_plot_writers("fit", plots, picture_format),
+    )
+    return write_folder(result, folder, writers, sidecar.fit_fields, command, exit_code)
 
 
 def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:

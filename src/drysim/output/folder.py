@@ -65,21 +65,25 @@ PICTURES = {
     "sweep": {"transmissibility": "sweep.draw_transmissibility", "stroke": "sweep.draw_stroke"},
     "comparison": {"comparison": "comparison.draw"},
     "bench": {"speed_error": "speed_error.draw"},
+    "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},
 }
 """Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
 that draws it, as module and name. It returns no figure if there is nothing to draw."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
-    r"|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
+    r"|fit|residuals|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
     rf"\.({PNG}|{SVG}|{PDF})"
-    r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
+    r"|(scenario|fitted|paper-(high|low)-friction|paper-random)\.yaml"
 )
 """Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
 
 SCENARIO_FILE = "scenario.yaml"
 """The scenario of a result with all defaults explicit: the one file of it that users edit."""
+
+FITTED_FILE = "fitted.yaml"
+"""The scenario with the values that a fit found."""
 
 IGNORED_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """Files written by file managers; they may be deleted with the folder."""

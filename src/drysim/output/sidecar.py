@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
     from drysim.study.statistics import Statistic
     from drysim.study.table import BestCase, Extreme, Table, Tally
@@ -100,7 +101,7 @@ def _spectra_fields(found: Spectra) -> Fields:
 
 
 def sidecar_fields(
-    result: Outcome | Ensemble | Table | BenchCase,
+    result: Outcome | Ensemble | Table | BenchCase | FitResult,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],
     metrics: Mapping[str, Any],
@@ -111,7 +112,7 @@ def sidecar_fields(
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or BenchCase
+    result : Outcome or Ensemble or Table or BenchCase or FitResult
         What was computed.
     motion : Sines or Samples or None
         The base motion; None if it differs from case to case.
@@ -405,6 +406,30 @@ def _statistic_fields(found: Statistic) -> dict[str, Any]:
 
 CASE_KEYS = ("scenario", "inputs", "excitation")
 """Fields of drysim.json that differ between the cases of a bench."""
+
+
+def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a fit."""
+    agree, total = result.starts
+    numerics = {
+        "method": "least squares on the exact motion",
+        "step": result.measurement.dt,
+        "samples": len(result.measurement.t),
+        "selected": int(result.selected.sum()),
+        "held_out_from": result.fitted_end,
+        "starts": {"total": total, "agree": agree},
+    }
+    found = {
+        "parameters": [one._asdict() for one in result.parameters],
+        "correlations": [
+            {"keys": [a, b], "correlation": value} for a, b, value in result.correlations
+        ],
+        "channels": [one._asdict() for one in result.channels],
+        "laws": [one._asdict() for one in result.laws],
+    }
+    return sidecar_fields(
+        result, result.motion, numerics, result.metrics, provenance, fit=found
+    )
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
 
@@ -287,6 +288,41 @@ def interval_metrics(table: Table) -> tuple[str, ...]:
 def _has_means(table: Table) -> bool:
     """Whether any case is a mean over seeds; this adds columns at the end."""
     return any(tally.seeds for tally in table.tallies.values())
+
+
+FIT_COLUMNS = (
+    "key", "unit", "value", "deviation", "low", "high", "profile_low", "profile_high", "note",
+)  # fmt: skip
+"""Columns of fit.csv; each row has a unit of its own."""
+
+
+def write_fit_csv(result: FitResult, folder: Path) -> None:
+    """Write fit.csv: the fitted values with their 95 % intervals."""
+    rows = [
+        [quote_cell(one.key), quote_cell(one.unit)]
+        + [format_cell(value) for value in one[2:8]]
+        + [quote_cell(one.note)]
+        for one in result.parameters
+    ]
+    write_csv(folder / "fit.csv", FIT_COLUMNS, [join_columns(zip(*rows, strict=True))])
+
+
+def write_residuals_csv(result: FitResult, folder: Path) -> None:
+    """Write residuals.csv: each channel as measured and as fitted, and which samples count."""
+    measurement, columns = result.measurement, {"t [s]": result.measurement.t}
+    for channel in result.channels:
+        name, unit = channel.name, COLUMN_UNITS[channel.name]
+        measured = measurement.channels[name]
+        fitted = result.prediction.channels[name] + (channel.offset or 0.0)
+        columns[f"{name} [{unit}]"] = measured
+        columns[f"{name}_fitted [{unit}]"] = fitted
+        columns[f"{name}_residual [{unit}]"] = measured - fitted
+    selected = np.zeros(len(measurement.t), dtype=bool)
+    selected[: len(result.selected)] = result.selected
+    held_out = np.arange(len(measurement.t)) >= len(result.selected)
+    cells = [format_words(STUCK_TEXTS, flags) for flags in (selected, held_out)]
+    rows = join_rows([format_numbers(list(columns.values())), *cells])
+    write_csv(folder / "residuals.csv", [*columns, "selected [-]", "held_out [-]"], [rows])
 
 
 def write_transmissibility_csv(table: Table, folder: Path) -> None:

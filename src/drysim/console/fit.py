@@ -1,0 +1,140 @@
+"""Summary of a fit: measurement, fitted values with intervals, errors, laws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.summaries import (
+    SummaryRow,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
+from drysim.console.terminal import stdout
+from drysim.study.fit import EXACT, NORMAL_95, FitResult, Parameter, format_interval
+from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
+
+if TYPE_CHECKING:
+    from drysim.study.fit import ChannelFit
+
+VALUE_WIDTH = 14
+"""Width of the fitted values."""
+
+
+def show_fit(result: FitResult, folder: Path | None = None) -> None:
+    """Show the summary of a fit: what was measured, fitted values, verdicts, warnings."""
+    console = stdout()
+    show_title(console, result.source)
+    show_scene(console, fit_scene(result))
+    show_rows(console, parameter_rows(result), VALUE_WIDTH)
+    show_rows(console, quality_rows(result), VALUE_WIDTH)
+    if result.laws:
+        show_rows(console, law_rows(result), VALUE_WIDTH)
+    show_verdicts(console, result.checks, ())
+    show_folder(console, folder)
+    show_warnings(result.warnings)
+
+
+def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what was measured, and what was fitted to it."""
+    found, fit = result.measurement, result.source.fit
+    assert fit is not None, "a fit has a fit block"
+    names = ", ".join(channel.name for channel in result.channels)
+    count = format_count(len(found.t), "sample")
+    rate = format_number(1.0 / found.dt, "Hz")
+    yield "measured", f"{names} of {wording.sanitise(fit.measured.file)}, {count} at {rate}"
+    end = format_number(result.fitted_end, "s")
+    held_out = len(found.t) - len(result.selected)
+    rest = f"; the rest, {format_count(held_out, 'sample')}, is held out" if held_out else ""
+    left = len(result.selected) - int(result.selected.sum())
+    events = f", without {format_count(left, 'sample')} next to events" if left else ""
+    yield "fitted", f"up to {end}{events}{rest}"
+    if fit.measured.is_rig:
+        yield "motion", "imposed, as on a friction rig"
+    else:
+        yield "base", result.source.excitation.describe(result.motion)
+    known = result.scenario
+    yield from wording.describe_scene(known, known.oscillator.plant(), known.law())
+
+
+def parameter_rows(result: FitResult) -> Iterator[SummaryRow]:
+    """Yield the fitted values with their intervals."""
+    keys = [one.key for one in result.parameters]
+    for one in result.parameters:
+        name = short_key(one.key, keys)
+        value = "–" if one.note else format_fitted(one, one.value)
+        yield SummaryRow(name, value, describe_interval(one))
+
+
+def format_fitted(one: Parameter, value: float) -> str:
+    """Return a value of a parameter with its unit, to the digits that its deviation allows."""
+    digits = 4
+    if one.deviation and value:
+        digits = min(max(2 + len(f"{abs(value) / one.deviation:.0f}"), 3), 10)
+    return f"{format_number(value, digits=digits)} {format_unit(one.unit)}".strip()
+
+
+def describe_interval(one: Parameter) -> str:
+    """Describe the 95 % interval of a parameter."""
+    if one.note:
+        return f"not determined: {one.note}"
+    interval = format_interval(one, 1)
+    if one.deviation is None or not one.value:
+        return f"95 %: {interval}"
+    share = NORMAL_95 * one.deviation / abs(one.value)
+    if share < EXACT:
+        return "to rounding"
+    return f"95 %: {interval} (±{format_number(100.0 * share, '%', 2)})"
+
+
+def quality_rows(result: FitResult) -> Iterator[SummaryRow]:
+    """Yield errors, noise, starts and correlations."""
+    for channel in result.channels:
+        yield SummaryRow(
+            f"error {channel.name}", format_percent(channel.error), _describe_error(channel)
+        )
+        if channel.offset is not None:
+            unit = UNITS[channel.name]
+            yield SummaryRow(f"offset {channel.name}", format_number(channel.offset, unit))
+    agree, total = result.starts
+    yield SummaryRow("starts", f"{agree} of {total}", "led to this solution")
+    keys = [one.key for one in result.parameters]
+    for a, b, value in result.correlations:
+        both = f"of {short_key(a, keys)} and {short_key(b, keys)}"
+        yield SummaryRow("correlation", f"{value:.3f}", both)
+
+
+UNITS = {"x_dd": "m/s²", "x_r": "m", "v_r": "m/s", "F_f": "N"}
+"""Unit of each channel on the screen."""
+
+
+def _describe_error(channel: ChannelFit) -> str:
+    """Describe the error on held-out data and the noise."""
+    parts = []
+    if channel.error_held_out is not None:
+        parts.append(f"held out {format_percent(channel.error_held_out)}")
+    if channel.error > EXACT:
+        noise = format_number(channel.noise, UNITS[channel.name], 3)
+        parts.append(f"residuals {noise} RMS beside events")
+    return "; ".join(parts)
+
+
+def law_rows(result: FitResult) -> Iterator[SummaryRow]:
+    """Yield the compared laws, the one that was taken first."""
+    for score in result.laws:
+        held_out = score.error_held_out is not None
+        error = score.error_held_out if held_out else score.error
+        remark = f"on {'held-out' if held_out else 'fitted'} data"
+        if score is result.laws[0]:
+            remark += "; taken"
+            if score.tied:
+                remark += ", as the simplest of those that cannot be told apart"
+        elif score.tied:
+            remark += "; cannot be told apart from the law taken"
+        yield SummaryRow(f"law {score.law}", f"error {format_percent(error)}", remark)
