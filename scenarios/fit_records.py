@@ -1,0 +1,87 @@
+"""Write the synthetic measurements of the gallery that are fitted: a seat and a free decay.
+
+python scenarios/fit_records.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.random import PCG64, Generator
+from numpy.typing import NDArray
+
+import drysim
+
+Floats = NDArray[np.float64]
+
+SEED = 6
+HERE = Path(__file__).parent
+
+SEAT = {"m": 75.0, "k_x": 4500.0, "b": 300.0, "F_fk": 32.0, "F_fs": 42.0}
+"""The seat that is to be found again."""
+SEAT_SAMPLES, SEAT_DT = 8_000, 5e-3
+"""Number of samples of the seat and their step [s]."""
+FLOOR = (1.6, 0.9, 0.25)
+"""Resonance of the floor: frequency [Hz], RMS acceleration [m/s²] and damping ratio."""
+CUT_OFF = 8.0
+"""Frequency above which the floor moves little [Hz]."""
+SEAT_NOISE = (0.03, 1e-4)
+"""RMS of the noise of acceleration [m/s²] and stroke [m]."""
+
+DECAY = {"m": 4.0, "k_x": 900.0, "b": 1.5, "F_fk": 1.2, "F_fs": 1.5}
+"""The instrument on its slide that is to be found again."""
+DECAY_SAMPLES, DECAY_DT = 1_000, 4e-3
+"""Number of samples of the decay and their step [s]."""
+RELEASE = 30e-3
+"""Displacement from which it is released [m]."""
+DECAY_NOISE = 5e-5
+"""RMS of the noise of the displacement [m]."""
+
+WORDS = "# Synthetic: no measurement. Computed by drysim, with noise of the sensors added.\n"
+WRITTEN = f"# Written by scenarios/fit_records.py with seed {SEED}.\n"
+SEAT_HEADER = f"{WORDS}{WRITTEN}t [s],floor [m/s2],seat [m/s2],stroke [mm]\n"
+DECAY_HEADER = f"{WORDS}{WRITTEN}t [s],x [mm]\n"
+
+
+def floor(draw: Generator) -> Floats:
+    """Return the acceleration of a floor [m/s²] to three digits, shape (SEAT_SAMPLES,)."""
+    f_0, rms, damping = FLOOR
+    f = np.fft.rfftfreq(SEAT_SAMPLES, SEAT_DT)
+    ratio = f / f_0
+    gain = ratio**2 / np.hypot(1 - ratio**2, 2 * damping * ratio) / (1 + (f / CUT_OFF) ** 4)
+    real, imaginary = draw.standard_normal((2, len(f)))
+    noise = np.fft.irfft(gain * (real + 1j * imaginary), SEAT_SAMPLES)
+    return np.round(rms / noise.std() * noise, 3) + 0.0
+
+
+def seat(seed: int = SEED) -> str:
+    """Return the record of the seat: floor, acceleration and stroke."""
+    draw = Generator(PCG64(seed))
+    u_dd = floor(draw)
+    motion = drysim.simulate(**SEAT, u_dd=u_dd, dt=SEAT_DT)
+    of_x_dd, of_x_r = (rms * draw.standard_normal(SEAT_SAMPLES) for rms in SEAT_NOISE)
+    columns = u_dd, motion.x_dd + of_x_dd, 1e3 * (motion.x_r + of_x_r)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return SEAT_HEADER + "".join(
+        f"{k * SEAT_DT:.3f},{base:.3f},{mass:.3f},{stroke:.2f}\n"
+        for k, (base, mass, stroke) in enumerate(rows)
+    )
+
+
+def decay(seed: int = SEED) -> str:
+    """Return the record of the free decay: the displacement."""
+    rest = np.zeros(DECAY_SAMPLES)
+    motion = drysim.simulate(**DECAY, u_dd=rest, dt=DECAY_DT, x_r=RELEASE)
+    noise = DECAY_NOISE * Generator(PCG64(seed)).standard_normal(DECAY_SAMPLES)
+    rows = enumerate((1e3 * (motion.x_r + noise)).tolist())
+    return DECAY_HEADER + "".join(f"{k * DECAY_DT:.3f},{x:.2f}\n" for k, x in rows)
+
+
+FILES = {HERE / "fit-seat-synthetic.csv": seat, HERE / "fit-decay-synthetic.csv": decay}
+"""Each file and what writes it."""
+
+
+if __name__ == "__main__":
+    for file, write in FILES.items():
+        file.write_text(write(), encoding="utf-8", newline="\n")
