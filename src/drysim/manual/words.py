@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.manual import pages
-from drysim.metrics.table import METRICS
+from drysim.metrics.table import FIT_METRICS, METRICS
 from drysim.scenario import schema
 from drysim.scenario.reading import TAG_KEYS
 from drysim.study.gallery import list_scenarios
@@ -107,7 +107,7 @@ def _entries() -> Iterator[Entry]:
     for name, member in APPROACHES_BY_NAME.items():
         text = " ".join((member.__doc__ or "").split())
         yield Entry(name, APPROACH, text, example=EXAMPLES[APPROACH].format(word=name))
-    for name, unit, about, *_ in METRICS:
+    for name, unit, about, *_ in (*METRICS, *FIT_METRICS):
         text = about[0].upper() + about[1:] + "."
         example = EXAMPLES[METRIC].format(word=name, unit=unit).replace(" -]", "]")
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
