@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -9,7 +10,7 @@ import sys
 
 import golden
 import pytest
-from golden import GALLERY, HARD, SCENARIOS, SWEEPS
+from golden import FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
 
 import drysim
 from drysim.scenario.reading import LAWS
@@ -30,6 +31,72 @@ def test_sweep_keeps_the_promises_of_its_scenario(file):
     checks = golden.table(file).checks
     assert checks
     assert all(verdict.passed for verdict in checks)
+
+
+@pytest.mark.parametrize("file", FITS, ids=lambda file: file.stem)
+def test_fit_keeps_the_promises_of_its_scenario_and_gives_one_that_runs(file):
+    result = golden.fitted(file)
+    assert result.checks
+    assert all(verdict.passed for verdict in result.checks)
+    plain = drysim.run(result.scenario)
+    assert not any(verdict.passed is False for verdict in plain.checks)
+
+
+@pytest.fixture(scope="module")
+def records():
+    """Return the script that writes the synthetic measurements."""
+    place = importlib.util.spec_from_file_location("it", GALLERY / "fit_records.py")
+    module = importlib.util.module_from_spec(place)
+    place.loader.exec_module(module)
+    return module
+
+
+def test_synthetic_measurements_are_what_their_script_writes(records):
+    for file, write in records.FILES.items():
+        assert file.read_text(encoding="utf-8") == write()
+        assert file.stat().st_size < 300_000
+
+
+def test_intervals_of_the_fitted_seat_hold_what_it_was_computed_with(records):
+    true = records.SEAT
+    wanted = {
+        "oscillator.stiffness": true["k_x"],
+        "oscillator.damping": true["b"],
+        "friction.kinetic": true["F_fk"],
+        "friction.static_ratio": true["F_fs"] / true["F_fk"],
+    }
+    assert_within(golden.fitted(GALLERY / "fit-seat.yaml"), wanted)
+
+
+def test_intervals_of_the_fitted_decay_hold_what_it_was_computed_with(records):
+    true = records.DECAY
+    wanted = {
+        "oscillator.stiffness": true["k_x"],
+        "oscillator.damping": true["b"],
+        "friction.kinetic": true["F_fk"],
+        "start.x_r": records.RELEASE,
+    }
+    assert_within(golden.fitted(GALLERY / "fit-decay.yaml"), wanted)
+
+
+def test_coefficient_of_the_fitted_rig_agrees_with_the_published_one():
+    (mu,) = golden.fitted(GALLERY / "fit-rig.yaml").parameters
+    low, high = 0.140794, 0.154256  # 95 %, published with the data
+    assert low < mu.value < high
+    assert mu.profile_low < 0.147525 < mu.profile_high
+    assert mu.deviation == pytest.approx(0.0033, rel=0.1)
+
+
+def test_rows_of_a_rig_are_fitted_at_their_own_times():
+    assert len(golden.fitted(GALLERY / "fit-rig.yaml").measurement.t) == 433
+
+
+def assert_within(result, wanted):
+    """Assert that values lie within the intervals of a fit, which warns of nothing."""
+    assert {one.key for one in result.parameters} == wanted.keys()
+    for one in result.parameters:
+        assert one.profile_low < wanted[one.key] < one.profile_high
+    assert result.warnings == ()
 
 
 @pytest.mark.parametrize("file", [*SCENARIOS, *HARD], ids=lambda file: file.stem)
@@ -63,7 +130,7 @@ def test_gallery_sweeps_the_figures_of_the_paper():
     assert sizes["paper-random"] == [15, 2]
 
 
-@pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
 def test_scenario_is_named_after_its_file_and_says_what_it_is(file):
     scenario = drysim.load(file)
     assert scenario.name == file.stem

@@ -25,7 +25,8 @@ from drysim.core.model import (
 )
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario.load import load
-from drysim.study.case import find_problems, prepare
+from drysim.study.case import prepare
+from drysim.study.validate import find_problems
 
 # A normal force in scenarios: recorded or lifting; what uses it, refuses it, and says so.
 

@@ -14,7 +14,7 @@ import drysim
 from drysim import system
 from drysim.errors import WarningMessage
 from drysim.study import case, gallery
-from drysim.study.case import find_problems
+from drysim.study.validate import find_problems
 from drysim.study.warnings import response_warnings
 
 LOUD = {"excitation.rms": 2.0}

@@ -26,7 +26,7 @@ from drysim.cli import app, main
 from drysim.errors import EXIT_BUG
 from drysim.manual import pages
 from drysim.manual.words import Entry, blocks
-from drysim.metrics.table import METRICS
+from drysim.metrics.table import FIT_METRICS, METRICS
 
 ROOT = Path(__file__).parents[2]
 FILES = {"README": ROOT / "README.md"} | {name: page.file for name, page in pages().items()}
@@ -77,7 +77,7 @@ def table(lines: list[tuple[str, ...]]) -> str:
 def metrics() -> Iterator[str]:
     """Write the table of metrics."""
     yield "| metric | unit | meaning |\n| --- | --- | --- |\n"
-    for name, unit, about, *_ in METRICS:
+    for name, unit, about, *_ in (*METRICS, *FIT_METRICS):
         about = about.replace("|", "\\|")
         yield f"| `{name}` | {unit.replace('m/s2', 'm/s²').replace('-', '–')} | {about} |\n"
 

@@ -1,0 +1,115 @@
+"""Synthetic measurements for `drysim fit`: the motion of a known scene, with noise or none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+import drysim
+import drysim.core.oscillator  # compiled: `auto` would not compile for the first small scene
+from drysim.approach.solution import Response
+
+RATE = 400.0
+"""Samples a second."""
+
+RECORDED = "excitation: {kind: record, file: base.csv, time: t, column: u_dd}\n"
+"""The base motion that `write_twin` writes."""
+
+CHANNELS = {"x_dd": "m/s2", "x_r": "m", "v_r": "m/s", "F_f": "N"}
+"""Columns of run.csv with their units, after the time."""
+
+
+def base_motion(seconds: float, seed: int, rms: float = 1.0) -> np.ndarray:
+    """Return band-limited noise between 0.5 and 10 Hz."""
+    n = round(seconds * RATE) + 1
+    spectrum = np.fft.rfft(np.random.default_rng(seed).normal(size=n))
+    f = np.fft.rfftfreq(n, 1.0 / RATE)
+    spectrum[(f < 0.5) | (f > 10.0)] = 0.0
+    u_dd = np.fft.irfft(spectrum, n)
+    return u_dd * (rms / u_dd.std())
+
+
+def write_columns(file: Path, columns: Mapping[str, np.ndarray]) -> None:
+    """Write a CSV file with every digit."""
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(file, table, "%.17g", ",", header=",".join(columns), comments="")
+
+
+def write_twin(
+    folder: Path,
+    truth: str,
+    *,
+    seconds: float = 6.0,
+    seed: int = 3,
+    rms: float = 1.0,
+    noise: Mapping[str, float] | None = None,
+) -> Response:
+    """Write base.csv and the motion of a scene, run.csv, into a folder; return the motion.
+
+    Parameters
+    ----------
+    folder : Path
+    truth : str
+        Blocks of the scene as YAML; base.csv moves its base unless it has an excitation.
+    seconds, seed, rms : float, int, float
+        Base motion.
+    noise : mapping, optional
+        Standard deviation of the noise of channels.
+    """
+    if "excitation" not in truth:
+        u_dd = base_motion(seconds, seed, rms)
+        t = np.arange(len(u_dd)) / RATE
+        write_columns(folder / "base.csv", {"t [s]": t, "u_dd [m/s2]": u_dd})
+        truth += RECORDED
+    (folder / "truth.yaml").write_text(truth)
+    response = drysim.run(drysim.load(folder / "truth.yaml")).response
+    write_run(folder, response, noise or {}, seed)
+    return response
+
+
+def write_run(folder: Path, response: Response, noise: Mapping[str, float], seed: int) -> None:
+    """Write the channels of a motion with white noise, run.csv."""
+    random = np.random.default_rng(seed + 1)
+    columns = {"t [s]": response.t}
+    for name, unit in CHANNELS.items():
+        values = np.array(getattr(response, name))
+        columns[f"{name} [{unit}]"] = values + noise.get(name, 0.0) * random.normal(
+            size=len(values)
+        )
+    write_columns(folder / "run.csv", columns)
+
+
+def fit_text(known: str, free: str, measured: str = "x_dd: x_dd", more: str = "") -> str:
+    """Return a scenario that fits free keys to run.csv, as YAML.
+
+    `free` and `measured` are the entries of flow mappings, `more` are lines of the fit block.
+    """
+    if "excitation" not in known and "F_f" not in measured:
+        known += RECORDED
+    block = f"fit:\n  measured: {{file: run.csv, time: t, {measured}}}\n  free: {{{free}}}\n"
+    return known + block + more
+
+
+def fit_twin(
+    folder: Path,
+    known: str,
+    free: str,
+    measured: str = "x_dd: x_dd",
+    more: str = "",
+    workers: int | None = None,
+) -> drysim.FitResult:
+    """Return the fit of `fit_text`."""
+    (folder / "twin.yaml").write_text(fit_text(known, free, measured, more))
+    return drysim.fit(drysim.load(folder / "twin.yaml"), workers=workers)
+
+
+def keys(*names: str) -> str:
+    """Return free keys without start or bounds."""
+    return ", ".join(f"{name}: {{}}" for name in names)
+
+
+def values_of(result: drysim.FitResult) -> dict[str, float]:
+    """Return the fitted values by key."""
+    return {one.key: one.value for one in result.parameters}
