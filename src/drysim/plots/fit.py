@@ -411,7 +411,11 @@ def draw_profiles(result: FitResult) -> Figure:
     """Return the figure of the profiles: the rise of the sum of squares over each parameter."""
     known = {one.key: one for one in result.profiles}
     parameters = result.parameters
-    drawn = [one for one in parameters if (one.deviation or 0.0) > EXACT * abs(one.value)]
+    drawn = [
+        one
+        for one in parameters
+        if one.key in known and (one.deviation or 0.0) > EXACT * abs(one.value)
+    ]
     notes = [one for one in parameters if one not in drawn]
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)

@@ -215,6 +215,10 @@ class MeasuredResponse(Block):
                 raise InvalidValue(
                     "stands beside F_f, but a rig imposes its motion; remove it", "x_dd"
                 )
+            for name in self.channels:
+                if getattr(self, name).remove.any:
+                    rule = "is not supported for a rig, whose samples are fitted as they are"
+                    raise InvalidValue(rule, name, "remove")
             if (self.v_r is None) == (self.x_r is None):
                 raise InvalidValue("requires the imposed motion, either v_r or x_r", "F_f")
         for name in self.channels:
@@ -357,7 +361,11 @@ def with_placeholders(words: Mapping[str, Any]) -> dict[str, Any]:
     for key in missing_values(words):
         block, _, name = key.partition(".")
         options = free[key] if isinstance(free[key], Mapping) else {}
-        value = next((options[word] for word in ("start", "to", "from") if word in options), 1)
+        if not isinstance(words.get(block, {}), Mapping):
+            continue  # reported elsewhere
+        least = 0 if block == "start" else 1
+        given = (options[word] for word in ("start", "to", "from") if word in options)
+        value = next(given, least)
         if other := SAME_PLACEHOLDER.get(key):  # static friction is at least the kinetic one
             value = get_block(filled, "friction").get(other, value)
         filled[block] = _with_default(get_block(filled, block), name.split("."), value)

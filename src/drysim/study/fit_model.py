@@ -193,21 +193,25 @@ class FitModel:
             plant = Plant(RIG_MASS, 0.0, 0.0)
             start = State(0.0 if x_r is None else float(x_r[0]), float(self.imposed[0]))
         step = case.step
-        response = case.approach.solve(
-            plant, case.law, self.motion, start, step, float(t[-1]) if len(t) else None
-        )
-        arrays = {name: getattr(response, name) for name in names}
         if delay is None:
             delay = self.fit.measured.delay
+        end_of_motion = np.inf
+        if isinstance(self.motion, Samples):
+            end_of_motion = (len(self.motion.u_dd) - 1) * self.motion.dt
+        length = min(float(t[-1]) + max(0.0, -delay), end_of_motion)
+        response = case.approach.solve(plant, case.law, self.motion, start, step, length)
+        arrays = {name: getattr(response, name) for name in names}
         if delay == 0.0 and not rig:
             at = found.first + found.stride * np.arange(len(t))
             at = np.minimum(at, len(response) - 1)
             return Prediction({k: v[at] for k, v in arrays.items()}, response.d[at])
-        place = np.clip((t - delay) / step, 0.0, len(response) - 1.0)
+        place = (t - delay) / step
+        inside = (place >= -GRID_TOLERANCE) & (place <= len(response) - 1.0 + GRID_TOLERANCE)
+        place = np.clip(place, 0.0, len(response) - 1.0)
         grid = np.arange(len(response))
         low = np.minimum(place.astype(np.int64), len(response) - 2)
         same = response.d[low] == response.d[low + 1]
-        mode = np.where(same, response.d[low], UNCERTAIN).astype(np.int8)
+        mode = np.where(same & inside, response.d[low], UNCERTAIN).astype(np.int8)
         return Prediction({k: np.interp(place, grid, v) for k, v in arrays.items()}, mode)
 
     @cached_property
@@ -416,6 +420,9 @@ def model_of_law(
         if start is None and key not in missing and not key.startswith("start."):
             start = found.here(key)
         parameters.append(FreeParameter(key, found.header, low, high, start))
+    if not parameters:
+        sentence = f"none of its keys is one {f'of law {law}' if law else 'of the scenario'}"
+        raise case_error(scenario, f"fit.free: {sentence}", "fit.free")
     case = assemble(under, motion)
     return FitModel(under, motion, measurement, tuple(parameters), case)
 
@@ -520,8 +527,8 @@ def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
         t, values = read_samples(fit.measured.record(name))
         times.append(t)
         channels[name] = values
-    if any(len(t) != len(times[0]) for t in times):
-        sentence = "a row with a missing sample must be left out, or `gaps` must fill it"
+    if not all(np.array_equal(t, times[0]) for t in times):
+        sentence = "a row of a rig needs all its samples: delete the rows with a missing one"
         raise record_error(str(fit.measured.path), sentence)
     if len(times[0]) < MIN_SAMPLES:
         found = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"

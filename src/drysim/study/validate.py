@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
 from drysim.excitation.recorded import Record
+from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import prepare
@@ -49,6 +50,9 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         span = f"{len(found.t)} samples over {float(found.t[-1] - found.t[0]):.6g} s"
         notes.append(f"measured: {', '.join(found.channels)}, {span}")
         warned += [known.sentence for known in found.warnings]
+        of_fit = {metric.name for metric in FIT_METRICS}
+        kept = tuple(check for check in scenario.checks if check.metric not in of_fit)
+        scenario = scenario.copy_with({"checks": kept})
     if not scenario.missing_values:
         case = prepare(scenario, swept=bool(scenario.sweep))
         notes += describe_clean_up(case.motion, case.law)
