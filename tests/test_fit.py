@@ -599,3 +599,27 @@ def test_shorter_base_record_is_named(tmp_path):
     assert only(result, "measurement-cut") == (
         "601 of 2401 measured samples lie outside the base motion and are not used"
     )
+
+
+def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
+    measured = "x_dd: {column: x_dd, scale: 9.80665}"
+    result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), measured)
+    assert "the unit of x_dd seems to be wrong by a factor of 9.81" in only(result, "bad-fit")
+    assert result.is_useless
+    assert result.exit_code() == 1
+
+
+def test_value_that_ends_at_its_bound_is_named(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
+    free = f"{keys(*SPRING)}, friction.kinetic: {{to: {0.7 * F_FK}}}"
+    result = fit_twin(tmp_path, MASS + COULOMB, free)
+    assert only(result, "at-bound").startswith("friction.kinetic ends at its bound of 14 N")
+
+
+def test_free_start_without_value_needs_no_room_between_stops(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, seconds=4.0)
+    stops = "stroke: {limit: 100 mm, stops: {restitution: 0.3}}\n"
+    words = fit_text(MASS + COULOMB + stops, keys("friction.kinetic", "start.x_r", *SPRING))
+    (tmp_path / "twin.yaml").write_text(words)
+    assert drysim.load(tmp_path / "twin.yaml").start.x_r == 0.0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
+    print_labelled,
     show_folder,
     show_rows,
     show_scene,
@@ -16,7 +17,7 @@ from drysim.console.summaries import (
     show_verdicts,
     show_warnings,
 )
-from drysim.console.terminal import stdout
+from drysim.console.terminal import print_line, stdout
 from drysim.study.fit import EXACT, NORMAL_95, FitResult, Parameter, format_interval
 from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
 
@@ -32,6 +33,10 @@ def show_fit(result: FitResult, folder: Path | None = None) -> None:
     console = stdout()
     show_title(console, result.source)
     show_scene(console, fit_scene(result))
+    if result.is_useless:
+        sentence = "the fitted motion is not the measured one: the values below mean nothing"
+        print_line(console)
+        print_labelled(console, "✗ fit", sentence, "red")
     show_rows(console, parameter_rows(result), VALUE_WIDTH)
     show_rows(console, quality_rows(result), VALUE_WIDTH)
     if result.laws:
@@ -83,11 +88,14 @@ def format_fitted(one: Parameter, value: float) -> str:
 def describe_interval(one: Parameter) -> str:
     """Describe the 95 % interval of a parameter."""
     if one.note:
-        return f"not determined: {one.note}"
+        return "not determined, see the warning"
     interval = format_interval(one, 1)
     if one.deviation is None or not one.value:
         return f"95 %: {interval}"
     share = NORMAL_95 * one.deviation / abs(one.value)
+    if one.profile_low is None or one.profile_high is None:
+        return f"95 %: {interval}"
+    share = max(one.value - one.profile_low, one.profile_high - one.value) / abs(one.value)
     if share < EXACT:
         return "to rounding"
     return f"95 %: {interval} (±{format_number(100.0 * share, '%', 2)})"

@@ -24,8 +24,9 @@ Method
     The samples left out of 3. are those next to an event, usually below 2 %. Which they are
     depends on the parameters alone, so that the intervals are those of ordinary least squares.
 
-    A single start at t = 0 suffices: with dry and viscous friction a motion forgets where it
-    started, so that a wrong stop has no effect after a few periods.
+    Fits begin with a short part of the record, in which few events can be wrong, and go on with
+    longer ones: a mass that stops often remembers where it stopped, and one wrong stop early in
+    the record would spoil the rest. Multiple shooting would need states that are not measured.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from numpy.typing import NDArray
 
 from drysim.core.compile import choose_engine
 from drysim.core.model import Input, Samples, Sines
-from drysim.errors import SolverError, UsageError, WarningMessage
+from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import FIT_METRICS, Values
 from drysim.scenario.fit import CHANNELS, DEFAULT_HOLD_OUT, DELAY_KEY
@@ -178,6 +179,33 @@ FAULT_MARGIN = 2.0
 
 BAD_FIT = 0.3
 """Relative error that is worth a warning even if no such fault explains it."""
+
+QUICK_SHARE = 0.3
+"""Share of the record on which faults of it are tried."""
+
+G = 9.80665
+WRONG_SIGN = "the sign of {} seems to be wrong: `scale: -1`"
+WRONG_UNIT = "the unit of {} seems to be wrong by a factor of "
+WRONG_FACTORS = {
+    "x_dd": {
+        -1.0: WRONG_SIGN,
+        G: f"{WRONG_UNIT}9.81: it is in g",
+        1.0 / G: f"{WRONG_UNIT}9.81: it is not in g",
+    },
+    "x_r": {
+        -1.0: WRONG_SIGN,
+        0.1: f"{WRONG_UNIT}10",
+        10.0: f"{WRONG_UNIT}10",
+        1e-3: f"{WRONG_UNIT}1000",
+        1e3: f"{WRONG_UNIT}1000",
+    },
+    "v_r": {-1.0: WRONG_SIGN},
+    "F_f": {-1.0: WRONG_SIGN},
+}
+"""Factors by which channels are often wrong, in words."""
+
+USELESS = 0.8
+"""Relative error from which a fit describes next to nothing; its exit code is 1."""
 
 UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
 
@@ -341,8 +369,19 @@ class FitResult:
         return drysim.plot(self)
 
     def exit_code(self, strict: bool = False) -> int:
-        """Return 0, or 1 if a check failed; `strict` counts a warning as a failed check."""
-        return exit_code(self.checks, self.warnings, strict)
+        """Return 0, or 1 if a check failed or the fit describes next to nothing.
+
+        `strict` counts a warning as a failed check.
+        """
+        code = exit_code(self.checks, self.warnings, strict)
+        return max(code, EXIT_CHECK_FAILED) if self.is_useless else code
+
+    @property
+    def is_useless(self) -> bool:
+        """Whether the fitted motion has next to nothing to do with the measured one."""
+        return (self.metrics["fit_error"] or 0.0) > USELESS and any(
+            warning.slug == "bad-fit" for warning in self.warnings
+        )
 
 
 def format_interval(one: Parameter, more: int = 0) -> str:
@@ -494,14 +533,15 @@ class LeastSquares:
             return {name: 10.0 * np.abs(measured[name][: self.count]) + 1.0 for name in names}
         return {name: found.channels[name] - measured[name][: self.count] for name in names}
 
+    def centred(self, difference: Floats, mask: Mask) -> Floats:
+        """Return differences without the offset of their channel, if it is unknown."""
+        return difference - difference[mask].mean() if self.model.has_offset else difference
+
     def residuals(self, x: Floats, mask: Mask) -> Floats:
         """Return the residuals of the selected samples in units of the noise."""
         parts = []
         for name, difference in self.differences(x).items():
-            chosen = difference[mask]
-            if self.model.has_offset:
-                chosen = chosen - chosen.mean()
-            parts.append(chosen / self.noise[name])
+            parts.append(self.centred(difference, mask)[mask] / self.noise[name])
         return np.concatenate(parts)
 
     def integrated(self, x: Floats) -> Floats:
@@ -629,7 +669,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]
         found = squares.differences(x)
         noise = {}
         for name, difference in found.items():
-            chosen = difference[mask] - (difference[mask].mean() * squares.model.has_offset)
+            chosen = squares.centred(difference, mask)[mask]
             rms = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
             signal = squares.model.measurement.channels[name]
             known = getattr(given, name, None)
@@ -654,6 +694,7 @@ def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
     """
     kept = mask.copy()
     for difference in squares.differences(x).values():
+        difference = squares.centred(difference, mask)
         level = OUTLIER * float(np.median(np.abs(difference[mask]))) / 0.6745
         kept &= np.abs(difference) <= level
     return kept if kept.sum() >= (1.0 - MAX_OUTLIERS) * mask.sum() else mask
@@ -666,9 +707,20 @@ def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MA
         signal = squares.model.measurement.channels[name][: squares.count]
         size, level = float(np.abs(signal).max()), noise_level(signal)
         least = max(margin * level * (level > NOISELESS * size), ROUNDING * size)
+        difference = squares.centred(difference, solution.mask)
         if float(np.sqrt(np.mean(difference**2))) > least:
             return False
     return True
+
+
+def is_useless(squares: LeastSquares, solution: Solution) -> bool:
+    """Return whether the solution describes next to nothing of a channel."""
+    for name, difference in squares.differences(solution.x).items():
+        signal = squares.model.measurement.channels[name][: squares.count]
+        difference = squares.centred(difference, solution.mask)
+        if np.mean(difference**2) > USELESS**2 * np.mean(signal**2):
+            return True
+    return False
 
 
 def scan(squares: LeastSquares, x: Floats) -> Floats | None:
@@ -711,7 +763,8 @@ def profile_of(
     ends = []
     for sign in (-1.0, 1.0):
         end, found = _profile_end(squares, solution, others, j, sign)
-        far = _farthest(squares, solution, j, sign)
+        static = squares.model.parameters[j].key.startswith(STATIC_PATHS)
+        far = _farthest(squares, solution, j, sign) if static else None
         if end is not None and far is not None and (far - end) * sign > 0.0:
             end = far
         ends.append(end)
@@ -766,8 +819,9 @@ def _profile_end(
         if wanted > 1e3 * size:
             return None, points
         step = float(wanted)
-    last, rise = points[-1]
-    return (None if rise < 0.5 * CHI_SQUARE_95 else last), points
+    if np.isfinite(outer):  # the interval is rather too wide than too narrow
+        return float(solution.x[j] + sign * outer), points
+    return points[-1][0], points
 
 
 def _profile_rise(
@@ -853,12 +907,14 @@ def fit_law(
     for _ in range(MAX_RESTARTS):
         squares, solution = final_fit(squares, x)
         other = scan(squares, solution.x)
-        if other is None and is_noise(squares, solution):
+        if other is None and (is_noise(squares, solution) or is_useless(squares, solution)):
             break
         near = [other] if other is not None else list(neighbours(squares, solution.x))
         cost, x = min(mapper(squares.fine, near), key=lambda one: one[0])
         if cost >= BETTER * squares.cost(solution.x):
             break
+    else:
+        squares, solution = final_fit(squares, x)
     return LawFit(model, squares, solution, tuple(cost for cost, _ in found))
 
 
@@ -1194,7 +1250,7 @@ def reason_of(one: LawFit, group: tuple[int, ...]) -> str:
     if static and not (found.mode == 0).any():
         return f"the mass never sticks in {span}, so that its value does not matter here"
     if (found.mode == 0).all():
-        return f"the mass never slides in {span}"
+        return f"the fitted mass never slides in {span}"
     return "it has no effect on this record beyond the noise"
 
 
@@ -1221,7 +1277,7 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
         given = one.model.fit.free[p.key]
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
-        elif p.value in (given.low, given.high):
+        elif _is_near(p.value, given.low) or _is_near(p.value, given.high):
             end = format_number(p.value, free.unit)
             sentence = f"{p.key} ends at its bound of {end} in fit.free"
             yield WarningMessage("at-bound", sentence)
@@ -1244,13 +1300,18 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
         rho = lag_correlation(one, channel.name)
         count = int(one.solution.mask.sum())
         if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
-            effective = max(1.0, (1.0 + rho) / (1.0 - rho)) if rho < 1.0 else np.inf
+            effective = max(1.0, (1.0 + rho) / (1.0 - rho))
             sentence = (
                 f"the residuals of {channel.name} are not white (correlation of neighbours "
                 f"{rho:.2f}): the intervals are too narrow, by a factor of about "
                 f"{np.sqrt(effective):.2g}"
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
+
+
+def _is_near(value: float, bound: float | None) -> bool:
+    """Return whether a value is at a bound; the least squares stay inside by a little."""
+    return bound is not None and bool(np.isclose(value, bound, rtol=1e-6, atol=1e-12))
 
 
 def lag_correlation(one: LawFit, name: str) -> float:
@@ -1262,7 +1323,7 @@ def lag_correlation(one: LawFit, name: str) -> float:
     size = float(np.mean(values[mask] ** 2))
     if size == 0.0 or not both.any():
         return 0.0
-    return float(np.mean((values[1:] * values[:-1])[both])) / size
+    return min(float(np.mean((values[1:] * values[:-1])[both])) / size, 0.999)
 
 
 def likely_fault(one: LawFit) -> str:
@@ -1270,11 +1331,14 @@ def likely_fault(one: LawFit) -> str:
     model, found = one.model, one.model.measurement
     if model.fit.measured.is_rig:
         return ""
-    causes = {}
+    causes: dict[str, float] = {}
     for name in model.compared:
-        reversed_one = found._replace(channels=found.channels | {name: -found.channels[name]})
-        words = f"the sign of {name} seems to be wrong: `scale: -1`"
-        causes[words] = refitted(one, replace(model, measurement=reversed_one))[0]
+        for factor, words in WRONG_FACTORS[name].items():
+            other = found._replace(
+                channels=found.channels | {name: factor * found.channels[name]}
+            )
+            error = refitted(one, replace(model, measurement=other))[0]
+            causes[words.format(name)] = min(error, causes.get(words.format(name), np.inf))
     if DELAY_KEY not in [p.key for p in model.parameters]:
         far = 20.0 * found.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
@@ -1291,21 +1355,27 @@ def likely_fault(one: LawFit) -> str:
                 one, replace(model, measurement=swapped, motion=exchanged)
             )[0]
     words, error = min(causes.items(), key=lambda item: item[1])
-    if error < MUCH_BETTER * max(channel.error for channel in errors_of(one)):
+    if error < MUCH_BETTER * refitted(one, model)[0]:
         return words
     return ""
 
 
 def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:
     """Return relative error and values of a quick fit of another model."""
+    t = model.measurement.t
+    end = min(
+        one.squares.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
+    )
     best, values = np.inf, np.zeros(len(model.parameters))
-    noise = {name: float(model.measurement.channels[name].std()) for name in model.compared}
+    noise = {
+        name: float(model.measurement.channels[name].std()) or 1.0 for name in model.compared
+    }
     for start in model.starts()[:3]:
         scale = np.array([
             abs(v) or _size_of(p.key, model)
             for p, v in zip(model.parameters, start, strict=True)
         ])  # fmt: skip
-        squares = LeastSquares(model, one.squares.end, scale, noise)
+        squares = LeastSquares(model, end, scale, noise)
         x = squares.refine(squares.coarse(start / scale), STEPS[:3])
         residuals = squares.residuals(x, np.ones(squares.count, dtype=bool))
         error = float(np.sqrt(np.mean(residuals**2)))
