@@ -140,12 +140,8 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
         If the record cannot be used, or its mean is not above zero.
     """
     display_path = str(record.path)
-    with np.errstate(all="ignore"):
-        (series, _, reports, seen, *_), source = _read_record(record)
-        _check_range(series.values, series.dt, display_path, "the force")
-        first, last = window_range(series, record.window, display_path)
-    values = np.array(series.values[first : last + 1])
-    warnings = (*seen, *force_warnings(record, values, series.dt))
+    (values, dt, _), cleaned, source = _read_window(record, "the force")
+    warnings = (*cleaned.warnings, *force_warnings(record, values, dt))
     mean = float(values.mean())
     if not mean > 0.0:
         sentence = (
@@ -153,8 +149,8 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
             "positive (compression): check the sign (`scale: -1` reverses it)"
         )
         raise record_error(display_path, sentence)
-    clean_up = tuple(one.to_dict() for one in reports)
-    return NormalForceRecord(values / mean, series.dt, mean, (source,), warnings, clean_up)
+    clean_up = tuple(one.to_dict() for one in cleaned.reports)
+    return NormalForceRecord(values / mean, dt, mean, (source,), warnings, clean_up)
 
 
 def read_series(
@@ -174,13 +170,22 @@ def read_series(
     RecordError
         If the record cannot be used.
     """
+    window, cleaned, source = _read_window(record, "a sample")
+    return Series(*window), source, cleaned.warnings
+
+
+def _read_window(
+    record: Recorded, name: str
+) -> tuple[tuple[Floats, float, float], CleanedRecord, Input]:
+    """Return samples, time step and first time of the window; `name` is that in messages."""
     display_path = str(record.path)
     with np.errstate(all="ignore"):
-        (series, _, _, seen, *_), source = _read_record(record)
-        _check_range(series.values, series.dt, display_path, "a sample")
+        cleaned, source = _read_record(record)
+        series = cleaned.series
+        _check_range(series.values, series.dt, display_path, name)
         first, last = window_range(series, record.window, display_path)
     values = np.array(series.values[first : last + 1])
-    return Series(values, series.dt, series.first + first * series.dt), source, seen
+    return (values, series.dt, series.first + first * series.dt), cleaned, source
 
 
 def read_samples(record: Recorded) -> tuple[Floats, Floats]:
