@@ -327,8 +327,6 @@ def table_heading(
     own = next(iter(table.tallies.values()), None)
     peak = own.greatest(PEAK_STROKE) if own else None
     notes = [f"{left_out} {what} not drawn"] if left_out else []
-    if not results and table.best and not table.best.row:
-        notes.append("no admissible case")
     if own and (found := own.seeds):
         least = "" if found.least == found.most else f"{found.least} to "
         notes.append(f"means over {least}{found.most} seeds")
