@@ -623,3 +623,43 @@ def test_free_start_without_value_needs_no_room_between_stops(tmp_path):
     words = fit_text(MASS + COULOMB + stops, keys("friction.kinetic", "start.x_r", *SPRING))
     (tmp_path / "twin.yaml").write_text(words)
     assert drysim.load(tmp_path / "twin.yaml").start.x_r == 0.0
+
+
+def test_stated_delay_of_a_second_leaves_no_error(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, seconds=6.0)
+    names, *rows = (tmp_path / "run.csv").read_text().splitlines()
+    shifted = [f"{float(row.split(',')[0]) + 1.0!r},{row.split(',', 1)[1]}" for row in rows]
+    (tmp_path / "run.csv").write_text("\n".join([names, *shifted]) + "\n")
+    result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), "x_dd: x_dd, delay: 1 s")
+    assert result.metrics["fit_error"] < 1e-8
+    assert result.metrics["fit_error_held_out"] < 1e-8
+
+
+def test_reported_static_limit_is_that_of_the_fitted_scenario(tmp_path):
+    write_twin(tmp_path, SEAT + friction("kinetic: 20"), noise={"x_dd": 0.02}, seconds=4.0)
+    free = keys("friction.kinetic", *SPRING) + ", friction.static: {to: 18, start: 15}"
+    result = fit_twin(tmp_path, MASS + COULOMB, free)
+    assert values_of(result)["friction.static"] == result.scenario.law().F_fs
+
+
+def test_residuals_of_a_record_with_stated_noise_are_those_of_the_record(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
+    words = fit_text(MASS + COULOMB, keys(*FOUR), more="  noise: {x_dd: 0.5}\n")
+    (tmp_path / "twin.yaml").write_text(words)
+    (channel,) = drysim.fit(drysim.load(tmp_path / "twin.yaml")).channels
+    assert channel.noise == pytest.approx(0.02, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("known", "more", "sentence"),
+    [
+        (COULOMB, "  hold_out: 99 %\n", "fit.hold_out leaves 16 of 1601 samples"),
+        (COULOMB + "solver: {approach: smooth}\n", "", "not by approach smooth"),
+    ],
+)
+def test_what_a_fit_cannot_use_is_refused_before_it(tmp_path, known, more, sentence):
+    write_twin(tmp_path, SEAT + STICKY, seconds=4.0)
+    (tmp_path / "twin.yaml").write_text(fit_text(MASS + known, keys(*FOUR), more=more))
+    with pytest.raises(drysim.ScenarioError) as fault:
+        drysim.fit(drysim.load(tmp_path / "twin.yaml"))
+    assert sentence in fault.value.problems[0].sentence

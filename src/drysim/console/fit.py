@@ -18,11 +18,13 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import print_line, stdout
-from drysim.study.fit import EXACT, NORMAL_95, FitResult, Parameter, format_interval
+from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.study.fit import EXACT, NORMAL_95, FitResult, Parameter, format_profile_interval
 from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
 
 if TYPE_CHECKING:
-    from drysim.study.fit import ChannelFit
+    from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.study.fit import ChannelFit
 
 VALUE_WIDTH = 14
 """Width of the fitted values."""
@@ -89,7 +91,7 @@ def describe_interval(one: Parameter) -> str:
     """Describe the 95 % interval of a parameter."""
     if one.note:
         return "not determined, see the warning"
-    interval = format_interval(one, 1)
+    interval = format_profile_interval(one, 1)
     if one.deviation is None or not one.value:
         return f"95 %: {interval}"
     share = NORMAL_95 * one.deviation / abs(one.value)
@@ -108,7 +110,7 @@ def quality_rows(result: FitResult) -> Iterator[SummaryRow]:
             f"error {channel.name}", format_percent(channel.error), _describe_error(channel)
         )
         if channel.offset is not None:
-            unit = UNITS[channel.name]
+            unit = CHANNEL_UNITS[channel.name]
             yield SummaryRow(f"offset {channel.name}", format_number(channel.offset, unit))
     agree, total = result.starts
     yield SummaryRow("starts", f"{agree} of {total}", "led to this solution")
@@ -118,17 +120,13 @@ def quality_rows(result: FitResult) -> Iterator[SummaryRow]:
         yield SummaryRow("correlation", f"{value:.3f}", both)
 
 
-UNITS = {"x_dd": "m/s²", "x_r": "m", "v_r": "m/s", "F_f": "N"}
-"""Unit of each channel on the screen."""
-
-
 def _describe_error(channel: ChannelFit) -> str:
     """Describe the error on held-out data and the noise."""
     parts = []
     if channel.error_held_out is not None:
         parts.append(f"held out {format_percent(channel.error_held_out)}")
     if channel.error > EXACT:
-        noise = format_number(channel.noise, UNITS[channel.name], 3)
+        noise = format_number(channel.noise, CHANNEL_UNITS[channel.name], 3)
         parts.append(f"residuals {noise} RMS beside events")
     return "; ".join(parts)
 

@@ -25,6 +25,7 @@ from drysim.plots.response import (
     envelope,
 )
 from drysim.plots.style import Style
+from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.study.fit import (
     CHI_SQUARE_95,
     EXACT,
@@ -106,7 +107,6 @@ SYMBOLS = {
     "F_f": "friction force $F_f$",
 }
 SHORT_SYMBOLS = {"x_dd": "ẍ", "x_r": "$x_r$", "v_r": "$v_r$", "F_f": "$F_f$"}
-UNITS = {"x_dd": "m/s²", "x_r": "m", "v_r": "m/s", "F_f": "N"}
 
 
 class Scale(NamedTuple):
@@ -183,7 +183,7 @@ def describe_value(one: Parameter, result: FitResult) -> str:
 def scale_of(result: FitResult, name: str) -> Scale:
     """Return the displayed unit of a channel."""
     size = float(np.abs(result.measurement.channels[name]).max())
-    return Scale(*display_unit(UNITS[name], size))
+    return Scale(*display_unit(CHANNEL_UNITS[name], size))
 
 
 def shown_part(result: FitResult) -> slice:

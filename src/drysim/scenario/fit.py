@@ -82,6 +82,9 @@ FITTED_BLOCKS = ("oscillator", "friction", "stroke", "start", "measured")
 CHANNELS = {"x_dd": "acceleration", "x_r": "displacement", "v_r": "velocity", "F_f": "force"}
 """Measured quantity of each channel."""
 
+CHANNEL_UNITS = {name: SI[quantity] for name, quantity in CHANNELS.items()}
+"""SI unit of each channel."""
+
 DEFAULT_HOLD_OUT = 0.3
 """Share of a record at its end that is not fitted, by default."""
 

@@ -35,7 +35,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,8 @@ from drysim.core.model import Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import FIT_METRICS, Values
-from drysim.scenario.fit import CHANNELS, DEFAULT_HOLD_OUT, DELAY_KEY
+from drysim.records.warnings import STANDARD_GRAVITY
+from drysim.scenario.fit import CHANNELS, DELAY_KEY
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS, fields_by_key
 from drysim.study.case import require_scenario
@@ -57,6 +58,7 @@ from drysim.study.fit_model import (
     Measurement,
     Prediction,
     build_model,
+    fitted_end,
     model_of_law,
 )
 from drysim.study.outcome import exit_code, format_repr, html_table
@@ -183,14 +185,13 @@ BAD_FIT = 0.3
 QUICK_SHARE = 0.3
 """Share of the record on which faults of it are tried."""
 
-G = 9.80665
 WRONG_SIGN = "the sign of {} seems to be wrong: `scale: -1`"
 WRONG_UNIT = "the unit of {} seems to be wrong by a factor of "
 WRONG_FACTORS = {
     "x_dd": {
         -1.0: WRONG_SIGN,
-        G: f"{WRONG_UNIT}9.81: it is in g",
-        1.0 / G: f"{WRONG_UNIT}9.81: it is not in g",
+        STANDARD_GRAVITY: f"{WRONG_UNIT}9.81: it is in g",
+        1.0 / STANDARD_GRAVITY: f"{WRONG_UNIT}9.81: it is not in g",
     },
     "x_r": {
         -1.0: WRONG_SIGN,
@@ -350,7 +351,7 @@ class FitResult:
     def _repr_html_(self) -> str:
         """Return the fitted values as HTML, for notebooks."""
         rows = [
-            (one.key, format_number(one.value), one.unit, format_interval(one))
+            (one.key, format_number(one.value), one.unit, format_profile_interval(one))
             for one in self.parameters
         ]
         header = ("key", "value", "unit", "95 % interval")
@@ -384,7 +385,7 @@ class FitResult:
         )
 
 
-def format_interval(one: Parameter, more: int = 0) -> str:
+def format_profile_interval(one: Parameter, more: int = 0) -> str:
     """Return the profile interval of a parameter, to the digits in which its ends differ."""
     ends = one.profile_low, one.profile_high
     digits = 4
@@ -508,6 +509,18 @@ class LeastSquares:
     end: float
     scale: Floats
     noise: dict[str, float]
+
+    @classmethod
+    def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
+        """Return the residuals in units of the signals, scaled by a start in SI."""
+        typical = {DELAY_KEY: model.measurement.dt, "start.x_r": 1e-3, "start.v_r": 1e-2}
+        scale = [
+            abs(value) or typical.get(one.key, 1.0)
+            for one, value in zip(model.parameters, start.tolist(), strict=True)
+        ]
+        channels = model.measurement.channels
+        noise = {name: float(channels[name].std()) or 1.0 for name in model.compared}
+        return cls(model, end, np.array(scale), noise)
 
     @cached_property
     def count(self) -> int:
@@ -851,15 +864,12 @@ def _profile_rise(
 
 
 class LawFit(NamedTuple):
-    """Solution under one friction law.
-
-    `costs` are the sums of squares that the starts led to, best first.
-    """
+    """Solution under one friction law; how many starts led to it, and how many there were."""
 
     model: FitModel
     squares: LeastSquares
     solution: Solution
-    costs: tuple[float, ...]
+    starts: tuple[int, int]
 
     @property
     def values(self) -> Floats:
@@ -882,16 +892,8 @@ def fit_law(
         If no start can be solved.
     """
     starts = model.starts()
-    scale = np.array(
-        [
-            abs(v) or _size_of(one.key, model)
-            for one, v in zip(model.parameters, starts[0], strict=True)
-        ]
-    )
-    noise = {
-        name: float(model.measurement.channels[name].std()) or 1.0 for name in model.compared
-    }
-    squares = LeastSquares(model, end, scale, noise)
+    squares = first = LeastSquares.starting_from(model, end, starts[0])
+    scale = squares.scale
     if squares.predict(starts[0] / scale) is None:
         model.at(starts[0])  # raises what is wrong with the values
     closed = [start / scale for start in starts]
@@ -915,16 +917,9 @@ def fit_law(
             break
     else:
         squares, solution = final_fit(squares, x)
-    return LawFit(model, squares, solution, tuple(cost for cost, _ in found))
-
-
-def _size_of(key: str, model: FitModel) -> float:
-    """Return a typical size of a parameter whose start is 0."""
-    if key == DELAY_KEY:
-        return model.measurement.dt
-    if key == "start.x_r":
-        return 1e-3
-    return 1e-2 if key == "start.v_r" else 1.0
+    lowest = first.cost(solution.x)
+    agree = sum(cost <= AGREE * lowest + 1e-9 for cost, _ in found)
+    return LawFit(model, squares, solution, (agree, len(found)))
 
 
 # The complete fit
@@ -1002,19 +997,6 @@ def count_starts(scenario: Scenario) -> int:
     return MAX_STARTS * max(1, len(scenario.fit.laws if scenario.fit else ()))
 
 
-def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
-    """Return the time from which the record is held out [s]."""
-    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
-    share = scenario.fit.hold_out
-    if share is None:
-        share = 0.0 if scenario.excitation.kind == "rest" else DEFAULT_HOLD_OUT
-    if scenario.fit.measured.is_rig and scenario.fit.hold_out is None:
-        share = 0.0
-    t = measurement.t
-    count = max(10, round((1.0 - share) * len(t)))
-    return float(t[min(count, len(t)) - 1])
-
-
 def check_motion(model: FitModel) -> None:
     """Raise SolverError if the mass does not move relative to the base, beyond the noise."""
     channels = model.measurement.channels
@@ -1053,7 +1035,7 @@ def score_laws(
     for name, one in zip(names, fits, strict=True):
         channels = errors_of(one)
         test = [c.error if c.error_held_out is None else c.error_held_out for c in channels]
-        blocks.append(block_squares(one, end))
+        blocks.append(block_squares(one, channels, end))
         held_out = [c.error_held_out for c in channels if c.error_held_out is not None]
         scored.append(
             (
@@ -1075,7 +1057,7 @@ def score_laws(
     return tuple(score._replace(tied=several and not worse) for worse, *_, score in found)
 
 
-def block_squares(one: LawFit, end: float) -> Floats:
+def block_squares(one: LawFit, channels: Sequence[ChannelFit], end: float) -> Floats:
     """Return the mean squared relative residual of blocks of the held-out part."""
     t, found = one.model.measurement.t, one.model.predict(one.values)
     assert found is not None, "the solution was solved before"
@@ -1083,11 +1065,9 @@ def block_squares(one: LawFit, end: float) -> Floats:
     if part.sum() < BLOCKS:
         part = np.ones(len(t), dtype=bool)
     total: Floats = np.zeros(int(part.sum()))
-    for name in one.model.compared:
+    for name, *_, offset in channels:
         signal = one.model.measurement.channels[name]
-        difference = (signal - found.channels[name])[part]
-        if one.model.has_offset:
-            difference = difference - difference.mean()
+        difference = (signal - found.channels[name])[part] - (offset or 0.0)
         total = total + (difference / (float(signal.std()) or 1.0)) ** 2
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
@@ -1107,10 +1087,12 @@ def errors_of(one: LawFit) -> tuple[ChannelFit, ...]:
             difference = difference - offset
         size = float(np.sqrt(np.mean((measured - (offset or 0.0)) ** 2))) or 1.0
         fitted, rest = difference[:count], difference[count:]
+        chosen = fitted[one.solution.mask]
+        freedom = max(1, len(chosen) - len(model.parameters))
         channels.append(
             ChannelFit(
                 name,
-                squares.noise[name],
+                float(np.sqrt(np.sum(chosen**2) / freedom)),
                 float(np.sqrt(np.mean(fitted**2))) / size,
                 float(np.sqrt(np.mean(rest**2))) / size if len(rest) else None,
                 offset,
@@ -1136,7 +1118,6 @@ def describe_fit(
     }
     if source.checks:
         metrics = metrics_of_fitted(scenario) | metrics
-    agree = sum(cost <= AGREE * one.costs[0] + 1e-9 for cost in one.costs)
     result = FitResult(
         source=source,
         scenario=scenario,
@@ -1149,7 +1130,7 @@ def describe_fit(
         correlations=tuple(correlations(one, parameters)),
         channels=channels,
         laws=scores,
-        starts=(agree, len(one.costs)),
+        starts=one.starts,
         profiles=profiles,
         metrics=metrics,
         checks=tuple(check.judge(metrics) for check in source.checks),
@@ -1168,8 +1149,9 @@ def intervals(one: LawFit, mapper: Mapper) -> tuple[tuple[Parameter, ...], tuple
     profile = partial(profile_of, squares, solution, determined)
     found = {} if exact else dict(zip(free, mapper(profile, free), strict=True))
     parameters, profiles = [], []
+    point = model.point(one.values)
     for j, p in enumerate(model.parameters):
-        value, scale = float(one.values[j]), float(squares.scale[j])
+        value, scale = point[p.key], float(squares.scale[j])
         deviation = scale * float(np.sqrt(max(solution.covariance[j, j], 0.0)))
         known = Parameter(p.key, p.unit, value, None, None, None, None, None)
         if j not in groups:
@@ -1367,15 +1349,9 @@ def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:
         one.squares.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
     )
     best, values = np.inf, np.zeros(len(model.parameters))
-    noise = {
-        name: float(model.measurement.channels[name].std()) or 1.0 for name in model.compared
-    }
     for start in model.starts()[:3]:
-        scale = np.array([
-            abs(v) or _size_of(p.key, model)
-            for p, v in zip(model.parameters, start, strict=True)
-        ])  # fmt: skip
-        squares = LeastSquares(model, end, scale, noise)
+        squares = LeastSquares.starting_from(model, end, start)
+        scale = squares.scale
         x = squares.refine(squares.coarse(start / scale), STEPS[:3])
         residuals = squares.residuals(x, np.ones(squares.count, dtype=bool))
         error = float(np.sqrt(np.mean(residuals**2)))

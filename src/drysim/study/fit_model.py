@@ -12,21 +12,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Input, Plant, Samples, Sines, State
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
 from drysim.records.record import read_samples, read_series
-from drysim.scenario.fit import DELAY_KEY, OFFSET_KEY, Fit
-from drysim.scenario.model import Scenario
+from drysim.scenario.fit import DEFAULT_HOLD_OUT, DELAY_KEY, OFFSET_KEY, Fit
+from drysim.scenario.model import Scenario, law_uses_key
 from drysim.scenario.reading import numeric_keys
 from drysim.study.case import Case, assemble, base_motion, case_error, shortage_message
 from drysim.study.starting_values import Kinematics, closed_form_starts, decay_start
+from drysim.study.statistics import max_seeds
 from drysim.wording import format_number
 
 Floats = NDArray[np.float64]
@@ -300,7 +303,7 @@ class FitModel:
 
     def base(self) -> Floats:
         """Return the base acceleration at the measured instants [m/s²]."""
-        t, motion = self.measurement.t, self.motion
+        t, motion = self.measurement.t - self.fit.measured.delay, self.motion
         if isinstance(motion, Samples):
             u_dd = motion.u_dd[:]
             return np.interp(t, np.arange(len(u_dd)) * motion.dt, u_dd)
@@ -386,6 +389,13 @@ def build_model(scenario: Scenario, law: str = "") -> FitModel:
     ):
         raise case_error(scenario, f"fit.measured: {shortage}", "fit.measured")
 
+    if not isinstance(scenario.solver.member(), StickSlip):
+        sentence = f"a fit is by the exact motion, not by approach {scenario.solver.approach}"
+        raise case_error(scenario, f"{sentence}; choose stick-slip", "solver.approach")
+    if max_seeds(scenario) > 1:
+        sentence = "excitation.seeds: a measured response belongs to one base motion"
+        raise case_error(scenario, sentence, "excitation.seeds")
+    fitted_end(scenario, measurement)  # raises if too little is left to fit
     for compared in fit.laws:
         model_of_law(scenario, motion, measurement, compared)  # raises what the law lacks
     return model_of_law(scenario, motion, measurement, law)
@@ -401,7 +411,7 @@ def model_of_law(
     known = numeric_keys(type(scenario), words)
     missing, parameters = set(scenario.missing_values), []
     for key, one in under.fit.free.items():
-        if key == OFFSET_KEY or (law and not _has_key(under, key)):
+        if key == OFFSET_KEY or (law and not law_uses_key(under, law, key)):
             continue
         if key == DELAY_KEY:
             step = measurement.dt
@@ -427,11 +437,19 @@ def model_of_law(
     return FitModel(under, motion, measurement, tuple(parameters), case)
 
 
-def _has_key(scenario: Scenario, key: str) -> bool:
-    """Return whether a key has an effect under the law of a comparison."""
-    from drysim.scenario.model import law_uses_key
-
-    return law_uses_key(scenario, scenario.compared_law, key)
+def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
+    """Return the time from which the record is held out [s]."""
+    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
+    share = scenario.fit.hold_out
+    if share is None:
+        whole = scenario.fit.measured.is_rig or scenario.excitation.kind == "rest"
+        share = 0.0 if whole else DEFAULT_HOLD_OUT
+    t = measurement.t
+    count = round((1.0 - share) * len(t))
+    if count < MIN_SAMPLES:
+        sentence = f"fit.hold_out leaves {count} of {len(t)} samples; a fit needs {MIN_SAMPLES}"
+        raise case_error(scenario, sentence, "fit.hold_out")
+    return float(t[count - 1])
 
 
 def imposed_motion(fit: Fit) -> Samples:
@@ -491,11 +509,14 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
             f"{format_number((offset - first) * step, 's')}; add `resample` to fit.measured"
         )
         raise record_error(display_path, sentence)
-    skip = max(0, -(first // stride)) if first < 0 else 0
-    first += skip * stride
+    # A response that lags answers to the base motion that much earlier.
+    lag = fit.measured.delay / step
+    skip = max(0, ceil((lag - first) / stride - GRID_TOLERANCE))
     last = n
     if isinstance(motion, Samples):
-        last = min(n, skip + (len(motion.u_dd) - 1 - first) // stride + 1)
+        until = len(motion.u_dd) - 1 + lag - first
+        last = min(n, floor(until / stride + GRID_TOLERANCE) + 1)
+    first += skip * stride
     if last - skip < MIN_SAMPLES:
         found = format_number(max(last - skip, 0))
         sentence = (

@@ -41,6 +41,9 @@ PASSES = 3.0
 SLOW = 0.1
 """Share of the RMS velocity below which the direction of sliding is uncertain."""
 
+LONGEST_PART = 60.0
+"""Longest part of a record from which starts are computed [s]."""
+
 FRICTION_FACTORS = (1.0, 0.4, 1.8)
 STATIC_RATIOS = (1.3, 1.02, 2.0, 3.0)
 """Factors on the friction force and ratios of the static limit to it, tried as starts."""
@@ -136,6 +139,18 @@ def remove_drift(values: Floats, dt: float) -> Floats:
     return filtered
 
 
+def liveliest_part(motion: Kinematics) -> Kinematics:
+    """Return the part of a long record in which the mass moves most relative to the base."""
+    count = max(2, round(LONGEST_PART / motion.dt))
+    if len(motion.u_dd) <= count:
+        return motion
+    square = np.cumsum((motion.x_dd - motion.u_dd) ** 2)
+    begin = int(np.argmax(square[count:] - square[:-count])) + 1
+    part = slice(begin, begin + count)
+    x_r, v_r = (None if one is None else one[part] for one in (motion.x_r, motion.v_r))
+    return Kinematics(motion.dt, motion.u_dd[part], motion.x_dd[part], x_r, v_r)
+
+
 def closed_form_starts(
     motion: Kinematics, known: Mapping[str, float]
 ) -> Iterator[dict[str, float]]:
@@ -150,9 +165,9 @@ def closed_form_starts(
     Yields
     ------
     dict
-        Positive values of `m`, `k_x`, `b`, `F_fk` and `static_ratio`, and typical sizes of
-        `x_r` and `v_r`.
+        Positive values of `m`, `k_x`, `b`, `F_fk` and `static_ratio`.
     """
+    motion = liveliest_part(motion)
     stops = sticks(motion)
     bounds = [0, *(i for pair in stops for i in pair), len(motion.u_dd)]
     longest = max(b - a for a, b in zip(bounds[::2], bounds[1::2], strict=True)) * motion.dt
@@ -203,8 +218,6 @@ def decay_start(motion: Kinematics, known: Mapping[str, float]) -> dict[str, flo
         "b": 2.0 * zeta * omega * m,
         "F_fk": k_x * max(-float(constant) / (1.0 + ratio), 1e-3 * size_x),
         "static_ratio": STATIC_RATIOS[0],
-        "x_r": size_x,
-        "v_r": size_x * omega,
     }
 
 
@@ -250,5 +263,4 @@ def force_balance(
     if leaving and values["F_fk"] > 0.0:
         ratio = float(np.median(leaving)) / values["F_fk"]
         values["static_ratio"] = min(max(ratio, 1.001), 10.0)
-    size_x = float(np.std(x_r)) or 1e-3
-    return {**values, "x_r": size_x, "v_r": speed or 1e-2}
+    return values
