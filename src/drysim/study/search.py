@@ -1,0 +1,345 @@
+"""Constrained minimisation of costly functions with few evaluations, by a surrogate model.
+
+Problem
+    Minimise one objective, or find the Pareto front of two, over a box, where constraints
+    g <= 0 hold. An evaluation solves one or many motions and has no derivatives; objectives are
+    continuous, with kinks where an extreme passes from one event to another.
+
+Method
+    1. The points of a Sobol sequence fill the box.
+    2. Cubic radial basis functions interpolate every objective and every constraint.
+    3. One objective: the next points minimise the interpolant where the interpolated
+       constraints hold and where they keep a distance from all earlier points. The distance is
+       a share of the largest gap, from half (which explores) to nothing (which refines). With
+       distances that keep coming back to half of the gap the points become dense in the box,
+       so that no minimum is missed for good (Regis and Shoemaker, J. Global Optim. 31 (2005)
+       153).
+       Two objectives: the next points add most to the area that the front dominates.
+    4. The search ends when the interpolants promise no gain in several rounds in a row.
+
+Points are chosen and evaluated in rounds of fixed size, so the result does not depend on how
+many are evaluated in parallel. Local methods for one objective (COBYQA, COBYLA) need as many
+evaluations for smooth functions, one after another, and give neither a front nor a map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.scenario.sampling import Design as Points
+
+if TYPE_CHECKING:
+    from scipy.interpolate import RBFInterpolator
+
+Floats = NDArray[np.float64]
+
+SEED = 1
+"""Seed of the Sobol sequence and of the candidates."""
+
+STARTS_PER_KEY = 8
+"""Starting points per dimension, rounded up to a power of two."""
+
+GAP_SHARES = (0.5, 0.1, 0.02, 0.0)
+"""Distance of each new point of a round from all others, as a share of the largest gap."""
+
+FRONT_POINTS = 7
+"""New points of a round on a front; one more explores."""
+
+SPREAD, SPREAD_PER_CENTRE = 4096, 512
+"""Candidates in the whole box, and around each of the best points."""
+
+WIDTHS = (0.1, 0.02, 0.004)
+"""Standard deviations of the candidates around a point, as shares of the box."""
+
+MAX_CENTRES = 24
+"""Points of a front around which candidates are placed."""
+
+MIN_DISTANCE = 1e-4
+"""Least distance between points, as a share of the box."""
+
+MARGIN = 1e-5
+"""Distance of interpolated constraints from their limits, relative to the limits."""
+
+GAIN = 1e-4
+"""Relative gain below which a round gains nothing."""
+
+ROUNDS = 3
+"""Rounds without gain after which the search ends."""
+
+FRONT_REACH = 1.1
+"""Reference point of dominated areas, as a multiple of the span of the front."""
+
+MIN_OBJECTIVE = 1e-12
+"""Objective below which gains are absolute."""
+
+
+class Evaluations(NamedTuple):
+    """Evaluated points.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, dimensions)
+        In the unit cube.
+    objectives : ndarray, shape (n, 1) or (n, 2)
+        NaN where the evaluation failed.
+    constraints : ndarray, shape (n, constraints)
+        At most 0 where they hold.
+    """
+
+    points: Floats
+    objectives: Floats
+    constraints: Floats
+
+    def at(self, chosen: NDArray[np.int64]) -> Evaluations:
+        """Return some of the evaluations."""
+        return Evaluations(*(column[chosen] for column in self))
+
+    def with_more(self, more: Evaluations) -> Evaluations:
+        """Return these and more evaluations."""
+        return Evaluations(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which evaluations have numbers."""
+        found = np.isfinite(self.objectives).all(axis=1)
+        return np.asarray(found & np.isfinite(self.constraints).all(axis=1))
+
+    @property
+    def excess(self) -> Floats:
+        """Largest constraint of each point, at least 0; infinite where it is not known."""
+        worst = np.maximum(self.constraints, 0.0).max(axis=1, initial=0.0)
+        return np.where(self.known, worst, np.inf)
+
+    @property
+    def admissible(self) -> NDArray[np.bool_]:
+        """Which points satisfy all constraints."""
+        return np.asarray(self.excess <= 0.0)
+
+    @property
+    def best(self) -> int:
+        """Index of the admissible point with the least first objective, or of least excess."""
+        first = np.where(self.admissible, self.objectives[:, 0], np.inf)
+        return int(np.argmin(first if self.admissible.any() else self.excess))
+
+    @property
+    def front(self) -> NDArray[np.int64]:
+        """Indices of the admissible points that no other dominates, by the first objective."""
+        return np.flatnonzero(self.admissible)[pareto(self.objectives[self.admissible])]
+
+
+Evaluate = Callable[[Floats], Evaluations]
+"""Function that evaluates points of shape (n, dimensions) in the unit cube.
+
+The points that it returns may be moved a little, such as to round values.
+"""
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """Interpolants of the objectives and the constraints.
+
+    Attributes
+    ----------
+    interpolate : RBFInterpolator
+    objectives : int
+        Number of objectives, which come first.
+    """
+
+    interpolate: RBFInterpolator
+    objectives: int
+
+    @classmethod
+    def of(cls, found: Evaluations) -> Surrogate | None:
+        """Return the interpolants of evaluations; None if there are too few."""
+        from scipy.interpolate import RBFInterpolator
+
+        points, first = np.unique(found.points[found.known], axis=0, return_index=True)
+        if len(points) < points.shape[1] + 2:
+            return None
+        values = np.hstack(found[1:])[found.known][first]
+        return cls(RBFInterpolator(points, values, kernel="cubic"), found.objectives.shape[1])
+
+    def at(self, points: Floats) -> Evaluations:
+        """Return the interpolated values at points."""
+        values = self.interpolate(points)
+        return Evaluations(points, values[:, : self.objectives], values[:, self.objectives :])
+
+
+def search(
+    evaluate: Evaluate, dimensions: int, objectives: int, limit: int
+) -> tuple[Evaluations, bool]:
+    """Return the evaluations of a search, and whether it ended because nothing can be gained.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Evaluates new points.
+    dimensions : int
+    objectives : int
+        1, or 2 for a Pareto front.
+    limit : int
+        Largest number of evaluations.
+    """
+    random = np.random.default_rng(SEED)
+    starts = 1 << (STARTS_PER_KEY * dimensions - 1).bit_length()
+    found = evaluate(
+        Points("sobol", starts, dimensions, SEED).at(np.arange(min(starts, limit)))
+    )
+    rounds = 0
+    while len(found.points) < limit:
+        surrogate = Surrogate.of(found)
+        points = candidates(random, found, objectives)
+        distances = nearest(points, found.points)
+        promised = np.inf
+        if surrogate is None:
+            chosen = spread_points(points, distances)
+        else:
+            predicted = surrogate.at(points)
+            choose = next_points if objectives == 1 else next_of_front
+            chosen = choose(predicted, distances, found)
+            promised = gain(found, found.with_more(predicted.at(chosen)))
+        chosen = chosen[: limit - len(found.points)]
+        if not len(chosen):
+            return found, True
+        before, found = found, found.with_more(evaluate(points[chosen]))
+        rounds = rounds + 1 if max(promised, gain(before, found)) <= GAIN else 0
+        if rounds == ROUNDS:
+            return found, True
+    return found, False
+
+
+def gain(before: Evaluations, after: Evaluations) -> float:
+    """Return the gain of further evaluations, relative to the objective or to the limits.
+
+    That of a front is the relative growth of the area which it dominates.
+    """
+    if not before.known.any() or (after.admissible.any() and not before.admissible.any()):
+        return np.inf
+    if not after.admissible.any():
+        return float(before.excess.min() - after.excess.min())
+    if after.objectives.shape[1] == 1:
+        first, last = before.objectives[before.best, 0], after.objectives[after.best, 0]
+        return float((first - last) / max(abs(first), MIN_OBJECTIVE))
+    corner = reference_corner(after.objectives[after.front])
+    first, last = (dominated_area(one.objectives[one.front], corner) for one in (before, after))
+    return (last - first) / last
+
+
+def reference_corner(front: Floats) -> Floats:
+    """Return the point up to which the area dominated by a front counts."""
+    low, high = front.min(axis=0), front.max(axis=0)
+    span = np.where(high > low, high - low, np.maximum(np.abs(high), MIN_OBJECTIVE))
+    return np.asarray(low + FRONT_REACH * span)
+
+
+def candidates(random: np.random.Generator, found: Evaluations, objectives: int) -> Floats:
+    """Return points from which the next ones are chosen, shape (n, dimensions)."""
+    dimensions = found.points.shape[1]
+    spread = random.random((SPREAD, dimensions))
+    # Optima often lie at a bound: half as many points again have one coordinate there.
+    edges = random.random((SPREAD // 2, dimensions))
+    which = random.integers(dimensions, size=len(edges))
+    edges[np.arange(len(edges)), which] = random.integers(2, size=len(edges))
+    centres = found.points[[found.best]]
+    if objectives > 1 and found.admissible.any():
+        front = found.front
+        places = np.linspace(0, len(front) - 1, min(len(front), MAX_CENTRES)).astype(int)
+        centres = found.points[front[places]]
+    count = max(1, SPREAD_PER_CENTRE * 4 // (3 + len(centres)))
+    near = [
+        np.clip(centre + width * random.normal(size=(count, dimensions)), 0.0, 1.0)
+        for width in WIDTHS
+        for centre in centres
+    ]
+    return np.concatenate([spread, edges, *near])
+
+
+def nearest(points: Floats, others: Floats) -> Floats:
+    """Return the distance of each point from the nearest of others."""
+    from scipy.spatial import KDTree
+
+    return np.asarray(KDTree(others).query(points)[0])
+
+
+def spread_points(points: Floats, distances: Floats) -> NDArray[np.int64]:
+    """Return points as far as possible from all others, as many as in a round."""
+    chosen: list[int] = []
+    for _ in GAP_SHARES:
+        chosen.append(int(np.argmax(distances)))
+        distances = distances_with(distances, points, chosen[-1])
+    return np.array(chosen)
+
+
+def distances_with(distances: Floats, points: Floats, chosen: int) -> Floats:
+    """Return the distances from the nearest point after another one was chosen."""
+    return np.asarray(np.minimum(distances, np.linalg.norm(points - points[chosen], axis=1)))
+
+
+def next_points(
+    predicted: Evaluations, distances: Floats, found: Evaluations
+) -> NDArray[np.int64]:
+    """Return the candidates of least objective that keep their distances."""
+    chosen: list[int] = []
+    largest, value = distances.max(), predicted.objectives[:, 0]
+    holds = (predicted.constraints <= -MARGIN).all(axis=1)
+    for share in GAP_SHARES:
+        far = distances >= max(share * largest, MIN_DISTANCE)
+        if not far.any():
+            continue
+        inside = far & holds
+        usable, ranked = (inside, value) if inside.any() else (far, predicted.excess)
+        chosen.append(int(np.argmin(np.where(usable, ranked, np.inf))))
+        distances = distances_with(distances, predicted.points, chosen[-1])
+    return np.array(chosen, dtype=int)
+
+
+def next_of_front(
+    predicted: Evaluations, distances: Floats, found: Evaluations
+) -> NDArray[np.int64]:
+    """Return the candidates that together add most to the front, after one that explores."""
+    holds = (predicted.constraints <= -MARGIN).all(axis=1)
+    if not holds.any() or not found.admissible.any():
+        return next_points(predicted, distances, found)
+    front = found.objectives[found.front]
+    chosen = [int(np.argmax(distances))]
+    for _ in range(FRONT_POINTS):
+        distances = distances_with(distances, predicted.points, chosen[-1])
+        usable = holds & (distances >= MIN_DISTANCE)
+        corner = reference_corner(np.vstack([front, predicted.objectives[usable]]))
+        added = np.where(usable, added_area(predicted.objectives, front, corner), 0.0)
+        chosen.append(int(np.argmax(added)))
+        front = np.vstack([front, predicted.objectives[chosen[-1]]])
+        front = front[pareto(front)]
+    return np.unique(chosen)
+
+
+def pareto(objectives: Floats) -> NDArray[np.int64]:
+    """Return the indices of the points that no other dominates, by the first objective."""
+    order = np.lexsort(objectives.T[::-1])
+    second = objectives[order, -1]
+    least = np.minimum.accumulate(np.concatenate([[np.inf], second]))[:-1]
+    return np.asarray(order[second < least])
+
+
+def dominated_area(front: Floats, corner: Floats) -> float:
+    """Return the area between a front, sorted by its first objective, and a corner."""
+    widths = np.maximum(corner[0] - front[:, 0], 0.0)
+    upper = np.concatenate([[corner[1]], front[:-1, 1]])
+    heights = np.maximum(np.minimum(upper, corner[1]) - front[:, 1], 0.0)
+    return float((widths * heights).sum())
+
+
+def added_area(objectives: Floats, front: Floats, corner: Floats) -> Floats:
+    """Return by how much each point alone would enlarge the area that a front dominates."""
+    # The region below the front is a staircase: of each of its columns the point adds a part.
+    left = np.concatenate([[-np.inf], front[:, 0]])
+    right = np.concatenate([front[:, 0], [corner[0]]])
+    top = np.concatenate([[corner[1]], np.minimum(front[:, 1], corner[1])])
+    widths = np.minimum(right, corner[0]) - np.maximum(left, objectives[:, :1])
+    heights = top - objectives[:, 1:]
+    return np.asarray((np.maximum(widths, 0.0) * np.maximum(heights, 0.0)).sum(axis=1))
