@@ -13,6 +13,7 @@ HEAVY = ("matplotlib", "numba", "pint", "scipy")
 
 NAMES = [
     "Comparison",
+    "DesignResult",
     "DrysimError",
     "Ensemble",
     "FitResult",
@@ -26,6 +27,7 @@ NAMES = [
     "UsageError",
     "__version__",
     "compare",
+    "design",
     "fit",
     "load",
     "plot",

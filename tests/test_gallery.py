@@ -10,7 +10,7 @@ import sys
 
 import golden
 import pytest
-from golden import FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
+from golden import DESIGNS, FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
 
 import drysim
 from drysim.scenario.reading import LAWS
@@ -40,6 +40,16 @@ def test_fit_keeps_the_promises_of_its_scenario_and_gives_one_that_runs(file):
     assert all(verdict.passed for verdict in result.checks)
     plain = drysim.run(result.scenario)
     assert not any(verdict.passed is False for verdict in plain.checks)
+
+
+@pytest.mark.parametrize("file", DESIGNS, ids=lambda file: file.stem)
+def test_design_keeps_the_limits_of_its_scenario_and_gives_one_that_runs(file):
+    result = drysim.design(drysim.load(file))
+    assert result.converged
+    assert result.checks
+    assert all(verdict.passed for verdict in result.checks)
+    assert result.best.objectives < result.variants[0].candidate.objectives
+    assert drysim.run(result.scenario).metrics["x_r_peak"] > 0.0
 
 
 @pytest.fixture(scope="module")

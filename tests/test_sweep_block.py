@@ -254,7 +254,7 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
         (
             RECORD,
             {"excitation.rate": [100, 200]},
-            "excitation.rate is not used: excitation has time; sweep excitation.time, or "
+            "excitation.rate is not used: excitation has time; vary excitation.time, or "
             "give rate instead",
         ),
         (

@@ -42,6 +42,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Comparison",
+    "DesignResult",
     "DrysimError",
     "Ensemble",
     "FitResult",
@@ -55,6 +56,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "compare",
+    "design",
     "fit",
     "load",
     "plot",
@@ -73,6 +75,7 @@ __getattr__ = lazy_getattr(
         "drysim.plots": "plot",
         "drysim.scenario": "Scenario load",
         "drysim.study.compare": "Comparison compare",
+        "drysim.study.design": "DesignResult design",
         "drysim.study.ensemble": "Ensemble run",
         "drysim.study.fit": "FitResult fit",
         "drysim.study.outcome": "Outcome",

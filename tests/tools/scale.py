@@ -18,7 +18,7 @@ from drysim.study.case import prepare
 from drysim.study.cluster import connect
 from drysim.study.plan import CaseRanges, Plan, approaches_of, range_length
 from drysim.study.store import Store, pack, work_identity
-from drysim.study.sweep import solve, solve_on_cluster
+from drysim.study.sweep import on_cluster, solve
 
 SWEEP = """\
 drysim: 1
@@ -132,12 +132,12 @@ def of_cluster(folder: Path) -> None:
     large, walls = Bench(folder, LARGE), []
     with connect("local", 2, print) as link:
         warm = Bench(folder, MIDDLE)
-        solve_on_cluster(warm.case, link, warm.store())
+        solve(warm.case, execute=on_cluster(link), store=warm.store())
         for _ in range(PAIRS):
             near = large.threads(2)
             busy = sum(link.client.run(time.process_time).values())
             store, clock = large.store(), Clock()
-            solve_on_cluster(large.case, link, store)
+            solve(large.case, execute=on_cluster(link), store=store)
             wall, cpu, main = clock.read()
             busy = sum(link.client.run(time.process_time).values()) - busy
             walls.append((wall, near[0], wall / near[0], (busy + cpu) / near[1]))

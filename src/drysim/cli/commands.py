@@ -250,14 +250,14 @@ def sweep(
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
     from drysim import output
     from drysim.console import many
-    from drysim.study.sweep import partial_table
+    from drysim.study.sweep import partial_table, solve
 
     how = output_options(context, no_plots, picture_format)
     certificates = tls_ca_file, tls_cert, tls_key
-    with work.sweep_executor(cluster, workers, mode, certificates) as solve:
+    with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_parts(
             "cases", case, CaseRanges(wanted), folder, mode,
-            solve=partial(solve, case), solve_partly=partial_table,
+            solve=partial(solve, case, execute=execute), solve_partly=partial_table,
             write=partial(output.write_table, form=form, **how),
             show=many.show_table, resume=resume, strict=strict,
         )  # fmt: skip
@@ -351,6 +351,45 @@ def fit(
     how = output_options(context, no_plots, picture_format)
     fields = output.write_fit(result, folder, exit_code=code, **how)
     return mode.report(fields, partial(show_fit, result, folder), result.warnings, folder, code)
+
+
+def design(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    resume: options.DesignResume = False,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+    cluster: options.Cluster = None,
+    tls_ca_file: options.TlsCa = None,
+    tls_cert: options.TlsCert = None,
+    tls_key: options.TlsKey = None,
+) -> int:
+    """Find the best values of some keys within limits."""
+    from drysim.cli import work
+    from drysim.output.folder import check_writable
+    from drysim.scenario.load import load
+    from drysim.study.design import prepare_design
+
+    mode = OutputMode(as_json, quiet)
+    case = prepare_design(load(scenario, changes or []))
+    folder = out or Path("out", f"{case.scenario.name}-design")
+    check_writable(folder)
+    if dry_run:
+        return work.show_design_plan(case, folder, mode)
+    from drysim import output
+    from drysim.console.design import show_design
+
+    write = partial(output.write_design, **output_options(context, no_plots, picture_format))
+    certificates = tls_ca_file, tls_cert, tls_key
+    with work.case_executor(cluster, workers, mode, certificates) as execute:
+        return work.run_design(case, execute, folder, mode, write, show_design, resume, strict)
 
 
 def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:

@@ -130,6 +130,9 @@ SeedResume = Annotated[
     bool, typer.Option("--resume", help="Continue an interrupted run of several seeds.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted sweep.")]
+DesignResume = Annotated[
+    bool, typer.Option("--resume", help="Continue an interrupted design study.")
+]
 Compared = Annotated[
     list[str],
     typer.Argument(

@@ -265,14 +265,14 @@ class OutputMode(NamedTuple):
 
     @contextmanager
     def lock(self, folder: Path, resume: bool, what: str) -> Iterator[LockedFolder]:
-        """Lock an output folder; report which finished work (seeds or cases) is discarded."""
+        """Lock an output folder; report which finished work is discarded."""
         from drysim import output
 
         held = output.resumable_parts(folder)
         with output.lock_partial(folder, resume) as locked:
             for parts in held:
                 if not (resume and parts == what):
-                    command = "run" if parts == "seeds" else "sweep"
+                    command = output.STORES[parts]
                     remedy = "--resume" if parts == what else f"drysim {command} --resume"
                     self.print_status(
                         f"starting over: finished {parts} in {folder}.partial are discarded "

@@ -19,11 +19,13 @@ from drysim.wording import describe_clean_up, format_count, format_number, join_
 if TYPE_CHECKING:
     from drysim.cli.process import OutputMode
     from drysim.study.case import Case
+    from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit_model import FitModel
     from drysim.study.plan import CaseRange
     from drysim.study.statistics import Batch
     from drysim.study.store import Store
+    from drysim.study.sweep import Execute
     from drysim.study.table import Table
 
 Many = TypeVar("Many", "Ensemble", "Table")
@@ -98,27 +100,27 @@ def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
 
 
 @contextmanager
-def sweep_executor(
+def case_executor(
     cluster: str | None,
     workers: int | None,
     mode: OutputMode,
     certificates: tuple[Path | None, Path | None, Path | None],
-) -> Iterator[Callable[..., Table]]:
-    """Yield the function that computes a case's sweep, by threads or on a cluster.
+) -> Iterator[Execute]:
+    """Yield the function that solves cases, by threads or on a cluster.
 
     Raises
     ------
     UsageError
         When the options contradict each other, or no cluster answers at the address.
     """
-    from drysim.study.sweep import solve, solve_on_cluster
+    from drysim.study.sweep import on_cluster, on_threads
 
     if cluster is None:
         if any(certificates):
             raise UsageError(
                 "the --tls options need a cluster", "add --cluster tls://host:8786"
             )
-        yield partial(solve, workers=workers)
+        yield on_threads(workers)
         return
     from drysim.console import terminal
     from drysim.study.cluster import LOCAL, Certificates, connect
@@ -130,7 +132,63 @@ def sweep_executor(
         )
     all_certificates, warn = Certificates(*certificates), terminal.print_stderr
     with connect(cluster, workers, mode.print_status, warn, all_certificates) as client:
-        yield partial(solve_on_cluster, link=client)
+        yield on_cluster(client)
+
+
+def run_design(
+    case: Case,
+    execute: Execute,
+    folder: Path,
+    mode: OutputMode,
+    write: Callable[..., dict[str, object]],
+    show: Callable[[DesignResult, Path], None],
+    resume: bool,
+    strict: bool,
+) -> int:
+    """Compute, write and show a design study, which can be interrupted and resumed."""
+    from drysim.console import many, terminal
+    from drysim.study.design import design_of, solve
+    from drysim.study.store import Store, work_identity
+
+    with mode.lock(folder, resume, "designs") as locked:
+        store = Store(locked.partial / "designs", work_identity(case.scenario), resume)
+        total = design_of(case.scenario).evaluations
+        with terminal.progress(total, "designs", mode.quiet) as advance:
+
+            def count(designs: int) -> None:
+                advance(designs)
+                process.raise_if_interrupted()
+
+            result = solve(case, execute, store, count)
+        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
+        fields = write(result, locked, exit_code=code)
+    if not result.complete:
+        many.show_interrupted(len(result.candidates), "design", folder)
+    written = folder if result.complete else locked.partial
+    return mode.report(fields, partial(show, result, folder), result.warnings, written, code)
+
+
+def show_design_plan(case: Case, folder: Path, mode: OutputMode) -> int:
+    """Show what a design study would do; everything before the computation has been checked."""
+    from drysim.console.design import design_scene
+    from drysim.scenario.axes import count_points
+    from drysim.study.design import design_of
+
+    scenario = case.scenario
+    block, lines = (
+        design_of(scenario),
+        [f"{name}: {words}" for name, words in design_scene(case)],
+    )
+    conditions = count_points(scenario.sweep) if scenario.sweep else 1
+    each = f"{format_count(conditions, 'condition')} with {describe_seeds(case) or '1 seed'}"
+    fields = plan_fields(case, folder) | {
+        "vary": [one.key for one in block.vary],
+        "minimise": list(block.minimise),
+        "evaluations": block.evaluations,
+        "conditions": conditions,
+    }
+    first = f"{scenario.name}: at most {block.evaluations} designs, each under {each}"
+    return mode.plan(fields, [first, *lines, *plan_sentences(case)[:1]], case.warnings)
 
 
 def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:

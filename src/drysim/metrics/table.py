@@ -226,6 +226,9 @@ STOPS = Need("impacts", "end stops", ("stroke.stops",))
 WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
 EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
 
+STROKE_USED = "stroke_used"
+"""Metric by which the stroke limit is judged."""
+
 DAY_OF_WORK = 8 * 3600.0
 """Reference duration of daily exposures [s]."""
 
@@ -336,7 +339,7 @@ METRICS = (
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
     Metric(
-        "stroke_used",
+        STROKE_USED,
         "-",
         "x_r_peak over the stroke limit; of unequal limits the larger share",
         lambda m: maximum(m.highest / m.limits.up, abs(m.lowest) / m.limits.down),

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
 from drysim.output.folder import (
+    BEST_FILE,
     FITTED_FILE,
     PICTURES,
     PNG,
@@ -24,6 +25,7 @@ from drysim.output.folder import (
     LockedFolder,
     write_folder,
 )
+from drysim.output.folder import STORES as STORES
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import lock_partial as lock_partial
 from drysim.output.folder import resumable_parts as resumable_parts
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
+    from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
@@ -64,6 +67,13 @@ def write_fit_yaml(result: FitResult, folder: Path) -> None:
     """Write scenario.yaml with the fit block, and fitted.yaml with the values instead."""
     _write_yaml(result.source, folder, SCENARIO_FILE)
     _write_yaml(result.scenario, folder, FITTED_FILE)
+
+
+def write_design_yaml(result: DesignResult, folder: Path) -> None:
+    """Write scenario.yaml with the design block, and best.yaml with the best design."""
+    _write_yaml(result.source, folder, SCENARIO_FILE)
+    if result.best is not None:
+        _write_yaml(result.scenario, folder, BEST_FILE)
 
 
 def _write_yaml(scenario: Scenario, folder: Path, name: str) -> None:
@@ -244,6 +254,25 @@ def write_fit(
         *_plot_writers("fit", plots, picture_format),
     )
     return write_folder(result, folder, writers, sidecar.fit_fields, command, exit_code)
+
+
+def write_design(
+    result: DesignResult,
+    folder: Path | LockedFolder,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+) -> dict[str, Any]:
+    """Write the output folder of a design study; parameters and errors as in `write_table`."""
+    drawn = plots and exit_code != EXIT_INTERRUPTED
+    writers = (
+        write_design_yaml,
+        tables.write_design_csv,
+        *_plot_writers("design", drawn, picture_format),
+    )
+    return write_folder(result, folder, writers, sidecar.design_fields, command, exit_code)
 
 
 def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:

@@ -44,11 +44,11 @@ MARKER = "drysim.json"
 MARKER_DRAFT = "drysim.json.new"
 """A marker being written; renamed to `MARKER`, so that no marker is ever incomplete."""
 
-STORES = ("cases", "seeds")
-"""Folders with the finished cases of an interrupted sweep, and the seeds of an ensemble."""
+STORES = {"cases": "sweep", "seeds": "run", "designs": "design"}
+"""Folders with the finished parts of interrupted work, and the command that resumes each."""
 
 RESUMABLE_FILES = re.compile(
-    r"cases\.(jsonl|new)|(cases|seeds)/(sweep\.(json|new)|[-0-9a-f]+\.cases)"
+    rf"cases\.(jsonl|new)|({'|'.join(STORES)})/(sweep\.(json|new)|[-0-9a-f]+\.cases)"
 )
 """Files that hold finished work until all of it is done; earlier versions had `cases.jsonl`."""
 
@@ -66,24 +66,25 @@ PICTURES = {
     "comparison": {"comparison": "comparison.draw"},
     "bench": {"speed_error": "speed_error.draw"},
     "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},
+    "design": {"design": "design.draw"},
 }
 """Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
 that draws it, as module and name. It returns no figure if there is nothing to draw."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
-    r"|fit|residuals|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
+    r"|fit|residuals|design|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
     rf"\.({PNG}|{SVG}|{PDF})"
-    r"|(scenario|fitted|paper-(high|low)-friction|paper-random)\.yaml"
+    r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml"
 )
 """Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
 
 SCENARIO_FILE = "scenario.yaml"
 """The scenario of a result with all defaults explicit: the one file of it that users edit."""
 
-FITTED_FILE = "fitted.yaml"
-"""The scenario with the values that a fit found."""
+FITTED_FILE, BEST_FILE = "fitted.yaml", "best.yaml"
+"""The scenario with the values that a fit found, and that of the best design."""
 
 IGNORED_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """Files written by file managers; they may be deleted with the folder."""
@@ -306,7 +307,7 @@ def holds_sweep(folder: Path) -> bool:
 
 
 def resumable_parts(folder: Path) -> list[str]:
-    """Return what interrupted work left for an output folder: `cases`, `seeds`, or nothing."""
+    """Return what interrupted work left for an output folder, as named in `STORES`."""
     return _finished_parts(sibling(resolve_name(folder), "partial"))
 
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
+    from drysim.study.design import Candidate, DesignResult
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
@@ -101,7 +102,7 @@ def _spectra_fields(found: Spectra) -> Fields:
 
 
 def sidecar_fields(
-    result: Outcome | Ensemble | Table | BenchCase | FitResult,
+    result: Outcome | Ensemble | Table | BenchCase | FitResult | DesignResult,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],
     metrics: Mapping[str, Any],
@@ -112,7 +113,7 @@ def sidecar_fields(
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or BenchCase or FitResult
+    result : Outcome or Ensemble or Table or BenchCase or FitResult or DesignResult
         What was computed.
     motion : Sines or Samples or None
         The base motion; None if it differs from case to case.
@@ -429,6 +430,48 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
     }
     return sidecar_fields(
         result, result.motion, numerics, result.metrics, provenance, fit=found
+    )
+
+
+def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a design study."""
+    names, front = result.design.minimise, result.front if len(result.front) > 1 else ()
+    regions = {"optimum": result.optimum, "within_1_percent": result.flat}
+
+    def fields_of(one: Candidate) -> Fields:
+        return {
+            "design": one.number,
+            "values": one.values,
+            "objectives": dict(zip(names, one.objectives, strict=True)),
+            "excess": max(one.excess, default=0.0),
+            "admissible": one.is_admissible,
+        }
+
+    found = {
+        "vary": {one.key: {**one.words, "unit": one.unit} for one in result.design.vary},
+        "minimise": list(names),
+        "within": [str(limit) for limit in result.limits],
+        "best": result.best and fields_of(result.best),
+        "closest": None if result.best or not result.closest else fields_of(result.closest),
+        "half_widths": dict(zip(names, result.half_widths, strict=True)),
+        **{name: region and region.ends for name, region in regions.items()},
+        "binding": [
+            {"limit": str(one.limit), "objective_without": one.objective}
+            for one in result.binding
+        ],
+        "variants": {one.name: fields_of(one.candidate) for one in result.variants},
+        "front": [fields_of(one) for one in front],
+    }
+    numerics = {
+        **result.numerics,
+        "method": "radial basis functions, constrained; fixed seeds",
+        "evaluations": len(result.candidates),
+        "converged": result.converged,
+        "cases": sum(row.seeds for one in result.candidates for row in one.rows),
+        "seeds": result.candidates[0].rows[0].seeds,
+    }
+    return sidecar_fields(
+        result, result.motion, numerics, result.metrics, provenance, design=found
     )
 
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
+    from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
@@ -328,6 +329,40 @@ def write_residuals_csv(result: FitResult, folder: Path) -> None:
 def write_transmissibility_csv(table: Table, folder: Path) -> None:
     """Write transmissibility.csv: every case of a sweep, then those of its reference."""
     write_cases(folder / "transmissibility.csv", case_columns(table), table.rows)
+
+
+def write_design_csv(result: DesignResult, folder: Path) -> None:
+    """Write design.csv: every evaluated design, under each of its conditions."""
+    rows = [row for one in result.candidates for row in one.rows]
+    designs = [one for one in result.candidates for _ in one.rows]
+    asked = {*requested_metrics(result.source)}
+    named = dict.fromkeys((*result.design.minimise, *(one.metric for one in result.limits)))
+    names = [*named, *(m.name for m in METRICS if m.in_tables and m.name in asked)]
+
+    def of_design(name: str, unit: str, values: list[Any], whole: bool = False) -> Column:
+        column = np.array(values, dtype=float)
+        return Column(name, unit, lambda batch: column[batch.first :][: len(batch)], whole)
+
+    keys = {key: unit for one in result.design.vary for key, unit in [(one.key, one.unit)]}
+    columns = [
+        of_design("design", "-", [one.number for one in designs], whole=True),
+        *(key_column(key, unit) for key, unit in keys.items()),
+        *(key_column(axis.key, axis.unit) for axis in result.case.scenario.sweep),
+        *(
+            of_design(
+                f"objective_{name}", METRIC_UNITS[name], [one.objectives[i] for one in designs]
+            )
+            for i, name in enumerate(result.design.minimise)
+        ),
+        of_design("excess", "-", [max(one.excess, default=0.0) for one in designs]),
+        of_design("admissible", "-", [one.is_admissible for one in designs], whole=True),
+        of_design("on_front", "-", [one in result.front for one in designs], whole=True),
+        *map(metric_column, dict.fromkeys(names)),
+        STATUS_COLUMN,
+    ]
+    if rows[0].over:
+        columns += [SEEDS_COLUMN, *map(interval_column, named)]
+    write_cases(folder / "design.csv", columns, rows)
 
 
 def write_comparison_csv(result: Comparison, folder: Path) -> None:

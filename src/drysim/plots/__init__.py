@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from drysim.study.compare import Comparison
+from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
 from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome
@@ -14,26 +15,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot(result: Outcome | Ensemble | Table | Comparison | FitResult) -> Figure:
+def plot(
+    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult,
+) -> Figure:
     """Return the main picture of a result as a figure of matplotlib.
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or Comparison or FitResult
-        Of `run`, `sweep`, `compare` or `fit`.
+    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult
+        Of `run`, `sweep`, `compare`, `fit` or `design`.
 
     Returns
     -------
     matplotlib.figure.Figure
         As the commands write it: the motion of a run, distributions over seeds,
-        transmissibilities of a sweep, approaches side by side, or measured and fitted motion.
+        transmissibilities of a sweep, approaches side by side, measured and fitted motion, or
+        the objective of designs.
         `figure.savefig` writes it.
     """
-    from drysim.plots import comparison, ensemble, fit, response, style, sweep
+    from drysim.plots import comparison, design, ensemble, fit, response, style, sweep
 
     with style.picture_style():
         if isinstance(result, Comparison):
             return comparison.draw(result)
+        if isinstance(result, DesignResult):
+            return design.draw(result)
         if isinstance(result, FitResult):
             return fit.draw_fit(result)
         if isinstance(result, Ensemble):

@@ -24,6 +24,7 @@ from drysim.metrics.checks import has_condition
 from drysim.records.formats import format_of
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
+from drysim.scenario.design import DESIGN_KEY, OVER_PATH, VARY_PATH
 from drysim.scenario.fit import FIT_KEY, FREE_PATH, read_free, with_placeholders
 from drysim.scenario.model import Scenario, first_conflict, key_faults, unsupported_values
 from drysim.scenario.reading import (
@@ -74,7 +75,7 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         text = shorten(repr(path))
         raise UsageError(f"the scenario must be given as the path of a file, not as {text}")
     try:
-        document = read_document(path, overrides, (SWEEP_KEY, FREE_PATH))
+        document = read_document(path, overrides, (SWEEP_KEY, FREE_PATH, VARY_PATH, OVER_PATH))
     except UnreadableError as fault:
         raise _scenario_error(str(path), [_with_record_hint(fault.problem)]) from None
     words = with_placeholders(document.value)
@@ -136,6 +137,10 @@ def _read_scenario(
         from drysim.scenario.sweep import read_axes_and_checks
 
         words |= read_axes_and_checks(reading)
+    if isinstance(words.get(DESIGN_KEY), dict):
+        from drysim.scenario.sweep import read_design
+
+        words[DESIGN_KEY] = words[DESIGN_KEY] | read_design(reading)
     context = {"folder": file.parent, "document": document}
     try:
         scenario = model.model_validate(words, context=context)

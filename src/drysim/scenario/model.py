@@ -47,6 +47,7 @@ from drysim.scenario.blocks import (
     Stroke,
     validate_approach,
 )
+from drysim.scenario.design import Design
 from drysim.scenario.fit import Fit, missing_values, without_value
 from drysim.scenario.reading import (
     LAW_KEY,
@@ -123,6 +124,8 @@ class Scenario(FromFile):
     """Time window of the metrics."""
     fit: Fit | None = None
     """What `drysim fit` fits to a measured response; other commands ignore it."""
+    design: Design | None = None
+    """What `drysim design` chooses and minimises; other commands ignore it."""
     sweep: Sweep = ()
     """Keys to vary: dotted keys of this file, each with a list of values, or with from, to and
     step or count. Every combination is a case; the first key varies fastest."""

@@ -3,14 +3,14 @@
 A sweep names keys of the scenario in dotted form. `numeric_keys` knows their types and units,
 so values follow the rules of their keys. A key takes the values of a list or a range, alone or
 together with others (`zip`), or random values (`sample`, with a design of `sampling`).
-`sweep_fault` explains why a key cannot be swept. Checks with an `at` condition are read here as
-well, because they name keys too.
+`sweep_fault` explains why a key cannot be swept. Checks with an `at` condition and the design
+block are read here as well, because they name keys too.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from glob import glob, has_magic
 from itertools import takewhile
@@ -36,6 +36,16 @@ from drysim.scenario.axes import (
     nearest_steps,
 )
 from drysim.scenario.blocks import SEED_KEY
+from drysim.scenario.design import (
+    DESIGN_KEY,
+    MAX_KEYS,
+    MEAN,
+    TAKE_KEY,
+    WORST,
+    Conditions,
+    VariedKey,
+    VaryRange,
+)
 from drysim.scenario.model import EXCITATIONS_BY_KIND, key_faults
 from drysim.scenario.reading import (
     LAWS,
@@ -103,8 +113,9 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
             axes += _read_zip(reading, known, value)
         elif key == SAMPLE_KEY:
             axes += _read_sample(reading, known, value)
-        elif key != UNREAD_KEYS and (axis := _read_axis(reading, known, key, value)):
-            axes.append(axis)
+        elif key != UNREAD_KEYS:
+            axis = _read_axis(reading, known, (SWEEP_KEY, key), block)
+            axes += [axis] if axis else []
     return tuple(axes)
 
 
@@ -202,16 +213,19 @@ def _read_keys(
     return found
 
 
-def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis | None:
-    """Return an axis; None if it has an error."""
-    at = (SWEEP_KEY, key)
+def _read_axis(
+    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+) -> Axis | None:
+    """Return the axis of a key in a block; None if it has an error."""
+    key = str(at[-1])
+    value = block[key]
     if key == FILE_KEY and get_block(reading.words, "excitation").get("kind") == "record":
         return _read_files(reading, at, value)
-    numeral = _read_key(reading, known, at, key)
+    numeral = _read_key(reading, known, at, key, () if at[0] == SWEEP_KEY else block)
     if numeral is None:
         return None
     if value is None:
-        reading.fault(f"sweep.{key} has no values", at, at_key=True)
+        reading.fault(f"{dotted_name(at)} has no values", at, at_key=True)
         return None
     return _read_values(reading, at, numeral, key, value)
 
@@ -267,17 +281,27 @@ def _pattern_fault(folder: Path, pattern: str) -> str:
     return f"{fault}; write one such as `records/*.csv`, relative to this file"
 
 
-def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:
-    """Return the numeric key to sweep; None if it has an error."""
+def _read_key(
+    reading: Reading,
+    known: KnownKeys,
+    at: KeyPath,
+    key: str,
+    varied: Iterable[str] = (),
+) -> NumericKey | None:
+    """Return the numeric key to vary; None if it has an error.
+
+    `varied` are all keys that are varied together; default: those of the sweep.
+    """
     top = key.partition(".")[0]
     field = fields_by_key(reading.model).get(top)
     wanted = top in reading.document.value or (field is not None and field.is_required())
     if wanted and top not in reading.words:
         return None  # an error of the block with this key was reported already
-    if sentence := sweep_fault(reading.words, key, known):
+    block = SWEEP_KEY if at[0] == SWEEP_KEY else dotted_name(at[:-1])
+    if sentence := sweep_fault(reading.words, key, known, varied, block):
         reading.fault(sentence, at, at_key=True)
         return None
-    if _is_swept_twice(reading.document.value.get(SWEEP_KEY), key):
+    if block == SWEEP_KEY and _is_swept_twice(reading.document.value.get(SWEEP_KEY), key):
         reading.fault(f"{key} is swept twice; remove one", at, at_key=True)
         return None
     return known[key]
@@ -287,6 +311,63 @@ def _is_swept_twice(block: Any, key: str) -> bool:
     """Return whether a sweep block contains a key more than once."""
     groups = _key_groups(block)
     return sum(key in group for group in (block, *groups)) > 1 if groups else False
+
+
+def read_design(reading: Reading) -> dict[str, Any]:
+    """Return the varied keys and the conditions of the design block; report their errors."""
+    block = get_block(reading.words, DESIGN_KEY)
+    known = numeric_keys(reading.model, reading.words)
+    found: dict[str, Any] = {}
+    vary, over = block.get("vary"), block.get("over")
+    if isinstance(vary, Mapping) and vary:
+        found["vary"] = _read_vary(reading, known, (DESIGN_KEY, "vary"), vary)
+    if isinstance(over, Mapping) and over.keys() - {TAKE_KEY}:
+        found["over"] = _read_conditions(reading, known, (DESIGN_KEY, "over"), over)
+    return found
+
+
+def _read_vary(
+    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+) -> tuple[VariedKey, ...]:
+    """Return the varied keys of a design."""
+    found = []
+    if len(block) > MAX_KEYS:
+        reading.report_value(f"has {len(block)} keys; a design has at most {MAX_KEYS}", at)
+    for key, words in block.items():
+        if key == UNREAD_KEYS or not (n := _read_key(reading, known, (*at, key), key, block)):
+            continue
+        with reading.reporting((*at, key)):
+            if n.quantity is None:
+                raise ValueError("takes whole numbers, which design does not support")
+            if not isinstance(words, Mapping):
+                raise ValueError(f"must be {{from, to}}, not {format_value(words)}")
+            values = reading.block(VaryRange, words, (*at, key))
+            ends = {name: value for name, value in values.items() if name in ("from", "to")}
+            numbers = _read_numbers(reading, (*at, key), n, ends)
+            if len(numbers) < 2:
+                continue
+            low, high = numbers["from"], numbers["to"]
+            if low >= high:
+                raise InvalidValue(f"must be above `from`, {format_value(ends['from'])}", "to")
+            scale = values.get("scale", "linear")
+            _check_scale(scale, low)
+            found.append(VariedKey(key, n.header, low, high, scale))
+    return tuple(found)
+
+
+def _read_conditions(
+    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+) -> Conditions:
+    """Return the conditions under which every design is judged."""
+    take = block.get(TAKE_KEY, WORST)
+    if take not in (WORST, MEAN):
+        sentence = f"must be {WORST} or {MEAN}, not {format_value(take)}"
+        reading.report_value(sentence, (*at, TAKE_KEY))
+    keys = {key: value for key, value in block.items() if key not in (TAKE_KEY, UNREAD_KEYS)}
+    axes = (_read_axis(reading, known, (*at, key), keys) for key in keys)
+    return Conditions(
+        tuple(replace(axis, location=(*at, axis.key)) for axis in axes if axis), take
+    )
 
 
 def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
@@ -530,8 +611,14 @@ def _make_distribution(
 # Why a key cannot be swept
 
 
-def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | None:
-    """Return why a key cannot be swept; None if it can.
+def sweep_fault(
+    words: Mapping[str, Any],
+    key: str,
+    known: KnownKeys,
+    varied: Iterable[str] = (),
+    block_name: str = SWEEP_KEY,
+) -> str | None:
+    """Return why a key cannot be varied; None if it can.
 
     Parameters
     ----------
@@ -541,12 +628,16 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
         Dotted key.
     known : mapping
         Keys of the scenario, from `numeric_keys`.
+    varied : iterable of str, optional
+        All keys that are varied together; default: those of the sweep.
+    block_name : str, optional
+        Name of the block that lists them.
     """
     numeral = known.get(key)
     if numeral is None:
-        return _not_numeric_fault(key, known)
+        return _not_numeric_fault(key, known, block_name)
     block, _, name = key.rpartition(".")
-    earlier = takewhile(lambda other: other != key, words["sweep"])
+    earlier = takewhile(lambda other: other != key, varied or words[SWEEP_KEY])
     swept = {other.rpartition(".")[2] for other in earlier if other.rpartition(".")[0] == block}
     if sentence := _exclusion_fault(block, name, numeral, swept):
         return sentence
@@ -565,13 +656,13 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
     return next((sentence for sentence in faults if sentence not in known_faults), None)
 
 
-def _not_numeric_fault(key: str, known: KnownKeys) -> str:
+def _not_numeric_fault(key: str, known: KnownKeys, block_name: str) -> str:
     """Return the message for a key that is not numeric or unknown."""
     inner = next((k for k, numeral in known.items() if numeral and k.startswith(f"{key}.")), "")
     if inner:
         return f"{key} is a block; write a dotted key, such as `{inner}`"
     if key in known:
-        return f"{key} is not a number, so it cannot be swept"
+        return f"{key} is not a number, so it cannot be varied"
     top = key.partition(".")[0]
     if nearest := _closest_key(key, known):
         hint = did_you_mean(nearest)
@@ -579,7 +670,7 @@ def _not_numeric_fault(key: str, known: KnownKeys) -> str:
         hint = f"; this scenario has no {top} block"
     else:
         hint = _known_keys_hint(top, known)
-    return f"unknown key {format_value(key)} in sweep{hint}"
+    return f"unknown key {format_value(key)} in {block_name}{hint}"
 
 
 def _known_keys_hint(top: str, known: KnownKeys) -> str:
@@ -623,10 +714,10 @@ def _exclusion_fault(block: str, name: str, numeral: NumericKey, swept: set[str]
     for group in model.exclusive_groups():
         others = [other for other in group if name in group and other != name]
         if other := next((other for other in others if other in values), ""):
-            instead = f"sweep {block}.{other}, or give {name} instead"
+            instead = f"vary {block}.{other}, or give {name} instead"
             return f"{block}.{name} is not used: {block} has {other}; {instead}"
         if other := next((other for other in others if other in swept), ""):
-            return f"sweep {block}.{name} or {block}.{other}, not both"
+            return f"vary {block}.{name} or {block}.{other}, not both"
     required = model.needs.get(name)
     if required and required not in values:
         which = f"{block}.{required}, which is not given"

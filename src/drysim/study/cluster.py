@@ -464,7 +464,7 @@ def solve_ranges(
     """
     wanted = (k for k, case_range in enumerate(plan.ranges) if not store.has(case_range))
     newly_stored: set[int] = set()
-    payload = Payload.of(scenario, store.sweep)
+    payload = Payload.of(scenario, store.sweep, plan.ranges.first)
     with closing(compute_remotely(link, payload, wanted, len(plan.ranges))) as in_flight:
         for index, case_range in enumerate(plan.ranges):
             while (batch := store.read(case_range)) is None:
@@ -673,15 +673,18 @@ class Payload:
         Versions of the client.
     sweep : str
         Digest of the sweep, which its batches carry.
+    first : int
+        Number of the first case.
     """
 
     words: str
     files: tuple[tuple[str, bytes], ...]
     versions: tuple[tuple[str, str | None], ...]
     sweep: str
+    first: int
 
     @classmethod
-    def of(cls, scenario: Scenario, sweep: str) -> Self:
+    def of(cls, scenario: Scenario, sweep: str, first: int) -> Self:
         """Return the payload of a scenario."""
         words, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
@@ -691,12 +694,12 @@ class Payload:
             for key in keys[:-1]:
                 block = block[key]
             block[keys[-1]] = name
-        return cls(dump(words), tuple(files), tuple(versions().items()), sweep)
+        return cls(dump(words), tuple(files), tuple(versions().items()), sweep, first)
 
     @property
     def digest(self) -> str:
         """SHA-256 (hex) of the complete payload."""
-        digest = hashlib.sha256(f"{self.sweep}\0{self.words}".encode())
+        digest = hashlib.sha256(f"{self.sweep}\0{self.first}\0{self.words}".encode())
         for name, content in self.files:
             digest.update(f"\0{name}\0{len(content)}\0".encode())
             digest.update(content)
@@ -717,7 +720,7 @@ def open_plan(payload: Payload) -> Plan:
         for file, content in payload.files:
             (folder / file).write_bytes(content)
         case = prepare(load(folder / SCENARIO_FILE))
-        plan = Plan.of(approaches_of(case.scenario), case)
+        plan = Plan.of(approaches_of(case.scenario), case, payload.first)
         if payload.files:  # long records are read from their file on demand
             finalize(plan, cleanup.pop_all().close)
     return plan

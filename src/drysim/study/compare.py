@@ -27,6 +27,7 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.case import Case, prepare, require_scenario
 from drysim.study.outcome import format_repr
+from drysim.study.plan import Plan
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
 from drysim.study.table import Table, Tally, stroke_limits
@@ -143,7 +144,7 @@ def relative_deviation(row: Row, other: Row) -> tuple[float, float | None] | Non
     None if T_a is unknown; the half-width is None without seeds.
     """
     if row.over and other.over:
-        pairs = zip(row.over.T_a, other.over.T_a, strict=False)
+        pairs = zip(row.over.values["T_a"], other.over.values["T_a"], strict=False)
         found = [own / theirs - 1.0 for own, theirs in pairs if own is not None and theirs]
         return interval(found) if found else None
     own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
@@ -261,7 +262,8 @@ def solve(
     reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
-    batches = [batch for _, batch in solve_cases(compared, case, workers, finished=finished)]
+    plan = Plan.of(compared, case)
+    batches = [batch for _, batch in solve_cases(plan, case, workers, finished=finished)]
     tallies = Tally.of(batches, partial(stroke_limits, scenario), scenario.checks, reference)
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
@@ -619,7 +621,7 @@ def describe_approach(
         )
     if abs(deviation) > TARGET_ERROR:
         # With several seeds, the first one is computed.
-        T_a = exact.over.T_a[0] if exact.over else exact.metrics["T_a"]
+        T_a = exact.over.values["T_a"][0] if exact.over else exact.metrics["T_a"]
         yield from describe_remedies(case, name, deviation, T_a)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
+from drysim.scenario.design import DESIGN_KEY
 from drysim.scenario.fit import FIT_KEY
 from drysim.units import closest_match, did_you_mean
 from drysim.yaml_document import read_document
@@ -33,7 +34,8 @@ class GalleryScenario:
     @property
     def command(self) -> str:
         """Command that the scenario is made for."""
-        return FIT_KEY if FIT_KEY in read_document(self.file).value else "run"
+        words = read_document(self.file).value
+        return next((name for name in (FIT_KEY, DESIGN_KEY) if name in words), "run")
 
     @property
     def loop(self) -> Path | None:

@@ -29,7 +29,7 @@ from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
-from drysim.metrics.table import Measured, evaluate
+from drysim.metrics.table import STROKE_USED, Measured, evaluate
 from drysim.scenario.axes import Axis, count_points, point_columns
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
@@ -120,9 +120,9 @@ class Plan:
     motions: MotionCache = field(default_factory=MotionCache)
 
     @classmethod
-    def of(cls, scenarios: Sequence[Scenario], case: Case) -> Self:
+    def of(cls, scenarios: Sequence[Scenario], case: Case, first: int = 0) -> Self:
         """Return the plan for these scenarios; the base motion of `case` is known."""
-        return cls(CaseRanges(scenarios), MotionCache.starting_with(case))
+        return cls(CaseRanges(scenarios, first), MotionCache.starting_with(case))
 
     def block(self, number: int, case_workers: Workers = SINGLE_THREAD) -> Batch:
         """Solve the range with this number.
@@ -172,10 +172,14 @@ class CaseRange(NamedTuple):
 
 
 class CaseRanges(LazySequence[CaseRange]):
-    """Ranges of all scenarios in order, each computed from its number on access."""
+    """Ranges of all scenarios in order, each computed from its number on access.
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    The cases are numbered from `first`.
+    """
+
+    def __init__(self, scenarios: Sequence[Scenario], first: int = 0) -> None:
         self.scenarios = tuple(scenarios)
+        self.first = first
         self.cases = [count_points(scenario.sweep) for scenario in scenarios]
         together = map(can_solve_together, scenarios)
         self._lengths = [range_length(*one) for one in zip(self.cases, together, strict=True)]
@@ -193,7 +197,8 @@ class CaseRanges(LazySequence[CaseRange]):
         i = bisect_right(self._ends, number)
         begin = (number - self._ends[i] + self._counts[i]) * self._lengths[i]
         end = min(begin + self._lengths[i], self.cases[i])
-        return CaseRange(self.scenarios[i], sum(self.cases[:i]) + begin, begin, end)
+        first = self.first + sum(self.cases[:i]) + begin
+        return CaseRange(self.scenarios[i], first, begin, end)
 
 
 def seed_ranges(scenario: Scenario) -> list[CaseRange]:
@@ -273,12 +278,21 @@ def mean_row(scenario: Scenario, point: Point, rows: Sequence[Row]) -> Row:
     over = OverSeeds(
         len(rows),
         {name: one.half_width for name, one in found.items() if one},
-        tuple(row.metrics.get("T_a") for row in rows),
+        {name: [row.metrics.get(name) for row in rows] for name in seed_metrics(scenario)},
         combined_sha256(row.sha256 for row in rows),
         until is None or is_narrow(scenario, rows),
     )
     means = {name: one and one.mean for name, one in found.items()}
     return replace(case, metrics=means, over=over)
+
+
+def seed_metrics(scenario: Scenario) -> tuple[str, ...]:
+    """Return the metrics whose values are kept for every seed."""
+    design, names = scenario.design, ["T_a"]
+    if design is not None:
+        limits = design.limits(scenario.checks, None)
+        names += [*design.minimise, *(limit.metric for limit in limits), STROKE_USED]
+    return tuple(dict.fromkeys(names))
 
 
 # Periodic orbits: one call of the kernel solves a whole range.

@@ -100,8 +100,9 @@ class OverSeeds:
         Number of seeds.
     half_widths : mapping
         Half-width of the 95 % confidence interval, by metric.
-    T_a : sequence of float
-        T_a of each seed: approaches are compared seed by seed.
+    values : mapping
+        Values of each seed, by metric: T_a, by which approaches are compared seed by seed, and
+        those by which designs are.
     sha256 : str
         Hash over the hashes of all base accelerations (hex).
     narrow : bool
@@ -110,7 +111,7 @@ class OverSeeds:
 
     count: int
     half_widths: Mapping[str, float | None] = field(default_factory=dict)
-    T_a: Sequence[float | None] = ()
+    values: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
     sha256: str = ""
     narrow: bool = True
 

@@ -211,9 +211,9 @@ CHECKSUM = 4
 def pack(batch: Batch, sweep: str) -> bytes:
     """Return a batch in binary format: a JSON line, statuses, columns of doubles, checksum.
 
-    A column with a single value is stored as a number in the JSON line. The points are left
-    out: they follow from the number of the first case. This number and the digest of the sweep
-    are in the line, so a batch is never mistaken for another one.
+    A column with a single value is stored as a number in the JSON line. Of the points there is
+    only a checksum: they follow from the number of the first case. This number and the digest
+    of the sweep are in the line, so a batch is never mistaken for another one.
     """
     columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
     own = {
@@ -233,6 +233,7 @@ def pack(batch: Batch, sweep: str) -> bytes:
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
         "sha256": {str(i): sha256 for i, sha256 in batch.sha256.items()},
+        "points": _points_checksum(batch.points),
     }
     parts = [json.dumps(header).encode() + b"\n", *body]
     return b"".join([*parts, _checksum(parts)])
@@ -263,6 +264,8 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     known: dict[str, Any] = dict(zip(names, numbers, strict=True))
     known |= {name: np.full(n, value) for name, value in header["same"].items()}
     points = point_columns(case_range.scenario.sweep, case_range.begin, case_range.end)
+    if header["points"] != _points_checksum(points):
+        raise ValueError("the batch has other points")
     metrics = {name: known[name] for name in METRIC_NAMES}
     notes = {int(i): note for i, note in header["notes"].items()}
     over = {int(i): OverSeeds(**fields) for i, fields in header["over"].items()}
@@ -293,6 +296,15 @@ def parse_header(line: bytes) -> BlockHeader | None:
         )
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None
+
+
+def _points_checksum(points: Mapping[str, NDArray[Any]]) -> int:
+    """Return a checksum of the points of a batch."""
+    texts = (
+        column.tobytes() if column.dtype.kind in "fi" else json.dumps(column.tolist()).encode()
+        for column in points.values()
+    )
+    return zlib.crc32(b"".join(texts))
 
 
 def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:

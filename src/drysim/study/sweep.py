@@ -27,7 +27,7 @@ from drysim.study.plan import (
     can_solve_together,
     solve_range,
 )
-from drysim.study.run import count_cases, unused_spectra_warnings
+from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,
     Batch,
@@ -84,6 +84,7 @@ def solve(
     case: Case,
     *,
     workers: int | None = None,
+    execute: Execute | None = None,
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Table:
@@ -91,24 +92,64 @@ def solve(
 
     Parameters
     ----------
+    execute : callable, optional
+        Solves the cases, such as `on_cluster(link)`; default: `on_threads(workers)`.
     store : Store, optional
         Ranges that it holds are not computed again, all others are written to it. For a large
         sweep it is the only copy.
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
-    return gather(case, solve_cases(scenarios, case, workers, store, finished), store)
+    execute = execute or on_threads(workers)
+    return gather(case, execute(scenarios, case, store, finished, 0), store)
 
 
-def solve_on_cluster(
-    case: Case, *, link: ClusterClient, store: Store, finished: BatchCallback = ignore_batch
-) -> Table:
-    """Return the same table as `solve`, computed by the workers of a cluster."""
+Execute = Callable[
+    [Sequence[Scenario], Case, "Store | None", BatchCallback, int],
+    Iterator[tuple[CaseRange, Batch]],
+]
+"""Function that solves the cases of sweeps, numbered from the last argument, and yields each
+range with its batch, in order. The results do not depend on who solves them."""
+
+
+def on_threads(workers: int | None) -> Execute:
+    """Return the function that solves cases by threads of this process.
+
+    Its base motions serve later calls as well.
+    """
+    known: list[MotionCache] = []
+
+    def execute(
+        scenarios: Sequence[Scenario],
+        case: Case,
+        store: Store | None,
+        finished: BatchCallback,
+        first: int,
+    ) -> Iterator[tuple[CaseRange, Batch]]:
+        known.extend([] if known else [MotionCache.starting_with(case)])
+        plan = Plan(CaseRanges(scenarios, first), known[0])
+        return solve_cases(plan, case, workers, store, finished)
+
+    return execute
+
+
+def on_cluster(link: ClusterClient) -> Execute:
+    """Return the function that solves cases on the workers of a cluster; it needs a store."""
     from drysim.study.cluster import solve_ranges as solve_remotely
 
-    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
-    plan = Plan.of(approaches_of(case.scenario), case)
-    return gather(case, solve_remotely(plan, case.scenario, link, store, finished), store)
+    def execute(
+        scenarios: Sequence[Scenario],
+        case: Case,
+        store: Store | None,
+        finished: BatchCallback,
+        first: int,
+    ) -> Iterator[tuple[CaseRange, Batch]]:
+        assert store is not None, "workers of a cluster write to a store"
+        compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
+        plan = Plan.of(scenarios, case, first)
+        return solve_remotely(plan, case.scenario, link, store, finished)
+
+    return execute
 
 
 def partial_table(case: Case, store: Store) -> Table:
@@ -125,8 +166,8 @@ STEPS_PER_MARCHED_ORBIT = 2_000
 """The same for an orbit that is marched period by period."""
 
 
-def choose_engine(case: Case, scenarios: Sequence[Scenario]) -> None:
-    """Choose the engine for all cases, by the law with the most expensive step."""
+def choose_engine(case: Case, scenarios: Sequence[Scenario], count: int | None = None) -> None:
+    """Choose the engine for all cases, or `count`, by the law with the most expensive step."""
     costs = [step_cost(scenario.solver.member(), scenario.law()) for scenario in scenarios]
     highest = max(costs, key=lambda one: one.of(case.motion))
     kernels, least_steps = highest.kernels_for(case.motion), STEPS_PER_MARCHED_ORBIT
@@ -134,7 +175,8 @@ def choose_engine(case: Case, scenarios: Sequence[Scenario]) -> None:
         kernels = "orbit.solve_orbits"
         least_steps = STEPS_PER_ORBIT if is_damped(case) else STEPS_PER_UNDAMPED_ORBIT
     steps = max(case.steps, least_steps) * highest.of(case.motion)
-    compile.choose_engine(steps * max_seeds(case.scenario) * count_cases(scenarios), kernels)
+    count = count_cases(scenarios) if count is None else count
+    compile.choose_engine(steps * max_seeds(case.scenario) * count, kernels)
 
 
 def is_damped(case: Case) -> bool:
@@ -145,15 +187,15 @@ def is_damped(case: Case) -> bool:
 
 
 def solve_cases(
-    scenarios: Sequence[Scenario],
+    plan: Plan,
     case: Case,
     workers: int | None,
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Iterator[tuple[CaseRange, Batch]]:
-    """Yield each range of these sweeps with its batch, as `solve_ranges` does."""
-    plan, cancelled, threads = Plan.of(scenarios, case), Event(), worker_count(workers)
-    case_workers = Workers.at(case, threads, count_cases(scenarios), cancelled.is_set)
+    """Yield each range of a plan with its batch, as `solve_ranges` does."""
+    cancelled, threads = Event(), worker_count(workers)
+    case_workers = Workers.at(case, threads, sum(plan.ranges.cases), cancelled.is_set)
     solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
     try:
         yield from solve_ranges(plan.ranges, solve_one, threads, store, finished)

@@ -10,6 +10,7 @@ from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import prepare
+from drysim.study.design import prepare_design
 from drysim.study.fit_model import build_model
 from drysim.wording import describe_clean_up
 
@@ -53,6 +54,8 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         of_fit = {metric.name for metric in FIT_METRICS}
         kept = tuple(check for check in scenario.checks if check.metric not in of_fit)
         scenario = scenario.copy_with({"checks": kept})
+    if scenario.design is not None:
+        prepare_design(scenario)
     if not scenario.missing_values:
         case = prepare(scenario, swept=bool(scenario.sweep))
         notes += describe_clean_up(case.motion, case.law)

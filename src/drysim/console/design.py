@@ -1,0 +1,152 @@
+"""Summary of a design study: what was varied, the best design, what limits it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.summaries import (
+    SummaryRow,
+    print_labelled,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
+from drysim.console.terminal import print_line, stdout
+from drysim.scenario.design import WORST
+from drysim.study.design import DesignResult, Variant, format_metric, keys_at_bounds
+from drysim.study.statistics import max_seeds
+from drysim.wording import (
+    describe_axis,
+    format_count,
+    format_number,
+    format_unit,
+    join_words,
+    short_key,
+)
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+
+VALUE_WIDTH = 17
+"""Width of the values."""
+
+MAX_SHOWN_FRONT = 9
+"""Designs of a front that are printed, evenly spaced; all are in design.csv."""
+
+
+def show_design(result: DesignResult, folder: Path | None = None) -> None:
+    """Show the summary of a design study."""
+    console = stdout()
+    show_title(console, result.source)
+    show_scene(console, design_scene(result.case))
+    state = "nothing more to be gained" if result.converged else "the limit of evaluations"
+    if not result.complete:
+        state = "interrupted"
+    admissible = sum(one.is_admissible for one in result.candidates)
+    count = format_count(len(result.candidates), "design")
+    print_labelled(console, "evaluated", f"{count}, {admissible} admissible; {state}")
+    if result.best is None:
+        print_line(console)
+        fault = "no design keeps all limits; below is the one that exceeds them least"
+        print_labelled(console, "✗ design", fault, "bold red")
+    show_rows(console, best_rows(result), VALUE_WIDTH)
+    if len(result.front) > 1:
+        show_rows(console, front_rows(result), VALUE_WIDTH)
+    if result.variants:
+        show_rows(console, variant_rows(result), VALUE_WIDTH)
+    show_verdicts(console, result.checks, result.case.scenario.sweep)
+    show_folder(console, folder if result.complete else None)
+    show_warnings(result.warnings)
+
+
+def design_scene(case: Case) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what is varied, minimised and kept, under which motion."""
+    scenario = case.scenario
+    block = scenario.design
+    assert block is not None, "a design study has a design block"
+    keys = [one.key for one in block.vary]
+    varied = [
+        f"{short_key(one.key, keys)} {one.law.describe(format_unit(one.unit))}"
+        for one in block.vary
+    ]
+    yield "vary", "; ".join(varied)
+    yield "minimise", join_words(block.minimise)
+    limits = block.limits(scenario.checks, None)
+    kept = [str(limit) for limit in limits]
+    if block.within is None and scenario.stroke is not None:
+        kept.append("the stroke limit" + " with every seed" * (max_seeds(scenario) > 1))
+    yield "within", ", ".join(kept) or "no limits"
+    if block.conditions.axes:
+        how = "the worst counts" if block.conditions.take == WORST else "the mean counts"
+        yield "over", f"{'; '.join(map(describe_axis, block.conditions.axes))}; {how}"
+    varied_keys = {*keys, *(axis.key for axis in block.conditions.axes)}
+    law = scenario.law()
+    yield from wording.describe_scene(scenario, case.plant, law, varied_keys)
+    yield "base", scenario.excitation.describe_cases(case.motion, [*varied_keys])
+    if (seeds := max_seeds(scenario)) > 1:
+        yield "seeds", f"{seeds}, the same for every design"
+
+
+def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
+    """Yield the values of the best design with where the optimum may be, and its objectives."""
+    shown, bounds = result.shown, keys_at_bounds(result)
+    if shown is None:
+        return
+    keys = [one.key for one in result.design.vary]
+    for one in result.design.vary:
+        unit, remarks = format_unit(one.unit), []
+        for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
+            if region is not None:
+                low, high = region.ends[one.key]
+                remarks.append(f"{label}: {format_number(low)} to {format_number(high)}")
+        if one.key in bounds:
+            remarks.append(f"at its {bounds[one.key]} bound")
+        text = format_number(shown.values[one.key], unit)
+        yield SummaryRow(short_key(one.key, keys), text, "; ".join(remarks))
+    for name, value, half_width in zip(
+        result.design.minimise, shown.objectives, result.half_widths, strict=True
+    ):
+        text = format_metric(name, value, half_width)
+        remark = f"mean of {shown.rows[0].seeds} seeds" if half_width is not None else ""
+        if len(result.front) > 1:
+            remark = "; ".join(filter(None, ["knee of the front", remark]))
+        yield SummaryRow(name, text, remark)
+    for limit, objective in result.binding:
+        name = result.design.minimise[0]
+        least = f"{name} about {format_metric(name, objective)}"
+        yield SummaryRow("binding", str(limit), f"{least} without this limit")
+
+
+def front_rows(result: DesignResult) -> Iterator[SummaryRow]:
+    """Yield designs of the front, by the first objective."""
+    front, step = result.front, max(1, -(-len(result.front) // MAX_SHOWN_FRONT))
+    for one in front[::step]:
+        yield SummaryRow("front", result.result(one), result.place(one))
+
+
+def variant_rows(result: DesignResult) -> Iterator[SummaryRow]:
+    """Yield the objectives of variants of the design."""
+    for variant in result.variants:
+        yield SummaryRow(variant.name, *describe_variant(result, variant))
+
+
+def describe_variant(result: DesignResult, variant: Variant) -> tuple[str, str]:
+    """Return the first objective of a variant, and its change and its admissibility."""
+    shown, name = result.shown, result.design.minimise[0]
+    assert shown is not None, "variants are those of a design"
+    value, least = variant.candidate.objectives[0], shown.objectives[0]
+    if value != value:
+        return "–", variant.candidate.status
+    remarks = []
+    if least:
+        remarks.append(f"{100.0 * (value / least - 1.0):+.2g} %")
+    if variant.candidate.excess and not variant.candidate.is_admissible:
+        worst = max(range(len(result.limits)), key=variant.candidate.excess.__getitem__)
+        remarks.append(f"exceeds {result.limits[worst]}")
+    return f"{name} {format_metric(name, value)}", "; ".join(remarks)

@@ -1,0 +1,295 @@
+"""Plot design.png: the objective over the varied keys, or the front of two objectives.
+
+One objective
+    Over one or two keys the surrogate model of the search is drawn as a curve or a map, with
+    the region that it takes for inadmissible. Over more keys each panel shows all evaluated
+    designs over one key.
+
+Two objectives
+    All evaluated designs with the front, then the keys of the front over the first objective.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.approach.solution import Floats
+from drysim.metrics.table import UNITS
+from drysim.plots import style
+from drysim.plots.style import PEAK_STROKE, Style, stroke_metric
+from drysim.plots.sweep import (
+    BEST_STYLE,
+    EMPTY_COLOR,
+    axis_label,
+    set_ticks,
+)
+from drysim.scenario.axes import Axis
+from drysim.scenario.design import VariedKey
+from drysim.study.design import (
+    Candidate,
+    DesignResult,
+    Region,
+    evaluations_of,
+    format_metric,
+)
+from drysim.study.search import Surrogate
+from drysim.wording import format_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CURVE_POINTS, MAP_POINTS = 400, 120
+"""Points of a curve, and along one side of a map."""
+
+SHOWN_RANGE = 3.0
+"""Largest objective that is shown, as a multiple of the median of the evaluated designs."""
+
+LEVELS, SHOWN_SHARE = 20, 0.98
+"""Levels of a map, and the share of the admissible values between them."""
+
+ADMISSIBLE_STYLE: Style = {
+    "linestyle": "none", "marker": "o", "markersize": 4.5, "color": "#1f4e79",
+    "markeredgewidth": 0.6, "markeredgecolor": "white", "label": "evaluated, admissible",
+}  # fmt: skip
+EXCLUDED_STYLE: Style = {
+    "linestyle": "none", "marker": "o", "markersize": 4.0, "color": "#8a8a8a",
+    "fillstyle": "none", "markeredgewidth": 0.9, "label": "evaluated, exceeds a limit",
+}  # fmt: skip
+CURVE_STYLE: Style = {"color": "#1f4e79", "linewidth": 1.3, "label": "interpolated"}
+FRONT_STYLE: Style = {
+    "color": "#1f4e79", "linewidth": 1.0, "drawstyle": "steps-post", "marker": "o",
+    "markersize": 3.5, "label": "front",
+}  # fmt: skip
+GIVEN_STYLE: Style = {
+    "linestyle": "none", "marker": "s", "markersize": 7.0, "color": "#b3261e",
+    "fillstyle": "none", "markeredgewidth": 1.5, "label": "as given",
+}  # fmt: skip
+OPTIMUM_STYLE: Style = {"color": "#f0b429", "alpha": 0.45, "linewidth": 0.0}
+FLAT_STYLE: Style = {"color": "#7fb3d5", "alpha": 0.25, "linewidth": 0.0}
+CLOUD_STYLE: Style = {
+    "linestyle": "none", "marker": ".", "markersize": 2.5, "color": "#f0b429",
+}  # fmt: skip
+EXCLUDED_COLOR = EMPTY_COLOR
+
+
+def draw(result: DesignResult) -> Figure:
+    """Return the figure of a design study."""
+    if len(result.design.minimise) > 1:
+        figure = draw_front(result)
+    elif len(result.design.vary) == 2:
+        figure, grid = style.panel_grid(1, 1)
+        draw_map(result, figure.add_subplot(grid[0, 0]))
+        figure.set_figheight(1.25 * figure.get_figheight())
+    else:
+        count = len(result.design.vary)
+        columns = 1 if count == 1 else 2
+        figure, grid = style.panel_grid(ceil(count / columns), columns)
+        for i, one in enumerate(result.design.vary):
+            axes = figure.add_subplot(grid[i // columns, i % columns])
+            draw_curve(result, axes, one, alone=count == 1)
+    style.finish_figure(figure, heading(result))
+    return figure
+
+
+def heading(result: DesignResult) -> style.Heading:
+    """Return the heading: the best design, then what was varied."""
+    shown, source = result.shown, result.source
+    words = "no design has numbers"
+    if shown is not None:
+        values = zip(result.design.minimise, shown.objectives, result.half_widths, strict=True)
+        found = ", ".join(
+            f"{heading_name(name)} {format_metric(name, x, half)}" for name, x, half in values
+        )
+        best = "best" if result.best else "no design keeps all limits; the closest"
+        best = "knee" if len(result.front) > 1 else best
+        words = f"{best}: {found} at {result.place(shown)}"
+    limits = ", ".join(str(limit) for limit in result.limits)
+    conditions = [axis.key for axis in result.design.conditions.axes]
+    base = source.excitation.describe_swept(conditions)
+    within = f"within {limits}; " if limits else ""
+    return style.make_heading(source, words, "", f"{within}{base}")
+
+
+def heading_name(name: str) -> str:
+    """Return the name of a metric in a heading, which typesets symbols."""
+    return "peak |x_r|" if name == PEAK_STROKE else name
+
+
+def label_of(one: VariedKey) -> str:
+    """Return the label of the axis of a varied key."""
+    return axis_label(Axis(one.key, one.unit, ()))
+
+
+def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
+    """Return the displayed units of an objective per SI unit, and the label of its axis."""
+    if name == PEAK_STROKE:
+        greatest = max(x for x in values_of(result, name) if x == x)
+        metric = stroke_metric(greatest)
+        return metric.scale, metric.symbol
+    return 1.0, f"{name} [{format_unit(UNITS[name]) or '–'}]"
+
+
+def values_of(result: DesignResult, name: str) -> Floats:
+    """Return an objective of all designs."""
+    at = result.design.minimise.index(name)
+    return np.array([one.objectives[at] for one in result.candidates])
+
+
+def set_key_axis(axes: Axes, one: VariedKey, which: str = "x") -> None:
+    """Set scale, limits and label of the axis of a varied key."""
+    getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
+    margin = 0.02
+    low, high = np.log([one.low, one.high]) if one.is_log else np.array([one.low, one.high])
+    ends = np.array([low - margin * (high - low), high + margin * (high - low)])
+    getattr(axes, f"set_{which}lim")(*(np.exp(ends) if one.is_log else ends))
+    set_ticks(axes.xaxis if which == "x" else axes.yaxis)
+    getattr(axes, f"set_{which}label")(label_of(one))
+
+
+def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) -> None:
+    """Draw the objective over one key: all designs, the best, where the optimum may be."""
+    name = result.design.minimise[0]
+    scale, label = metric_scale(result, name)
+    if alone and (surrogate := surrogate_of(result)) is not None:
+        shares = np.linspace(0.0, 1.0, CURVE_POINTS)[:, None]
+        predicted, x = surrogate.at(shares), one.law.quantile(shares[:, 0])
+        axes.plot(x, scale * predicted.objectives[:, 0], **CURVE_STYLE)
+        outside = predicted.excess > 0.0
+        axes.fill_between(
+            x, 0.0, 1.0, where=outside, transform=axes.get_xaxis_transform(),
+            color=EXCLUDED_COLOR, linewidth=0.0, zorder=0, label="exceeds a limit",
+        )  # fmt: skip
+    draw_designs(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
+    for region, drawn, words in regions(result):
+        axes.axvspan(*region.ends[one.key], **drawn, label=words)
+    if (best := result.best) is not None:
+        axes.plot(
+            [best.values[one.key]], [scale * best.objectives[0]], **BEST_STYLE, label="best"
+        )
+    set_key_axis(axes, one)
+    axes.set_ylabel(label)
+    known = scale * values_of(result, name)
+    known = known[np.isfinite(known)]
+    top = min(known.max(), SHOWN_RANGE * float(np.median(known)))
+    low = known.min()
+    axes.set_ylim(low - 0.05 * (top - low or 1.0), top + 0.05 * (top - low or 1.0))
+
+
+def regions(result: DesignResult) -> Iterator[tuple[Region, Style, str]]:
+    """Yield the regions that are drawn, each with its style and its label."""
+    if result.flat is not None:
+        yield result.flat, FLAT_STYLE, "within 1 % of the best"
+    if result.optimum is not None:
+        yield result.optimum, OPTIMUM_STYLE, "optimum, 95 %"
+
+
+def surrogate_of(result: DesignResult) -> Surrogate | None:
+    """Return the surrogate model of all designs."""
+    return Surrogate.of(evaluations_of(result.source, result.candidates))
+
+
+def draw_map(result: DesignResult, axes: Axes) -> None:
+    """Draw the objective over two keys as a map, with the inadmissible region in grey."""
+    from matplotlib.ticker import MaxNLocator
+
+    one, other = result.design.vary
+    scale, label = metric_scale(result, result.design.minimise[0])
+    if (surrogate := surrogate_of(result)) is not None:
+        side = np.linspace(0.0, 1.0, MAP_POINTS)
+        grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+        predicted = surrogate.at(grid)
+        shape = (MAP_POINTS, MAP_POINTS)
+        values = scale * predicted.objectives[:, 0].reshape(shape)
+        excess = predicted.constraints.max(axis=1, initial=-1.0).reshape(shape)
+        x, y = one.law.quantile(side), other.law.quantile(side)
+        shown = values[excess <= 0.0] if (excess <= 0.0).any() else values
+        levels = MaxNLocator(LEVELS).tick_values(shown.min(), np.quantile(shown, SHOWN_SHARE))
+        filled = axes.contourf(x, y, values, levels=levels, extend="both", cmap="viridis")
+        lines = axes.contour(x, y, values, levels=levels[::2], colors="white", linewidths=0.5)
+        if (excess > 0.0).any():
+            # Drawn where the largest constraint is above 0; the upper level is out of reach.
+            color: Style = {"colors": [EXCLUDED_COLOR], "alpha": 0.85}
+            axes.contourf(x, y, excess, levels=[0.0, 1.0 + excess.max()], **color)
+            axes.plot([], [], "s", color=EXCLUDED_COLOR, markersize=9, label="exceeds a limit")
+        axes.clabel(lines, fontsize=8)
+        bar = axes.figure.colorbar(filled, ax=axes, aspect=25, pad=0.02, ticks=levels[::2])
+        bar.set_label(label)
+    draw_designs(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
+    if result.optimum is not None:
+        x, y = (
+            key.law.quantile(result.optimum.points[:, i]) for i, key in enumerate((one, other))
+        )
+        axes.plot(x, y, **CLOUD_STYLE, label="optima of resampled seeds")
+    given = [variant.candidate for variant in result.variants if variant.name == "as given"]
+    axes.plot(*pairs(given, one, other), **GIVEN_STYLE)
+    if result.best is not None:
+        axes.plot(*pairs([result.best], one, other), **BEST_STYLE, label="best")
+    set_key_axis(axes, one)
+    set_key_axis(axes, other, "y")
+    axes.grid(visible=False)
+
+
+def draw_designs(
+    axes: Axes,
+    result: DesignResult,
+    point_of: Callable[[Candidate], tuple[float, ...]],
+    **options: Any,
+) -> None:
+    """Draw the evaluated designs that have numbers; those that exceed a limit are hollow."""
+    known = [one for one in result.candidates if one.is_known]
+    for keeps, drawn in ((True, ADMISSIBLE_STYLE), (False, EXCLUDED_STYLE)):
+        points = [point_of(one) for one in known if one.is_admissible is keeps]
+        if points:
+            axes.plot(*zip(*points, strict=True), **{**drawn, **options})
+
+
+def pairs(
+    designs: Sequence[Candidate], one: VariedKey, other: VariedKey
+) -> tuple[list[float], list[float]]:
+    """Return the values of two keys of designs."""
+    return [a.values[one.key] for a in designs], [a.values[other.key] for a in designs]
+
+
+def draw_front(result: DesignResult) -> Figure:
+    """Return the figure of two objectives: all designs with the front, and its keys."""
+    vary = result.design.vary
+    columns = 1 if len(vary) == 1 else 2
+    rows = ceil(len(vary) / columns)
+    figure, grid = style.panel_grid(rows + 1, columns, height_ratios=[1.6, *[1.0] * rows])
+    axes = figure.add_subplot(grid[0, :])
+    scales, labels = zip(
+        *(metric_scale(result, name) for name in result.design.minimise), strict=True
+    )
+    draw_designs(axes, result, lambda a: tuple(a.objectives * np.array(scales)), alpha=0.5)
+    front = np.array([one.objectives for one in result.front]).reshape(-1, 2) * scales
+    axes.plot(*front.T, **FRONT_STYLE)
+    given = [variant.candidate for variant in result.variants if variant.name == "as given"]
+    points = np.array([one.objectives for one in given]).reshape(-1, 2) * scales
+    axes.plot(*points.T, **GIVEN_STYLE)
+    best = None
+    if result.best is not None:
+        best = np.array(result.best.objectives) * scales
+        axes.plot(*best[:, None], **BEST_STYLE, label="knee")
+    if len(front):
+        span = np.maximum(np.ptp(front, axis=0), 1e-9 * np.abs(front).max(axis=0))
+        shown = [front, *([points] if len(points) else [])]
+        low = np.min([part.min(axis=0) for part in shown], axis=0) - 0.1 * span
+        high = np.max([part.max(axis=0) for part in shown], axis=0) + 0.3 * span
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    for i, one in enumerate(vary):
+        below = figure.add_subplot(grid[1 + i // columns, i % columns])
+        y = [found.values[one.key] for found in result.front]
+        below.plot(front[:, 0], y, **{**FRONT_STYLE, "linestyle": "none"})
+        if best is not None and result.best is not None:
+            below.plot([best[0]], [result.best.values[one.key]], **BEST_STYLE, label="knee")
+        set_key_axis(below, one, "y")
+        below.set_xlabel(labels[0])
+    return figure

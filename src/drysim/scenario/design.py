@@ -1,0 +1,263 @@
+"""The design block of a scenario: keys to choose, objectives, limits and conditions.
+
+`read_design` reads what depends on other keys of the file: the bounds of the varied keys, and
+the conditions under which every design is judged, which are axes as in a sweep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+    model_validator,
+)
+
+from drysim.metrics.checks import Check
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.scenario.axes import (
+    FILE_KEY,
+    FILES_DESCRIPTION,
+    KEY_PATTERN,
+    Axis,
+    NumberOrText,
+    sweep_to_dict,
+)
+from drysim.scenario.blocks import SEED_KEY, Checks
+from drysim.scenario.sampling import Uniform
+from drysim.units import Block, InvalidValue, format_value, name_hint
+
+DESIGN_KEY = "design"
+"""Key of the block."""
+
+VARY_PATH, OVER_PATH = f"{DESIGN_KEY}.vary", f"{DESIGN_KEY}.over"
+"""Paths of the blocks whose keys are dotted keys of the scenario."""
+
+MAX_KEYS = 8
+"""Largest number of varied keys; the number of evaluations grows steeply with it."""
+
+MAX_EVALUATIONS = 2000
+"""Largest number of evaluated designs; the surrogate takes time of its third power."""
+
+DEFAULT_EVALUATIONS = 400
+
+WORST, MEAN = "worst", "mean"
+"""How the values under several conditions become one."""
+
+TAKE_KEY = "take"
+
+
+class VaryRange(Block):
+    """Bounds between which a key is chosen."""
+
+    low: NumberOrText = Field(alias="from")
+    """Lower bound, a number in SI or text with a unit."""
+    high: NumberOrText = Field(alias="to")
+    """Upper bound, above the lower one."""
+    scale: Literal["linear", "log"] | None = None
+    """Scale on which designs are spread: linear (the default), or log where the bounds differ
+    by a factor of 10 or more."""
+
+
+class VariedKey(NamedTuple):
+    """A key to choose.
+
+    Attributes
+    ----------
+    key : str
+        Dotted key.
+    unit : str
+        SI unit as in table headers.
+    low, high : float
+        Bounds in SI.
+    scale : str
+        `linear` or `log`.
+    """
+
+    key: str
+    unit: str
+    low: float
+    high: float
+    scale: str
+
+    @property
+    def is_log(self) -> bool:
+        """Whether designs are spread on a log scale."""
+        return self.scale == "log"
+
+    @property
+    def law(self) -> Uniform:
+        """Distribution whose quantile function maps a share from 0 to 1 to a value."""
+        return Uniform(self.low, self.high, self.is_log)
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """Bounds as a file writes them, in SI."""
+        return {"from": self.low, "to": self.high, "scale": self.scale}
+
+
+class Conditions(NamedTuple):
+    """Conditions under which every design is judged.
+
+    Attributes
+    ----------
+    axes : tuple of Axis
+        Keys with their values; every combination is a condition.
+    take : str
+        `worst` or `mean`: how the objectives become one. Limits hold under every condition.
+    """
+
+    axes: tuple[Axis, ...] = ()
+    take: str = WORST
+
+
+def _require_vary(value: object) -> tuple[VariedKey, ...]:
+    """Return the varied keys that `read_design` has read; reject anything else."""
+    if not isinstance(value, tuple) or not value:
+        raise ValueError("must be keys such as `oscillator.damping: {from: 100, to: 3000}`")
+    return value
+
+
+def _require_conditions(value: object) -> Conditions:
+    """Return the conditions that `read_design` has read; reject anything else."""
+    if not isinstance(value, Conditions):
+        raise ValueError("must be keys with their values, such as `oscillator.mass: [60, 90]`")
+    return value
+
+
+def _conditions_to_dict(found: Conditions) -> dict[str, Any]:
+    """Return the conditions as a file writes them."""
+    return sweep_to_dict(found.axes) | {TAKE_KEY: found.take}
+
+
+def _as_list(value: object) -> object:
+    return [value] if isinstance(value, str) else value
+
+
+def _known_metric(name: str) -> str:
+    if name not in METRICS_BY_NAME:
+        hint = name_hint(name, METRICS_BY_NAME)
+        raise ValueError(f"unknown metric {format_value(name)}{hint}")
+    return name
+
+
+_NUMBERS = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
+_VARY_SCHEMA = {
+    "type": "object",
+    "minProperties": 1,
+    "propertyNames": {"pattern": KEY_PATTERN},
+    "additionalProperties": {
+        "type": "object",
+        "properties": {
+            "from": {"type": ["number", "string"], "description": "Lower bound."},
+            "to": {"type": ["number", "string"], "description": "Upper bound."},
+            "scale": {"enum": ["linear", "log"]},
+        },
+        "required": ["from", "to"],
+        "additionalProperties": False,
+    },
+}
+_OVER_SCHEMA = {
+    "type": "object",
+    "minProperties": 1,
+    "properties": {
+        TAKE_KEY: {"enum": [WORST, MEAN]},
+        FILE_KEY: {"description": FILES_DESCRIPTION, "type": ["array", "string"]},
+    },
+    "patternProperties": {KEY_PATTERN: {"anyOf": [_NUMBERS, {"type": "object"}]}},
+    "additionalProperties": False,
+}
+
+MetricName = Annotated[
+    str,
+    BeforeValidator(_known_metric),
+    WithJsonSchema({"enum": list(METRICS_BY_NAME)}),
+]
+
+
+class Design(Block):
+    """What `drysim design` chooses, what it minimises, and what every design must keep."""
+
+    vary: Annotated[
+        tuple[VariedKey, ...],
+        PlainValidator(_require_vary),
+        PlainSerializer(lambda found: {one.key: one.words for one in found}),
+        WithJsonSchema(_VARY_SCHEMA),
+    ]
+    """Keys to choose: dotted keys of this file, each with from and to."""
+    minimise: Annotated[
+        tuple[MetricName, ...],
+        BeforeValidator(_as_list),
+        PlainSerializer(lambda names: names[0] if len(names) == 1 else list(names)),
+        Field(min_length=1, max_length=2),
+    ]
+    """Metric to minimise, or a list of two for their Pareto front."""
+    within: Checks | None = None
+    """Limits that every design must keep, written as checks; default: the checks of the file
+    and its stroke limit."""
+    over: (
+        Annotated[
+            Conditions,
+            PlainValidator(_require_conditions),
+            PlainSerializer(_conditions_to_dict),
+            WithJsonSchema(_OVER_SCHEMA),
+        ]
+        | None
+    ) = None
+    """Conditions under which every design is judged: keys with a list of values or a range,
+    such as the records of a machine or the masses of its drivers. `take: worst` (the default)
+    or `take: mean` combines the objectives; limits hold under every condition."""
+    evaluations: Annotated[int, Field(strict=True, ge=1, le=MAX_EVALUATIONS)] = (
+        DEFAULT_EVALUATIONS
+    )
+    """Largest number of designs to evaluate [-]; fewer if nothing more can be gained."""
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Design:
+        if len({*self.minimise}) < len(self.minimise):
+            raise InvalidValue("names the same metric twice", "minimise")
+        for i, check in enumerate(self.within or ()):
+            if check.conditions:
+                rule = "has a condition, but limits hold for every design"
+                raise InvalidValue(f"{rule}; remove `at`", "within", i)
+        varied = {one.key for one in self.vary}
+        for axis in self.conditions.axes:
+            if axis.key in varied:
+                raise InvalidValue("is varied as well; remove one of them", "over", axis.key)
+            if axis.key == SEED_KEY:
+                raise InvalidValue(
+                    "is not a condition; use excitation.seeds for several seeds",
+                    "over", axis.key,
+                )  # fmt: skip
+        return self
+
+    @property
+    def conditions(self) -> Conditions:
+        """Conditions under which every design is judged."""
+        return self.over or Conditions()
+
+    def limits(
+        self, checks: tuple[Check, ...], stroke_limit: Check | None
+    ) -> tuple[Check, ...]:
+        """Return the limits that every design must keep.
+
+        Parameters
+        ----------
+        checks : tuple of Check
+            Those of the file.
+        stroke_limit : Check or None
+            The stroke limit of the file as a check, if it has one.
+        """
+        if self.within is not None:
+            return self.within
+        return (*checks, stroke_limit) if stroke_limit else checks
+
+
+def is_design(words: Mapping[str, Any]) -> bool:
+    """Return whether a document has a design block."""
+    return isinstance(words.get(DESIGN_KEY), Mapping)

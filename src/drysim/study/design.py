@@ -1,0 +1,866 @@
+"""Design: the values of some keys that minimise one or two metrics within limits.
+
+Every design is a case of a sweep, solved under the same base motion (the same seeds), so that
+differences between designs are not differences between noises. `search` chooses the designs;
+the cases of each of its rounds are solved, stored and resumed like those of a sweep.
+
+With several seeds the optimum is uncertain, because means over seeds are: of the objective, and
+of metrics with limits. Resampled seeds have other optima (bootstrap), which are found with the
+same surrogate model as in the search, one interpolant per seed. The designs among them cannot
+be told apart from the best one with these seeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import floor, inf, isfinite, isnan, log, log10, nan
+from statistics import fmean
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import drysim
+from drysim.core.model import Input, Samples, Sines
+from drysim.errors import ScenarioError, SolverError, WarningMessage
+from drysim.metrics.checks import Check, Verdict
+from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, STROKE_USED, UNITS, Values
+from drysim.scenario.axes import Axis, count_points
+from drysim.scenario.design import DESIGN_KEY, MEAN, Design, VariedKey
+from drysim.scenario.model import Scenario, asks_for
+from drysim.scenario.reading import LAWS, numeric_keys
+from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.run import unused_spectra_warnings
+from drysim.study.search import (
+    GAP_SHARES,
+    ROUNDS,
+    SEED,
+    Evaluations,
+    Floats,
+    Surrogate,
+    candidates,
+    pareto,
+    search,
+)
+from drysim.study.statistics import (
+    OK,
+    Batch,
+    Row,
+    interval,
+    stopping_rule,
+    student_t,
+    with_interval,
+)
+from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_threads
+from drysim.study.table import STROKE_LIMIT
+from drysim.wording import (
+    describe_point,
+    display_unit,
+    format_interval,
+    format_number,
+    format_unit,
+)
+
+if TYPE_CHECKING:
+    from drysim.study.store import Store
+
+DIGITS = 4
+"""Decimal digits of chosen values: of the value on a log scale, else of the range."""
+
+CHANGE = 0.1
+"""Relative change of friction and stiffness in the sensitivity of the best design."""
+
+SAME = 0.01
+"""Relative difference up to which designs count as equally good."""
+
+MIN_RELAXATION = 1e-3
+"""Relative gain without a limit from which the limit binds."""
+
+AT_BOUND = 1e-3
+"""Distance from a bound, as a share of the range, up to which a key is at its bound."""
+
+MIN_SEEDS, RESAMPLES = 5, 400
+"""Seeds from which they are resampled, and number of resamples."""
+
+NORMAL_95 = 1.959964
+"""Quantile of a 95 % interval of the normal distribution."""
+
+NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+NEAR_COUNT = 1000
+"""Points around the best design that are compared with it: their spread as shares of the box,
+and their number."""
+
+FRICTION, STIFFNESS = "friction", "stiffness"
+"""Names of the groups of keys that are changed together."""
+
+STIFFNESS_KEYS = ("oscillator.stiffness", "oscillator.natural_frequency")
+POWERS = {"oscillator.natural_frequency": 0.5}
+"""Keys that state the stiffness, and the power of it that they are proportional to."""
+
+
+class Candidate(NamedTuple):
+    """An evaluated design.
+
+    Attributes
+    ----------
+    number : int
+        From 1, in the order of the evaluations.
+    values : mapping
+        Varied keys in SI.
+    rows : tuple of Row
+        One per condition; means over the seeds if there are several.
+    objectives : tuple of float
+        Of the worst condition, or the mean over the conditions; NaN where not known.
+    excess : tuple of float
+        By how much each limit is exceeded under its worst condition, relative to the limit.
+    """
+
+    number: int
+    values: Mapping[str, float]
+    rows: tuple[Row, ...]
+    objectives: tuple[float, ...]
+    excess: tuple[float, ...]
+
+    @property
+    def is_known(self) -> bool:
+        """Whether all objectives and limits have numbers."""
+        return all(map(isfinite, (*self.objectives, *self.excess)))
+
+    @property
+    def is_admissible(self) -> bool:
+        """Whether the design keeps all limits."""
+        return self.is_known and all(excess <= 0.0 for excess in self.excess)
+
+    @property
+    def status(self) -> str:
+        """Status of the first case without numbers, or `ok`."""
+        return next((row.status for row in self.rows if row.status != OK), OK)
+
+
+class Region(NamedTuple):
+    """Designs as good as the best one.
+
+    Attributes
+    ----------
+    ends : mapping
+        Least and greatest value of each varied key.
+    points : ndarray, shape (n, keys)
+        Points of the region in the unit cube, for pictures.
+    """
+
+    ends: Mapping[str, tuple[float, float]]
+    points: Floats
+
+
+class Binding(NamedTuple):
+    """A limit that keeps the best design from being better.
+
+    Attributes
+    ----------
+    limit : Check
+    objective : float
+        Least objective that the surrogate model promises without the limit.
+    """
+
+    limit: Check
+    objective: float
+
+
+class Variant(NamedTuple):
+    """The best design with something changed: its objectives.
+
+    Attributes
+    ----------
+    name : str
+        Such as `friction +10 %`.
+    candidate : Candidate
+    """
+
+    name: str
+    candidate: Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class DesignResult:
+    """The best design, how well it is known, and all designs that were evaluated.
+
+    Attributes
+    ----------
+    source : Scenario
+        The scenario with its design block.
+    case : Case
+        The prepared case.
+    candidates : tuple of Candidate
+        In the order of their evaluation.
+    converged : bool
+        Whether the search ended because nothing can be gained, not at `evaluations`.
+    optimum : Region or None
+        Where the optimum may be, at 95 %, with several seeds.
+    flat : Region or None
+        Designs within 1 % of the best.
+    binding : tuple of Binding
+    variants : tuple of Variant
+        The design as in the file, and the shown one with friction and stiffness changed.
+    warnings : tuple of WarningMessage
+    complete : bool
+        Whether the search came to its end.
+    """
+
+    source: Scenario
+    case: Case
+    candidates: tuple[Candidate, ...]
+    converged: bool = False
+    optimum: Region | None = None
+    flat: Region | None = None
+    binding: tuple[Binding, ...] = ()
+    variants: tuple[Variant, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
+    complete: bool = True
+
+    @property
+    def design(self) -> Design:
+        """The design block."""
+        return design_of(self.source)
+
+    @property
+    def limits(self) -> tuple[Check, ...]:
+        """The limits that every design must keep."""
+        return limits_of(self.source)
+
+    @cached_property
+    def front(self) -> tuple[Candidate, ...]:
+        """Admissible designs that no other dominates; of one objective the best."""
+        found = [one for one in self.candidates if one.is_admissible]
+        if not found:
+            return ()
+        if len(self.design.minimise) == 1:
+            return (min(found, key=lambda one: one.objectives[0]),)
+        order = pareto(np.array([one.objectives for one in found]))
+        return tuple(found[i] for i in order.tolist())
+
+    @cached_property
+    def best(self) -> Candidate | None:
+        """The best admissible design; of a front its knee. None if none is admissible.
+
+        The knee is the point that is farthest below the line between the ends of the front.
+        """
+        if len(self.front) < 3:
+            return self.front[0] if self.front else None
+        values = np.array([one.objectives for one in self.front])
+        low, high = values.min(axis=0), values.max(axis=0)
+        return self.front[int(np.argmin(((values - low) / (high - low)).sum(axis=1)))]
+
+    @cached_property
+    def closest(self) -> Candidate | None:
+        """The design with the least excess over the limits; None if no design has numbers."""
+        known = [one for one in self.candidates if one.is_known]
+        return min(known, key=lambda one: max(one.excess, default=0.0), default=None)
+
+    @property
+    def shown(self) -> Candidate | None:
+        """The best design or, if none is admissible, the closest one."""
+        return self.best or self.closest
+
+    @cached_property
+    def checks(self) -> tuple[Verdict, ...]:
+        """The limits, judged on the shown design under its worst condition."""
+        found = self.shown
+        if found is None:
+            return tuple(limit.no_case_verdict() for limit in self.limits)
+        conditions = {axis.key for axis in self.case.scenario.sweep}
+        return tuple(judge_limit(limit, found.rows, conditions) for limit in self.limits)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with the shown design, without the design block; it runs."""
+        values = self.shown.values if self.shown else {}
+        checks = self.source.checks if self.design.within is None else self.design.within
+        kept: dict[str, object] = {DESIGN_KEY: None, "checks": checks}
+        return (
+            self.source.copy_with({"sweep": (), "reference": None}).at(values).copy_with(kept)
+        )
+
+    @property
+    def metrics(self) -> Values:
+        """Metrics of the shown design under its worst condition; empty if there is none."""
+        return dict(self.shown_row.metrics) if self.shown_row else {}
+
+    @property
+    def shown_row(self) -> Row | None:
+        """The row of the shown design under the condition with the worst first objective."""
+        if self.shown is None:
+            return None
+        name = self.design.minimise[0]
+        return max(self.shown.rows, key=lambda row: number_of(row.metrics.get(name)))
+
+    @property
+    def half_widths(self) -> tuple[float | None, ...]:
+        """Half-width of the 95 % interval of each objective of the shown design over seeds."""
+        if self.shown is None:
+            return (None,) * len(self.design.minimise)
+        take = np.mean if self.design.conditions.take == MEAN else worst_condition
+        series = (take(seed_values(self.shown, name), axis=0) for name in self.design.minimise)
+        return tuple(interval(one.tolist())[1] if len(one) > 1 else None for one in series)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """Records of the base motion."""
+        return self.case.inputs
+
+    @property
+    def numerics(self) -> dict[str, object]:
+        """Core, reason, engine and step of the solutions."""
+        return describe_numerics(self.case)
+
+    @property
+    def motion(self) -> Sines | Samples | None:
+        """Base motion of the first seed, or of the first record."""
+        return self.case.motion
+
+    def place(self, candidate: Candidate) -> str:
+        """Return the values of a design as text."""
+        return describe_point(candidate.values, {one.key: one.unit for one in self.design.vary})
+
+    def result(self, candidate: Candidate) -> str:
+        """Return the objectives of a design as text."""
+        names = zip(self.design.minimise, candidate.objectives, strict=True)
+        return ", ".join(f"{name} {format_metric(name, x)}" for name, x in names)
+
+    def __repr__(self) -> str:
+        """Return the best design in one line."""
+        many, name = f"{len(self.candidates)} designs", self.source.name
+        if self.best is None:
+            return format_repr("DesignResult", name, many, "none is admissible")
+        return format_repr(
+            "DesignResult", name, many, self.place(self.best), self.result(self.best)
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the best design as HTML, for notebooks."""
+        rows = [
+            (one.key, format_number(self.shown.values[one.key]), one.unit)
+            for one in self.design.vary
+            if self.shown
+        ]
+        return html_table(repr(self), ("key", "value", "unit"), rows, self.checks)
+
+    def plot(self) -> Any:
+        """Return the picture of the design study, a figure of matplotlib."""
+        return drysim.plot(self)
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Return 0, or 1 if no design is admissible; `strict` counts a warning as well."""
+        return exit_code(self.checks, self.warnings, strict)
+
+
+def format_metric(name: str, value: float, half_width: float | None = None) -> str:
+    """Return a metric with its unit, lengths in a suitable one, and its interval over seeds."""
+    factor, unit = display_unit(format_unit(UNITS[name]), value)
+    width = None if half_width is None else factor * half_width
+    return format_interval(factor * value, width, unit)
+
+
+def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
+    """Find the design that minimises the objective of a scenario's design block.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a design block.
+    workers : int, optional
+        Number of threads; default: one per processor. The result does not depend on it.
+
+    Returns
+    -------
+    DesignResult
+
+    Raises
+    ------
+    ScenarioError
+        When the scenario has no design block, or a design is invalid.
+    RecordError
+        When the record of the excitation is invalid.
+    UsageError
+        When `scenario` is not a Scenario, or `workers` not a number of threads.
+    """
+    return solve(prepare_design(scenario), on_threads(workers))
+
+
+def prepare_design(scenario: Scenario) -> Case:
+    """Return the case of a design study, with its conditions as sweep; errors as `design`."""
+    require_scenario(scenario)
+    found = scenario.design
+    if found is None:
+        problem = scenario.problem(
+            "design is required: the keys to vary, and the metric to minimise", DESIGN_KEY
+        )
+        raise ScenarioError(f"{scenario.origin['file'] or scenario.name}: 1 error", (problem,))
+    if until := stopping_rule(scenario):
+        sentence = (
+            "excitation.until is not supported by design, which takes the same seeds for every "
+            f"design; remove it and set excitation.seeds, not {until.metric}"
+        )
+        raise case_error(scenario, sentence, ("excitation", "until"))
+    for i, name in enumerate(found.minimise):
+        check_metric(
+            scenario, name, ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
+        )
+    for i, check in enumerate(found.within or ()):
+        check_metric(scenario, check.metric, ("within", i))
+    return prepare(
+        scenario.copy_with({"sweep": found.conditions.axes, "reference": None}),
+        swept=bool(found.conditions.axes),
+    )
+
+
+def check_metric(scenario: Scenario, name: str, at: tuple[str | int, ...]) -> None:
+    """Raise a ScenarioError for a metric that the scenario does not have."""
+    keys = (DESIGN_KEY, *at)
+    where = ".".join(map(str, keys))
+    if name in (metric.name for metric in FIT_METRICS):
+        raise case_error(scenario, f"{where}: {name} is known to `drysim fit` only", keys)
+    for need in METRICS_BY_NAME[name].needs:
+        if not asks_for(scenario, need):
+            sentence = f"{where}: {name} is not available without {need.name}"
+            raise case_error(scenario, f"{sentence}; give {' or '.join(need.keys)}", keys)
+
+
+def design_of(scenario: Scenario) -> Design:
+    """Return the design block of a scenario that has one."""
+    assert scenario.design is not None, "a design study has a design block"
+    return scenario.design
+
+
+def limits_of(scenario: Scenario) -> tuple[Check, ...]:
+    """Return the limits that every design of a scenario must keep."""
+    return design_of(scenario).limits(
+        scenario.checks, STROKE_LIMIT if scenario.stroke is not None else None
+    )
+
+
+def solve(
+    case: Case,
+    execute: Execute,
+    store: Store | None = None,
+    advance: Callable[[int], None] = lambda count: None,
+) -> DesignResult:
+    """Solve a prepared design study.
+
+    Parameters
+    ----------
+    case : Case
+        As `prepare_design` returns it.
+    execute : callable
+        Solves the cases of designs.
+    store : Store, optional
+        Cases that it holds are not computed again, all others are written to it.
+    advance : callable, optional
+        Called with the number of new designs.
+    """
+    study = Study(case, execute, store, advance)
+    block = study.design
+    try:
+        found, converged = search(
+            study.evaluate, len(block.vary), len(block.minimise), block.evaluations
+        )
+        result = DesignResult(case.scenario, case, tuple(study.candidates), converged)
+        if result.closest is None:
+            first = study.candidates[0]
+            note = next(row.note or row.status for row in first.rows if row.status != OK)
+            raise SolverError(f"no design has numbers; the first: {note}")
+        assert result.shown is not None, "some design has numbers"
+        result = replace(result, variants=tuple(study.variants(result.shown)))
+    except KeyboardInterrupt:
+        if not study.candidates:
+            raise
+        return DesignResult(case.scenario, case, tuple(study.candidates), complete=False)
+    if result.best is not None and len(block.minimise) == 1:
+        limits = tuple(binding_limits(result, found))
+        flat, optimum = flat_region(result, found), optimum_region(result, found)
+        result = replace(result, optimum=optimum, flat=flat, binding=limits)
+    return replace(result, warnings=tuple(design_warnings(result)))
+
+
+@dataclass
+class Study:
+    """Evaluation of designs, round by round.
+
+    Attributes
+    ----------
+    case : Case
+    execute, store, advance
+        As for `solve`.
+    candidates : list of Candidate
+        All designs so far.
+    first : int
+        Number of the next case.
+    """
+
+    case: Case
+    execute: Execute
+    store: Store | None
+    advance: Callable[[int], None]
+    candidates: list[Candidate] = field(default_factory=list)
+    first: int = 0
+
+    @property
+    def design(self) -> Design:
+        """The design block."""
+        return design_of(self.case.scenario)
+
+    def evaluate(self, points: Floats) -> Evaluations:
+        """Evaluate designs at points of the unit cube; their values are rounded."""
+        values = [round_values(self.design.vary, point) for point in points]
+        keys = {one.key: one.unit for one in self.design.vary}
+        rows = self.rows(self.case.scenario, keys, values)
+        for one, several in zip(values, rows, strict=True):
+            number = len(self.candidates) + 1
+            self.candidates.append(make_candidate(self.case.scenario, number, one, several))
+        return evaluations_of(self.case.scenario, self.candidates[-len(values) :])
+
+    def rows(
+        self, scenario: Scenario, keys: Mapping[str, str], points: Sequence[Mapping[str, float]]
+    ) -> list[tuple[Row, ...]]:
+        """Solve designs under all conditions, and return the rows of each.
+
+        Parameters
+        ----------
+        scenario : Scenario
+            With the conditions as its sweep.
+        keys : mapping
+            Units of the keys that vary, by key.
+        points : sequence of mapping
+            Values of these keys for each design.
+        """
+        zipped = tuple(
+            Axis(key, unit, values, list(values), "zip", location=(DESIGN_KEY, "vary", key))
+            for key, unit in keys.items()
+            for values in [tuple(point[key] for point in points)]
+        )
+        conditions = scenario.sweep
+        scenario = scenario.copy_with({"sweep": (*conditions, *zipped)})
+        case = replace(self.case, scenario=scenario)
+        each, begun = count_points(conditions) if conditions else 1, self.first
+        choose_engine(case, [scenario], count=each * self.design.evaluations)
+        done = 0
+
+        def count(batch: Batch) -> None:
+            nonlocal done
+            before, done = done // each, done + len(batch)
+            self.advance(done // each - before)
+
+        rows = [
+            row
+            for _, batch in self.execute([scenario], case, self.store, count, begun)
+            for row in batch
+        ]  # fmt: skip
+        self.first = begun + len(rows)
+        return [tuple(rows[i : i + each]) for i in range(0, len(rows), each)]
+
+    def variants(self, shown: Candidate) -> Iterator[Variant]:
+        """Yield the design of the file, and variants of the shown one."""
+        scenario = self.case.scenario
+        known, conditions = known_values(scenario), {axis.key for axis in scenario.sweep}
+        given = {key: value for key, (value, _) in known.items() if key not in conditions}
+        best = {**given, **shown.values}
+        groups = {
+            name: [key for key in keys if best.get(key)] for name, keys in groups_of(best)
+        }
+        points = {"as given": given}
+        for name, keys in groups.items():
+            for change in (CHANGE, -CHANGE) if keys else ():
+                factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
+                changed = {key: value * factors.get(key, 1.0) for key, value in best.items()}
+                points[f"{name} {100 * change:+.0f} %"] = changed
+        units = {key: known[key][1] for key in best}
+        for (name, point), rows in zip(
+            points.items(), self.rows(scenario, units, [*points.values()]), strict=True
+        ):
+            values = {key: point[key] for key in shown.values}
+            yield Variant(name, make_candidate(scenario, 0, values, rows))
+        if groups[FRICTION] and scenario.stops is None:
+            units = {key: unit for key, unit in units.items() if not is_friction(key)}
+            viscous = scenario.with_approach("viscous")
+            (rows,) = self.rows(viscous, units, [{key: best[key] for key in units}])
+            yield Variant("no dry friction", make_candidate(scenario, 0, shown.values, rows))
+
+
+def known_values(scenario: Scenario) -> dict[str, tuple[float, str]]:
+    """Return the values in the file, and the units, of what a study varies by itself.
+
+    These are the keys of the design block, the friction forces and the stiffness.
+    """
+    words = scenario.resolved()
+    numeric = numeric_keys(type(scenario), words)
+    varied = {one.key for one in design_of(scenario).vary}
+    found = {}
+    for key, entry in numeric.items():
+        wanted = key in varied or key in STIFFNESS_KEYS or is_friction(key)
+        if entry is None or not (wanted and entry.present):
+            continue
+        force = entry.unit == "N" or "mu_" in key
+        if (value := entry.here(key)) is None or (
+            is_friction(key) and key not in varied and not force
+        ):
+            continue
+        found[key] = (value, entry.header)
+    return found
+
+
+def is_friction(key: str) -> bool:
+    """Return whether a key is one of the friction law of the file."""
+    return key.startswith("friction.") and key.split(".")[1] not in ("normal", *LAWS)
+
+
+def groups_of(keys: Iterable[str]) -> list[tuple[str, list[str]]]:
+    """Return the keys that are changed together, with the name of each group."""
+    return [
+        (FRICTION, [key for key in keys if is_friction(key)]),
+        (STIFFNESS, [key for key in keys if key in STIFFNESS_KEYS]),
+    ]
+
+
+def round_values(vary: Sequence[VariedKey], point: Floats) -> dict[str, float]:
+    """Return the values of a design at a point of the unit cube, as short decimals."""
+    values = {}
+    for one, share in zip(vary, point.tolist(), strict=True):
+        exact = float(one.law.quantile(np.array(share)))
+        if one.is_log:
+            value = float(f"{exact:.{DIGITS}g}")
+        else:
+            value = round(exact, DIGITS - 1 - floor(log10(one.high - one.low)))
+        values[one.key] = min(max(value, one.low), one.high)
+    return values
+
+
+def shares_of(vary: Sequence[VariedKey], values: Mapping[str, float]) -> list[float]:
+    """Return the point of the unit cube at which a design lies."""
+    shares = []
+    for one in vary:
+        value = values[one.key]
+        if one.is_log:
+            shares.append(log(value / one.low) / log(one.high / one.low))
+        else:
+            shares.append((value - one.low) / (one.high - one.low))
+    return shares
+
+
+def number_of(value: float | None) -> float:
+    """Return a metric as a float, NaN where it is not known."""
+    return nan if value is None else float(value)
+
+
+def make_candidate(
+    scenario: Scenario, number: int, values: Mapping[str, float], rows: tuple[Row, ...]
+) -> Candidate:
+    """Return a design with its objectives and the excess over its limits."""
+    found = design_of(scenario)
+    take = fmean if found.conditions.take == MEAN else max
+    objectives = []
+    for name in found.minimise:
+        several = [number_of(row.metrics.get(name)) for row in rows]
+        objectives.append(nan if any(map(isnan, several)) else float(take(several)))
+    excess = (max_excess(limit, rows) for limit in limits_of(scenario))
+    return Candidate(number, values, rows, tuple(objectives), tuple(excess))
+
+
+def max_excess(limit: Check, rows: Sequence[Row]) -> float:
+    """Return the largest excess over a limit, relative to it; NaN where it is not known."""
+    found = [limit.excess(limited_value(limit, row)) for row in rows]
+    return nan if any(map(isnan, found)) else max(found) / (abs(limit.limit) or 1.0)
+
+
+def limited_value(limit: Check, row: Row) -> float:
+    """Return the value that a limit applies to: a mean over seeds, or the stroke of each."""
+    values = row.over.values.get(STROKE_USED) if row.over else None
+    if limit is STROKE_LIMIT and values:
+        return max(map(number_of, values))
+    return number_of(row.metrics.get(limit.metric))
+
+
+def judge_limit(limit: Check, rows: Sequence[Row], conditions: Collection[str]) -> Verdict:
+    """Return the verdict on a limit under the condition that exceeds it by most."""
+    row = max(rows, key=lambda row: number_or_inf(limit.excess(limited_value(limit, row))))
+    where = {key: value for key, value in row.point.items() if key in conditions}
+    status = "" if row.status == OK else row.status
+    verdict = limit.verdict(limited_value(limit, row), where, status)
+    if row.over and limit is not STROKE_LIMIT:
+        verdict = with_interval(verdict, row.half_widths.get(limit.metric), row.seeds)
+    return verdict
+
+
+def number_or_inf(value: float) -> float:
+    """Return a number, infinite for NaN."""
+    return inf if isnan(value) else value
+
+
+def evaluations_of(scenario: Scenario, candidates: Sequence[Candidate]) -> Evaluations:
+    """Return designs as evaluations of the search."""
+    vary = design_of(scenario).vary
+    return Evaluations(
+        np.array([shares_of(vary, one.values) for one in candidates]),
+        np.array([one.objectives for one in candidates]),
+        np.array([one.excess for one in candidates]).reshape(len(candidates), -1),
+    )
+
+
+# What the evaluated designs tell about the best one
+
+
+def seed_values(candidate: Candidate, name: str) -> Floats:
+    """Return a metric of a design for each seed, shape (conditions, seeds)."""
+    several = [
+        row.over.values[name] if row.over else [row.metrics.get(name)] for row in candidate.rows
+    ]
+    return np.array(several, dtype=float)
+
+
+def worst_condition(values: Floats, axis: int) -> Floats:
+    """Return the values of the seeds under the condition with the greatest mean."""
+    return np.asarray(values[int(np.argmax(values.mean(axis=1)))])
+
+
+def points_near(point: Floats) -> Floats:
+    """Return a point of the unit cube and points around it at all distances."""
+    random = np.random.default_rng(SEED)
+    spread = [
+        np.clip(point + width * random.normal(size=(NEAR_COUNT, len(point))), 0.0, 1.0)
+        for width in NEAR_WIDTHS
+    ]
+    return np.concatenate([point[None], *spread, random.random((NEAR_COUNT, len(point)))])
+
+
+def make_region(vary: Sequence[VariedKey], low: Floats, high: Floats, points: Floats) -> Region:
+    """Return a region by its ends in the unit cube."""
+    ends = zip(round_values(vary, low).items(), round_values(vary, high).values(), strict=True)
+    return Region({key: (a, b) for (key, a), b in ends}, points)
+
+
+def flat_region(result: DesignResult, found: Evaluations) -> Region:
+    """Return the admissible designs within 1 % of the best, by the surrogate model."""
+    vary, best = result.design.vary, result.best
+    assert best is not None, "only an admissible design has a region"
+    points = points_near(np.array(shares_of(vary, best.values)))
+    if (surrogate := Surrogate.of(found)) is None:
+        points = points[:1]
+    else:
+        predicted, least = surrogate.at(points), best.objectives[0]
+        same = predicted.objectives[:, 0] <= least + SAME * abs(least)
+        same &= (predicted.constraints <= 0.0).all(axis=1)
+        points = points[same | (np.arange(len(points)) == 0)]
+    return make_region(vary, points.min(axis=0), points.max(axis=0), points)
+
+
+def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
+    """Return where the optimum may be, from several seeds; None of a single one.
+
+    Notes
+    -----
+    Bootstrap: the optima of resampled seeds, by interpolants of objective and limits for each
+    seed. Their 95 % percentiles are widened by Student's t. Points count as optimal within the
+    error of the interpolant, which is estimated by leaving the last rounds out.
+    """
+    design, limits, best = result.design, result.limits, result.best
+    assert best is not None, "only an admissible design has a region"
+    seeds, vary = best.rows[0].seeds, design.vary
+    if seeds < MIN_SEEDS:
+        return None
+    names = (design.minimise[0], *(limit.metric for limit in limits))
+    series = np.array(
+        [
+            [seed_values(one, name) for name in names] if one.is_known else None
+            for one in result.candidates
+            if one.is_known
+        ]
+    )
+    flat = series.reshape(len(series), -1)
+    values = Evaluations(found.points[found.known], flat, np.empty((len(flat), 0)))
+    centre = np.array(shares_of(vary, best.values))
+    points = points_near(centre)
+    earlier = np.arange(len(flat) - ROUNDS * len(GAP_SHARES))
+    surrogate, without = Surrogate.of(values), Surrogate.of(values.at(earlier))
+    if surrogate is None or without is None:
+        return None
+    shape = (len(points), *series.shape[1:])
+    found_values = surrogate.at(points).objectives.reshape(shape)
+    take = np.mean if design.conditions.take == MEAN else np.max
+
+    def objective(several: Floats) -> Floats:
+        return np.asarray(take(several[:, 0], axis=-1))
+
+    means = objective(found_values.mean(axis=-1))
+    error = abs(objective(without.at(points).objectives.reshape(shape).mean(axis=-1)) - means)
+    lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
+    for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
+        resampled = found_values @ (np.bincount(drawn, minlength=seeds) / seeds)
+        holds = np.ones(len(points), dtype=bool)
+        for i, limit in enumerate(limits, 1):
+            level = resampled[:, i]
+            if limit is STROKE_LIMIT:
+                level = found_values[:, i][:, :, drawn].max(axis=-1)
+            holds &= (limit.excess(level) <= 0.0).all(axis=1)
+        if not holds.any():
+            continue
+        reached = np.where(holds, objective(resampled), np.inf)
+        least = int(np.argmin(reached))
+        near = reached <= reached[least] + error[least] + error
+        lows.append(points[near].min(axis=0))
+        highs.append(points[near].max(axis=0))
+        optimal[least] = True
+    if not lows:
+        return None
+    widening = student_t(seeds - 1) / NORMAL_95
+    ends = np.quantile(lows, 0.025, axis=0), np.quantile(highs, 0.975, axis=0)
+    low, high = (np.clip(centre + widening * (end - centre), 0.0, 1.0) for end in ends)
+    return make_region(vary, np.minimum(low, centre), np.maximum(high, centre), points[optimal])
+
+
+def binding_limits(result: DesignResult, found: Evaluations) -> Iterator[Binding]:
+    """Yield the limits without which the surrogate model promises a better design."""
+    surrogate, best = Surrogate.of(found), result.best
+    if surrogate is None or best is None:
+        return
+    predicted = surrogate.at(candidates(np.random.default_rng(SEED), found, 1))
+    holds, least = predicted.constraints <= 0.0, best.objectives[0]
+    for i, limit in enumerate(result.limits):
+        inside = np.delete(holds, i, axis=1).all(axis=1)
+        if not inside.any():
+            continue
+        objective = float(predicted.objectives[inside, 0].min())
+        if objective < least - MIN_RELAXATION * abs(least):
+            yield Binding(limit, objective)
+
+
+def keys_at_bounds(result: DesignResult) -> dict[str, str]:
+    """Return the keys of the best design that are at a bound, and which: `lower` or `upper`."""
+    if result.best is None:
+        return {}
+    shares = shares_of(result.design.vary, result.best.values)
+    return {
+        one.key: "lower" if share <= AT_BOUND else "upper"
+        for one, share in zip(result.design.vary, shares, strict=True)
+        if not AT_BOUND < share < 1.0 - AT_BOUND
+    }
+
+
+def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
+    """Yield the warnings about a design study."""
+    yield from result.case.warnings
+    yield from unused_spectra_warnings(result.case)
+    lost = [one for one in result.candidates if not one.is_known]
+    if lost:
+        sentence = (
+            f"{len(lost)} of {len(result.candidates)} designs have no numbers ({lost[0].status}"
+            f") and were passed over; the first is at {result.place(lost[0])}"
+        )
+        yield WarningMessage("designs-lost", sentence, {"designs": len(lost)})
+    if not result.converged:
+        sentence = (
+            f"the search ended at design.evaluations, {result.design.evaluations}, while "
+            "better designs were still being found; allow more"
+        )
+        yield WarningMessage(
+            "search-not-finished", sentence, {"evaluations": result.design.evaluations}
+        )

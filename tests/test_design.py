@@ -1,0 +1,384 @@
+"""Design studies: optima in closed form, limits, conditions, seeds, files, faults."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.study.design import prepare_design, solve
+from drysim.study.store import Store, work_identity
+from drysim.study.sweep import on_threads
+from test_bad_input import tree
+
+M, K_X = 75.0, 7500.0
+OMEGA = np.sqrt(K_X / M)
+
+SINE = """
+oscillator: {mass: 75, stiffness: 7500, damping: 300}
+excitation: {kind: harmonic, frequency: 2 Hz, rms: 1}
+solver: {step: 2.5e-3}
+"""
+NOISE = """
+oscillator: {mass: 75, stiffness: 7500, damping: 300}
+friction: {law: coulomb, kinetic: 10, static_ratio: 1.2}
+stroke: {limit: 40 mm}
+excitation: {kind: standard, class: EM1, duration: 15 s, seed: 1, seeds: 6}
+solver: {step: 5e-3}
+measure: {settle: 3 s, direction: vertical}
+"""
+WIDE = "oscillator.damping: {from: 100, to: 3000, scale: log}"
+DAMPING = "oscillator.damping: {from: 50, to: 5000, scale: log}"
+
+
+@pytest.fixture
+def command(drysim):
+    """Return `drysim` as a function; the name of the fixture is that of the package."""
+    return drysim
+
+
+def loaded(folder: Path, scene: str, design: str, **overrides: object) -> drysim.Scenario:
+    """Return a scenario with a design block."""
+    file = folder / "study.yaml"
+    file.write_text(f"drysim: 1\n{scene}design:\n  {design.strip()}\n", encoding="utf-8")
+    return drysim.load(file, overrides)
+
+
+def sine_ratios(b, frequency=2.0, k_x=K_X):
+    """Return T_a, and peak |x_r| per unit of base amplitude [s²], without dry friction."""
+    w = 2.0 * np.pi * frequency
+    stiffness = k_x - M * w**2 + 1j * b * w
+    return abs((k_x + 1j * b * w) / stiffness), abs(M / stiffness)
+
+
+def test_damping_of_least_transmission_within_the_stroke_is_that_of_the_closed_form(tmp_path):
+    # Above sqrt(2) f_0 less damping transmits less, and moves more: the stroke decides.
+    scene = SINE.replace("2 Hz", "3 Hz")
+    limit = 4.2e-3
+    result = drysim.design(
+        loaded(tmp_path, scene, f"""
+  vary: {{{DAMPING}}}
+  minimise: T_a
+  within: [x_r_peak < {limit}]""")
+    )  # fmt: skip
+    b = np.geomspace(50, 5000, 200_001)
+    T_a, stroke = sine_ratios(b, 3.0)
+    least = T_a[np.sqrt(2.0) * stroke < limit].min()
+    assert result.converged
+    assert result.best is not None
+    assert result.best.objectives[0] == pytest.approx(least, rel=1e-3)
+    assert result.metrics["x_r_peak"] < limit
+    assert [str(one.limit) for one in result.binding] == [f"x_r_peak < {limit}"]
+    assert result.binding[0].objective == pytest.approx(T_a.min(), rel=1e-2)
+    assert result.exit_code() == 0
+
+
+def test_worst_of_several_frequencies_counts_or_their_mean(tmp_path):
+    b = np.geomspace(50, 5000, 20_001)
+    several = np.array([sine_ratios(b, f)[0] for f in (1.6, 5.0)])
+    for take, exact in (("worst", several.max(axis=0)), ("mean", several.mean(axis=0))):
+        result = drysim.design(
+            loaded(tmp_path, SINE, f"""
+  vary: {{{DAMPING}}}
+  minimise: T_a
+  over: {{excitation.frequency: [1.6, 5], take: {take}}}""")
+        )  # fmt: skip
+        assert result.best is not None
+        assert result.best.objectives[0] == pytest.approx(exact.min(), rel=1e-3), take
+        assert len(result.best.rows) == 2
+
+
+def test_limits_hold_under_every_condition(tmp_path):
+    result = drysim.design(
+        loaded(tmp_path, SINE, f"""
+  vary: {{{DAMPING}}}
+  minimise: T_a
+  within: [x_r_peak < 8 mm]
+  over: {{excitation.frequency: [1.6, 5], take: mean}}""")
+    )  # fmt: skip
+    assert result.best is not None
+    assert max(row.metrics["x_r_peak"] for row in result.best.rows) < 8e-3
+    (verdict,) = result.checks
+    assert verdict.where == {"excitation.frequency": 1.6}
+
+
+def test_stroke_limit_and_checks_of_the_file_are_the_default_limits(tmp_path):
+    scene = f"{SINE}stroke: {{limit: 12 mm}}\nchecks: [T_a < 3]\n"
+    design = f"vary: {{{DAMPING}}}\n  minimise: a_x"
+    result = drysim.design(loaded(tmp_path, scene, design))
+    assert [str(limit) for limit in result.limits] == ["T_a < 3", "stroke_used <= 1"]
+    assert result.metrics["stroke_used"] <= 1.0
+
+
+def test_study_without_an_admissible_design_names_the_closest_and_fails(tmp_path):
+    result = drysim.design(
+        loaded(tmp_path, SINE, f"""
+  vary: {{{DAMPING}}}
+  minimise: T_a
+  within: [x_r_peak < 1 um]""")
+    )  # fmt: skip
+    assert result.best is None
+    assert result.closest is not None
+    assert result.closest.values == {"oscillator.damping": 5000.0}
+    assert [verdict.passed for verdict in result.checks] == [False]
+    assert result.exit_code() == 1
+    assert "none is admissible" in repr(result)
+
+
+def test_front_of_transmission_and_stroke_lies_on_the_closed_form(tmp_path):
+    result = drysim.design(
+        loaded(tmp_path, SINE.replace("2 Hz", "3 Hz"), f"""
+  vary: {{{DAMPING}}}
+  minimise: [T_a, x_r_peak]
+  evaluations: 120""")
+    )  # fmt: skip
+    assert len(result.front) > 30
+    for one in result.front:
+        T_a, stroke = sine_ratios(one.values["oscillator.damping"], 3.0)
+        assert one.objectives == pytest.approx((T_a, np.sqrt(2.0) * stroke), rel=1e-9)
+    first = [one.objectives[0] for one in result.front]
+    assert first == sorted(first)
+    assert result.best in result.front
+    assert result.optimum is None
+
+
+def test_all_seeds_are_the_same_for_every_design_and_give_intervals(tmp_path):
+    result = drysim.design(
+        loaded(tmp_path, NOISE, """
+  vary: {oscillator.damping: {from: 100, to: 3000, scale: log}}
+  minimise: SEAT
+  within: []""")
+    )  # fmt: skip
+    best = result.best
+    assert best is not None
+    hashes = {row.over.sha256 for one in result.candidates for row in one.rows}
+    assert len(hashes) == 1
+    assert result.half_widths[0] > 0.0
+    low, high = result.optimum.ends["oscillator.damping"]
+    assert low < best.values["oscillator.damping"] < high
+    wide = result.flat.ends["oscillator.damping"]
+    assert wide[0] < low
+    assert high < wide[1]
+    # The best of a dense grid under the same seeds is no better, and lies within the interval.
+    swept = drysim.load(
+        tmp_path / "study.yaml",
+        {"design": None, "sweep": {"oscillator.damping": np.geomspace(300, 3000, 60).tolist()}},
+    )
+    grid = min(drysim.sweep(swept), key=lambda row: row.metrics["SEAT"])
+    assert best.objectives[0] <= grid.metrics["SEAT"] * (1.0 + 1e-4)
+    assert 0.95 * low < grid.point["oscillator.damping"] < 1.05 * high
+
+
+def test_stroke_limit_holds_with_every_seed(tmp_path):
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
+    result = drysim.design(loaded(tmp_path, NOISE, design, **{"stroke.limit": "25 mm"}))
+    assert result.best is not None
+    (row,) = result.best.rows
+    assert max(row.over.values["stroke_used"]) <= 1.0
+    assert row.metrics["violations"] == 0
+
+
+def test_variants_show_what_friction_and_stiffness_do(tmp_path):
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
+    result = drysim.design(loaded(tmp_path, NOISE, design))
+    found = {one.name: one.candidate for one in result.variants}
+    assert [*found] == [
+        "as given", "friction +10 %", "friction -10 %", "stiffness +10 %", "stiffness -10 %",
+        "no dry friction",
+    ]  # fmt: skip
+    assert found["as given"].values == {"oscillator.damping": 300.0}
+    scene = drysim.load(tmp_path / "study.yaml", result.shown.values)
+    scaled = {**result.shown.values, "friction.kinetic": 11}
+    changed = drysim.load(tmp_path / "study.yaml", scaled)
+    for name, scenario in (
+        ("friction +10 %", changed),
+        ("no dry friction", scene.with_approach("viscous")),
+    ):
+        exact = drysim.run(scenario).metrics["SEAT"]
+        assert found[name].objectives[0] == pytest.approx(exact, rel=1e-12), name
+
+
+STUDY = """
+  vary:
+    oscillator.damping: {from: 100, to: 3000, scale: log}
+    friction.kinetic: {from: 0, to: 60}
+  minimise: SEAT
+  evaluations: 24
+"""  # fmt: skip
+
+
+def test_result_does_not_depend_on_workers_or_on_an_interruption(tmp_path):
+    scenario = loaded(tmp_path, NOISE, STUDY, **{"excitation.seeds": 2})
+    whole = drysim.design(scenario, workers=1)
+    case = prepare_design(scenario)
+    for batches in (1, 20, 26):
+        (folder := tmp_path / f"after-{batches}").mkdir()
+        left = iter(range(batches))
+
+        def interrupt(_count: int, left=left) -> None:
+            if next(left, None) is None:
+                raise KeyboardInterrupt
+
+        store = Store(folder / "designs", work_identity(scenario), resume=False)
+        try:
+            partial = solve(case, on_threads(2), store, interrupt)
+            assert not partial.complete
+        except KeyboardInterrupt:
+            assert batches == 1  # not even one round
+        computed = []
+        store = Store(folder / "designs", work_identity(scenario), resume=True)
+        resumed = solve(case, on_threads(3), store, computed.append)
+        assert resumed.candidates == whole.candidates
+        assert resumed.optimum == whole.optimum or batches
+        assert sum(computed) < len(whole.candidates) + len(whole.variants)
+
+
+def test_best_design_runs_with_the_same_metrics(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    loaded(tmp_path, NOISE, STUDY)
+    done = command("design", "study.yaml", "--quiet")
+    assert done.code == 0, done.err
+    fields = json.loads(Path("out/study-design/drysim.json").read_text(encoding="utf-8"))
+    best = drysim.load("out/study-design/best.yaml")
+    assert best.design is None
+    again = drysim.run(best)
+    assert again.metrics["SEAT"] == pytest.approx(fields["metrics"]["SEAT"], rel=1e-12)
+    assert fields["design"]["best"]["objectives"]["SEAT"] == fields["metrics"]["SEAT"]
+    table = Path("out/study-design/design.csv").read_text("utf-8")
+    rows = list(csv.DictReader(table.splitlines()))
+    assert len(rows) == fields["numerics"]["evaluations"] == 24
+    row = rows[fields["design"]["best"]["design"] - 1]
+    assert float(row["SEAT [-]"]) == fields["metrics"]["SEAT"]
+    assert row["admissible [-]"] == row["on_front [-]"] == "1"
+    assert float(row["oscillator.damping [N*s/m]"]) == best.oscillator.damping
+    assert (
+        drysim.load("out/study-design/scenario.yaml").design == drysim.load("study.yaml").design
+    )
+
+
+def test_limits_of_the_study_are_the_checks_of_the_best_design(tmp_path):
+    design = f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: [x_r_peak < 8 mm]"
+    result = drysim.design(loaded(tmp_path, SINE, design))
+    assert [str(check) for check in result.scenario.checks] == ["x_r_peak < 8 mm"]
+    assert drysim.run(result.scenario).exit_code() == 0
+
+
+@pytest.mark.parametrize(
+    ("scene", "design", "sentence"),
+    [
+        (SINE, "vary: {}\n  minimise: T_a", "design.vary must be keys such as"),
+        (SINE, f"vary: {{{DAMPING}}}\n  minimise: Ta", "unknown metric `Ta`; did you mean"),
+        (SINE, f"vary: {{{DAMPING}}}\n  minimise: [T_a, T_a]", "names the same metric twice"),
+        (SINE, f"vary: {{{DAMPING}}}", "design.minimise is required"),
+        (
+            SINE,
+            "vary: {oscillator.damping: {from: 10, to: 5}}\n  minimise: T_a",
+            "design.vary.oscillator.damping.to must be above `from`, 10",
+        ),
+        (
+            SINE,
+            "vary: {oscillator.damping: {from: 0, to: 5, scale: log}}\n  minimise: T_a",
+            "design.vary.oscillator.damping.from must be above 0 on a log scale",
+        ),
+        (
+            SINE,
+            "vary: {oscillator.damping: 5}\n  minimise: T_a",
+            "design.vary.oscillator.damping must be {from, to}, not 5",
+        ),
+        (
+            SINE,
+            "vary: {oscillator.dampin: {from: 1, to: 5}}\n  minimise: T_a",
+            "unknown key `oscillator.dampin` in design.vary; did you mean",
+        ),
+        (
+            SINE,
+            "vary: {excitation.kind: {from: 1, to: 5}}\n  minimise: T_a",
+            "excitation.kind is not a number, so it cannot be varied",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: [T_a < 1 at status == ok]",
+            "has a condition, but limits hold for every design; remove `at`",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: T_a\n  over: {{oscillator.damping: [1, 2]}}",
+            "design.over.oscillator.damping is varied as well; remove one of them",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: T_a\n"
+            "  over: {oscillator.mass: [70], take: best}",
+            "design.over.take must be worst or mean, not `best`",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: T_a\n  evaluations: 0",
+            "design.evaluations must be at least 1, not 0",
+        ),
+        (
+            NOISE,
+            "vary: {excitation.seed: {from: 1, to: 5}}\n  minimise: T_a",
+            "excitation.seed cannot be",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: SEAT",
+            "design.minimise: SEAT is not available without a weighting",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: [stroke_used < 1]",
+            "design.within.0: stroke_used is not available without a stroke limit",
+        ),
+        (
+            SINE,
+            f"vary: {{{DAMPING}}}\n  minimise: fit_error",
+            "design.minimise: fit_error is known to `drysim fit` only",
+        ),
+        (
+            NOISE.replace("seeds: 6", "seeds: 6, until: {metric: SEAT, half_width: 3 %}"),
+            f"vary: {{{DAMPING}}}\n  minimise: SEAT",
+            "excitation.until is not supported by design",
+        ),
+    ],
+)  # fmt: skip
+def test_faults_are_named_and_nothing_is_written(
+    tmp_path, monkeypatch, command, scene, design, sentence
+):
+    monkeypatch.chdir(tmp_path)
+    Path("study.yaml").write_text(f"drysim: 1\n{scene}design:\n  {design}\n", encoding="utf-8")
+    before = tree(tmp_path)
+    done = command("design", "study.yaml")
+    assert done.code == 2, done.err
+    assert sentence in done.err
+    assert tree(tmp_path) == before
+
+
+def test_scenario_without_a_design_block_is_refused(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    Path("study.yaml").write_text(f"drysim: 1\n{SINE}", encoding="utf-8")
+    done = command("design", "study.yaml")
+    assert done.code == 2
+    assert "design is required: the keys to vary, and the metric to minimise" in done.err
+
+
+def test_dry_run_states_the_study_and_computes_nothing(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    loaded(tmp_path, NOISE, STUDY)
+    done = command("design", "study.yaml", "--dry-run")
+    assert done.code == 0
+    assert "at most 24 designs, each under 1 condition with 6 seeds" in done.out
+    assert not Path("out").exists()
+
+
+def test_search_that_is_not_finished_says_so(tmp_path):
+    design = f"vary: {{{DAMPING}}}\n  minimise: T_a\n  evaluations: 5"
+    result = drysim.design(loaded(tmp_path, SINE, design))
+    assert not result.converged
+    assert [warning.slug for warning in result.warnings] == ["search-not-finished"]
+    assert result.exit_code(strict=True) == 1
