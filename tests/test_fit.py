@@ -65,6 +65,25 @@ TWINS = {
         },
         "x_dd: x_dd",
     ),
+    "natural frequency": (
+        "oscillator: {mass: 75, natural_frequency: 1.6, damping_ratio: 0.3}\n"
+        + friction("kinetic: 20, static_ratio: 1.5"),
+        MASS + COULOMB,
+        {
+            "friction.kinetic": F_FK,
+            "friction.static_ratio": 1.5,
+            "oscillator.natural_frequency": 1.6,
+            "oscillator.damping_ratio": 0.3,
+        },
+        "x_dd: x_dd",
+    ),
+    "mass beside the natural frequency": (
+        "oscillator: {mass: 75, natural_frequency: 1.6, damping: 500}\n"
+        + friction("kinetic: 20, static_ratio: 1.5"),
+        "oscillator: {natural_frequency: 1.6, damping: 500}\n" + COULOMB,
+        {"oscillator.mass": 75.0, "friction.kinetic": F_FK, "friction.static_ratio": 1.5},
+        "x_dd: x_dd",
+    ),
     "coefficients under a normal force": (
         SEAT + friction("mu_kinetic: 0.1, mu_static: 0.14, normal: 200 N"),
         MASS + WEIGHED,

@@ -270,8 +270,10 @@ def test_every_member_of_every_shelf_is_in_it(words):
 
 
 def test_alternatives_exclude_each_other(words):
-    either = [{"required": ["damping"]}, {"required": ["damping_ratio"]}]
-    assert words["$defs"]["Oscillator"]["allOf"] == [{"oneOf": either}]
+    springs = [{"required": ["stiffness"]}, {"required": ["natural_frequency"]}]
+    dampers = [{"required": ["damping"]}, {"required": ["damping_ratio"]}]
+    either = [{"oneOf": springs}, {"oneOf": dampers}]
+    assert words["$defs"]["Oscillator"]["allOf"] == either
 
 
 def test_nothing_may_be_null(words):

@@ -16,7 +16,7 @@ from drysim.errors import ScenarioError
 from drysim.scenario import schema
 from drysim.scenario.axes import Axis, iter_points
 from drysim.scenario.load import load
-from drysim.scenario.model import Scenario, scene_period
+from drysim.scenario.model import Scenario, scene_period, with_columns
 from drysim.scenario.warnings import scenario_warnings
 from drysim.yaml_document import dump
 
@@ -420,6 +420,29 @@ def test_case_keeps_the_origin_of_its_file(points_scenario):
 def test_damping_ratio_follows_a_swept_mass(points_scenario):
     case = points_scenario(sweep={"oscillator.mass": [75, 300]}).at({"oscillator.mass": 300.0})
     assert case.oscillator.plant() == Plant(300.0, 7500.0, 0.25 * 2 * sqrt(7500 * 300))
+
+
+def test_stiffness_follows_mass_and_natural_frequency(points_scenario):
+    oscillator = {"mass": 75, "natural_frequency": "3 rad/s", "damping_ratio": 0.25}
+    swept = {"oscillator.mass": [75, 300], "oscillator.natural_frequency": [1.5, 2.5]}
+    whole = points_scenario(oscillator=oscillator, sweep=swept)
+    assert whole.oscillator.plant().k_x == pytest.approx(75 * 3**2, rel=1e-15)
+    case = whole.at({"oscillator.mass": 300.0, "oscillator.natural_frequency": 2.5})
+    k_x = 300.0 * (2 * pi * 2.5) ** 2
+    m, stiffness, b = case.oscillator.plant()
+    assert (m, case.resolved()["oscillator"]["natural_frequency"]) == (300.0, 2.5)
+    assert (stiffness, b) == pytest.approx((k_x, 0.25 * 2 * sqrt(k_x * 300)), rel=1e-15)
+
+
+def test_columns_of_natural_frequencies_give_the_stiffness_of_each_case(points_scenario):
+    oscillator = {"mass": 75, "natural_frequency": 1.6, "damping_ratio": 0.25}
+    whole = points_scenario(oscillator=oscillator)
+    values = {"oscillator.natural_frequency": [0.1, 1.6, 7.3], "oscillator.mass": [0.3, 75, 9]}
+    columns = {key: np.array(column, dtype=float) for key, column in values.items()}
+    together = with_columns(whole, columns).oscillator.plant()
+    for i in range(3):
+        point = {key: float(column[i]) for key, column in columns.items()}
+        assert whole.at(point).oscillator.plant() == tuple(column[i] for column in together)
 
 
 def test_static_limit_follows_swept_kinetic_friction(points_scenario):

@@ -140,6 +140,11 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     assert describe_oscillator(plant, ["oscillator.mass"]) == "k_x 7500 N/m, b 500 N·s/m"
     by_ratio = describe_oscillator(plant, ["oscillator.mass"], {"damping_ratio": 1 / 3})
     assert by_ratio == "k_x 7500 N/m, ξ 0.333"
+    by_frequency = {"natural_frequency": 1.6}
+    f_0 = describe_oscillator(plant, ["oscillator.mass"], by_frequency)
+    assert f_0 == "b 500 N·s/m, f_0 1.592 Hz"
+    swept = ["oscillator.natural_frequency"]
+    assert describe_oscillator(plant, swept, by_frequency) == "m 75 kg, b 500 N·s/m"
     damped = describe_oscillator(plant, ["oscillator.damping"])
     assert damped == "m 75 kg, k_x 7500 N/m, f_0 1.592 Hz"
     law = CoulombLaw(15.0, 18.0)

@@ -348,7 +348,7 @@ class SceneLike(Protocol):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Parameters given as ratios, by key."""
+        """Parameters relative to others, by key."""
 
     @property
     def static_given(self) -> bool:
@@ -408,13 +408,15 @@ def describe_oscillator(
     swept : collection of str, optional
         Dotted keys that vary; what they determine is omitted.
     ratios : mapping, optional
-        Ratios of the scenario, `damping_ratio` and `static_ratio`. A ratio is included even if
-        the quantity it refers to varies.
+        Parameters of the scenario relative to others: `natural_frequency`, `damping_ratio` and
+        `static_ratio`. Each is included even if the quantity it refers to varies.
     damping : tuple of float, optional
         Damping of extension and compression [N·s/m], where they differ.
     """
     varied = [key for key in swept if key.startswith("oscillator.")]
-    m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
+    m, f_0 = "oscillator.mass" not in varied, "oscillator.natural_frequency" not in varied
+    by_frequency = "natural_frequency" in ratios
+    k_x = f_0 and "oscillator.stiffness" not in varied and (m or not by_frequency)
     damped = not any("damping" in key for key in varied)
     by_ratio = "damping_ratio" in ratios
     parts = [f"m {format_number(plant.m, 'kg')}"] * m + [
@@ -422,7 +424,7 @@ def describe_oscillator(
     ] * k_x
     if damped and (not varied or not by_ratio):
         parts.append(f"b {_format_directions((plant.b, plant.b), damping, 'N·s/m')}")
-    if plant.k_x > 0 and m and k_x:
+    if plant.k_x > 0 and (f_0 if by_frequency else m and k_x):
         parts.append(f"f_0 {format_number(sqrt(plant.k_x / plant.m) / (2 * pi), 'Hz')}")
     if plant.k_x > 0 and damped and (not varied or by_ratio):
         xi = plant.b / (2 * sqrt(plant.m * plant.k_x))

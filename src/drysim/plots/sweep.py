@@ -439,6 +439,7 @@ SYMBOLS = {
     "excitation.rms": "$a_u$",
     "oscillator.mass": "$m$",
     "oscillator.stiffness": "$k_x$",
+    "oscillator.natural_frequency": "$f_0$",
     "oscillator.damping": "$b$",
     "oscillator.damping_ratio": "$\\xi$",
     "friction.kinetic": "$F_{fk}$",
@@ -533,7 +534,11 @@ MAX_NAMED_METRICS = 2
 LOG_SCALE_RATIO = 100.0
 """Ratio of largest to smallest T_a from which on its axis is logarithmic [-]."""
 
-NATURAL_FREQUENCY_KEYS = {"oscillator.mass", "oscillator.stiffness"}
+NATURAL_FREQUENCY_KEYS = {
+    "oscillator.mass",
+    "oscillator.stiffness",
+    "oscillator.natural_frequency",
+}
 """Keys that change the natural frequency."""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -71,31 +72,46 @@ class Oscillator(Block):
 
     mass: Mass
     """Sprung mass m [kg], above 0."""
-    stiffness: Stiffness
+    stiffness: Stiffness | None = None
     """Spring stiffness k_x [N/m]; 0 for none."""
+    natural_frequency: Annotated[float, Quantity("Hz", at_least=0)] | None = None
+    """Natural frequency f_0 = √(k_x/m)/2π [Hz], instead of `stiffness`; 0 for no spring."""
     damping: DirectedDamping | None = None
     """Viscous damping b [N·s/m]; 0 for none. One value, or
     `{extension: ..., compression: ...}` for v_r > 0 and v_r < 0."""
     damping_ratio: Annotated[float, Quantity("", at_least=0)] | None = None
-    """Damping ratio b/(2√(k_x m)) [-], instead of `damping`; needs a stiffness above 0."""
+    """Damping ratio b/(2√(k_x m)) [-], instead of `damping`; needs a spring."""
 
-    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("damping", "damping_ratio"),)
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("stiffness", "natural_frequency"),
+        ("damping", "damping_ratio"),
+    )
 
     @model_validator(mode="after")
     def _ratio_needs_a_spring(self) -> Self:
-        if self.damping_ratio is not None and self.stiffness == 0:
+        if self.damping_ratio is not None and 0 in (self.stiffness, self.natural_frequency):
             raise InvalidValue(
-                "needs a stiffness above 0; give `damping` instead", "damping_ratio"
+                f"needs a {self.spring_key} above 0; give `damping` instead", "damping_ratio"
             )
         return self
 
+    @property
+    def spring_key(self) -> str:
+        """The key that states the spring: stiffness or natural_frequency."""
+        return "stiffness" if self.natural_frequency is None else "natural_frequency"
+
     def plant(self) -> Plant:
         """Return mass, stiffness and damping as numbers; the damping is the mean of both."""
+        k_x = self.stiffness
+        if self.natural_frequency is not None:
+            omega = 2 * pi * self.natural_frequency
+            k_x = self.mass * (omega * omega)
+        assert k_x is not None, "one of the two is given"
         if self.damping is not None:
-            return Plant(self.mass, self.stiffness, mean_of_directions(self.damping))
+            return Plant(self.mass, k_x, mean_of_directions(self.damping))
         assert self.damping_ratio is not None, "one of the two is given"
-        critical = 2 * sqrt(self.stiffness * self.mass)
-        return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
+        critical = 2 * sqrt(k_x * self.mass)
+        return Plant(self.mass, k_x, self.damping_ratio * critical)
 
     def without_direction(self) -> Self:
         """Return the oscillator with the mean damping in both directions."""

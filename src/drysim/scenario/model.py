@@ -205,8 +205,9 @@ class Scenario(FromFile):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Parameters given as ratios (damping, static friction), by key."""
+        """Parameters relative to others (spring, damping, static friction), by key."""
         ratios = {
+            "natural_frequency": self.oscillator.natural_frequency,
             "damping_ratio": self.oscillator.damping_ratio,
             "static_ratio": getattr(self.active_friction, "static_ratio", None),
         }

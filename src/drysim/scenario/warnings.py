@@ -368,7 +368,7 @@ def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of an oscillator that looks like one in other units."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
-    if 0 < f_0 < LOW_FREQUENCY:
+    if 0 < f_0 < LOW_FREQUENCY and scenario.oscillator.stiffness is not None:
         yield WarningMessage(
             "looks-like-grams",
             f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "

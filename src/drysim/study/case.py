@@ -590,7 +590,8 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
         decays = b / m * span
         yield Oscillation("oscillator.damping", DAMPER, decays, decays)
     if k_x > 0.0 and moves:
-        yield _free_oscillation("oscillator.stiffness", "oscillator", case.plant, span, kicks)
+        key = f"oscillator.{case.scenario.oscillator.spring_key}"
+        yield _free_oscillation(key, "oscillator", case.plant, span, kicks)
     if isinstance(law, DynamicLaw) and law.sigma_0:
         plant, name = (m, law.sigma_0, b + law.sigma_1), "oscillation on the bristles"
         rings = _free_oscillation("friction.bristle_stiffness", name, plant, span, kicks)

@@ -264,10 +264,13 @@ class FitModel:
         motion = self.kinematics()
         m, k_x, b = self.case.plant
         free = {key for one in self.parameters for key in (one.key, one.key.rpartition(".")[0])}
+        spring_keys = ["oscillator.stiffness", "oscillator.natural_frequency"]
+        if self.scenario.oscillator.natural_frequency is not None:
+            spring_keys.append("oscillator.mass")
         known = {}
         for name, value, keys in (
             ("m", m, ("oscillator.mass",)),
-            ("k_x", k_x, ("oscillator.stiffness",)),
+            ("k_x", k_x, spring_keys),
             ("b", b, ("oscillator.damping", "oscillator.damping_ratio")),
             ("F_fk", self.case.law.F_fk, ("friction.kinetic", "friction.mu_kinetic")),
         ):
@@ -328,6 +331,7 @@ class FitModel:
         forms = {
             "oscillator.mass": m,
             "oscillator.stiffness": k_x,
+            "oscillator.natural_frequency": np.sqrt(k_x / m) / (2.0 * np.pi),
             "oscillator.damping": b,
             "oscillator.damping_ratio": b / (2.0 * np.sqrt(k_x * m)),
             "friction.static_ratio": ratio,
