@@ -26,6 +26,7 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
+from drysim.scenario.model import asks_for_peak_acceleration
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
@@ -242,6 +243,10 @@ def _table_rows(table: Table) -> Iterator[SummaryRow]:
     )
     if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
         yield _isolation_row(table, compare.isolation_limits(table.own))
+    if asks_for_peak_acceleration(table.scenario) and (ends := own.extremes.get("x_dd_peak")):
+        low, high = (format_number(end.value, digits=RANGE_DIGITS) for end in ends)
+        values = f"{format_range(low, high)} m/s²"
+        yield SummaryRow("peak |ẍ|", values, describe_extent(table, own, "x_dd_peak"))
     yield from stroke_rows(table, own)
     yield from _best_rows(table)
     if ends := own.extremes.get("stuck_share"):

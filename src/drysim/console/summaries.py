@@ -27,7 +27,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
 from drysim.metrics.table import EXPOSURE, METRICS, UNITS, WEIGHTING
 from drysim.records.options import SUGGESTED_HIGH_PASS
-from drysim.scenario.model import common_period
+from drysim.scenario.model import asks_for_peak_acceleration, common_period
 from drysim.wording import (
     describe_limits,
     format_count,
@@ -155,6 +155,9 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         if stroke.limits.up != stroke.limits.down:
             ends = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
             limit = f"x_r from {' to '.join(ends)}; {limit}"
+    if metrics["x_dd_peak"] is not None and asks_for_peak_acceleration(outcome.scenario):
+        value = format_number(metrics["x_dd_peak"], "m/s²")
+        yield SummaryRow("peak |ẍ|", value, "both sides of every jump included")
     yield SummaryRow("peak |x_r|", format_length(peak), limit)
     if metrics["stroke_once_an_hour"] is not None:
         yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome.response.law, peak)

@@ -69,6 +69,7 @@ SYMBOL_ROW = re.compile(r"^\| ([^`|]+) \| ([^|]*) \| ((?:[^|]|(?<=\\)\|)+) \|$",
 
 TERMS = {
     "peak |x_r|": "x_r_peak",
+    "peak |ẍ|": "x_dd_peak",
     "hourly peak": "stroke_once_an_hour",
     "stuck": "stuck_share",
     "chatter": "chatter_share",

@@ -70,6 +70,8 @@ class Measured:
         Share of the window with two sign changes of v_r within four steps [-].
     closure : float or None
         Closure of a periodic orbit [-]; None for any other motion.
+    x_dd_peak : float or None
+        Largest |x_dd| in the window [m/s²]; None where unknown.
     hourly : float or None
         Stroke exceeded once an hour, extrapolated [m]; None where unknown.
     limits : StrokeLimits or None
@@ -99,6 +101,7 @@ class Measured:
     upcrossings: Any
     chatter: Any
     closure: Any
+    x_dd_peak: float | None = None
     hourly: float | None = None
     limits: StrokeLimits | None = None
     limit_entries: Any = 0
@@ -335,6 +338,15 @@ METRICS = (
         (),
         SIGNED,
         True,
+    ),
+    Metric(
+        "x_dd_peak",
+        "m/s2",
+        "largest |ẍ| of the mass in the window, between the grid points too, both sides of a "
+        "jump included, rigid impacts not (a fixed-step approach knows its grid points only); "
+        "for base motion in samples and a constant normal force, not under stribeck, dahl, "
+        "lugre and leuven",
+        lambda m: m.x_dd_peak,
     ),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
@@ -636,6 +648,8 @@ def measure(
     settings : Measure, optional
         The measure block of the scenario.
     """
+    from drysim.metrics.acceleration import peak_acceleration  # needs the solvers
+
     (begin, end), law, repeats = window, trajectory.law, closure is not None
     path = trajectory.path(window, limits)
     inside = path_in_window(trajectory, path, window)
@@ -658,6 +672,7 @@ def measure(
             upcrossings=count_upcrossings(inside),
             chatter=trajectory.chatter(begin, end),
             closure=closure,
+            x_dd_peak=peak_acceleration(trajectory, begin, end),
             hourly=hourly,
             limits=limits,
             limit_entries=count_limit_entries(inside, limits) if limits else 0,

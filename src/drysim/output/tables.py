@@ -22,7 +22,7 @@ from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import FILE_KEY
 from drysim.scenario.blocks import SEED_KEY
-from drysim.scenario.model import asks_for
+from drysim.scenario.model import asks_for, asks_for_peak_acceleration
 from drysim.study.statistics import (
     COUNT_METRICS,
     MAX_CACHED_ROWS,
@@ -268,12 +268,13 @@ def requested_metrics(scenario: Scenario) -> list[str]:
 
 
 def optional_metrics(table: Table) -> tuple[str, ...]:
-    """Return the metrics of weighting, end stops and sides; they follow all others."""
+    """Return the metrics of weighting, end stops, sides and shocks; they follow all others."""
     asked = requested_metrics(table.scenario)
     groups = (
         [metric.name for metric in METRICS if WEIGHTING in metric.needs],
         [metric.name for metric in METRICS if STOPS in metric.needs and not metric.by_side],
         [metric.name for metric in METRICS if metric.by_side],
+        ["x_dd_peak"] * asks_for_peak_acceleration(table.scenario),
     )
     return tuple(name for group in groups for name in group if name in asked)
 

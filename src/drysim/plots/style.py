@@ -227,6 +227,7 @@ class PlottedMetric(NamedTuple):
 
 T_X = PlottedMetric("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
 T_A = PlottedMetric("$T_a$ [–]", "T_a", title="acceleration transmissibility")
+X_DD = PlottedMetric("peak |$\\ddot{x}$| [m/s²]", "x_dd_peak", title="acceleration:")
 SEAT = PlottedMetric("SEAT [–]", "SEAT", title="weighted transmissibility")
 A_W = PlottedMetric("$a_w$ [m/s²]", "a_w", title="weighted acceleration")
 IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")

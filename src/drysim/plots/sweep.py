@@ -41,13 +41,14 @@ from drysim.plots.style import (
     STOP_FORCE,
     T_A,
     T_X,
+    X_DD,
     PlottedMetric,
     Style,
     escape_text,
     stroke_metric,
 )
 from drysim.scenario.axes import FILE_KEY, Axis, EvenlySpaced, axis_groups, iter_points
-from drysim.scenario.model import LIMIT_KEYS, Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
 from drysim.study.statistics import (
@@ -88,11 +89,17 @@ def draw_transmissibility(table: Table) -> Figure:
 
 
 def draw_stroke(table: Table) -> Figure:
-    """Return the figure of the peak of |x_r|, the stroke limit and its violations."""
+    """Return the figure of the peak of |x_r|, the stroke limit and its violations.
+
+    Under a shock it also shows the peak acceleration of the mass: the two are its response
+    spectra if the natural frequency is swept.
+    """
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     peak = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
+    shown = asks_for_peak_acceleration(table.scenario) and X_DD.name in ends
+    accelerations = [X_DD] * shown
     if needs_quantiles(table):
-        return draw_quantiles(table, [peak])
+        return draw_quantiles(table, [*accelerations, peak])
     # With end stops |x_r| is nearly the same in all cases that reach them.
     stops = table.scenario.law().stops
     stop_metrics = [] if stops is None else [IMPACT_SPEED if stops.rigid else STOP_FORCE]
@@ -105,7 +112,7 @@ def draw_stroke(table: Table) -> Figure:
         _draw_limit(axes, table, view, panel, peak, response.MAX_LIMIT_RATIO * top)
         _mark_violations(axes, view, panel, peak)
 
-    return draw_panels(table, view, [peak, *stop_metrics], draw_limits)
+    return draw_panels(table, view, [*accelerations, peak, *stop_metrics], draw_limits)
 
 
 def _draw_limit(

@@ -28,6 +28,7 @@ from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
+from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction
 from drysim.metrics.table import METRICS, Need
@@ -569,6 +570,12 @@ def asks_for(scenario: Scenario, need: Need) -> bool:
     paths = (key.split(".") for key in need.keys)
     found = (getattr(getattr(scenario, block), name, None) for block, name in paths)
     return any(value is not None for value in found)
+
+
+def asks_for_peak_acceleration(scenario: Scenario) -> bool:
+    """Return whether results show x_dd_peak: for a shock, and where a check names it."""
+    shock = isinstance(scenario.excitation, Shock)
+    return shock or any(check.metric == "x_dd_peak" for check in scenario.checks)
 
 
 class Feature(NamedTuple):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 import drysim
 from drysim.core.model import Input, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
+from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import METRICS, UNITS, Metrics
 from drysim.scenario.axes import FILE_KEY, Axis, count_points
@@ -158,7 +159,9 @@ class Table:
         designs = [axis for axis in self.axes if axis.key != FILE_KEY]
         if own is None or not designs or not has_shared_motion(designs) or not limits:
             return None
-        objective = next((name for name in OBJECTIVES if name in own.extremes), None)
+        of_shock = isinstance(self.scenario.excitation, Shock)
+        names = (name for name in OBJECTIVES if of_shock or name != "x_dd_peak")
+        objective = next((name for name in names if name in own.extremes), None)
         if objective is None:
             return None
         found, over_records = own.best.get(objective), None
@@ -279,7 +282,7 @@ class BestCase(NamedTuple):
     Attributes
     ----------
     objective : str
-        SEAT where the vibration is weighted, otherwise T_a.
+        One of the `OBJECTIVES`.
     row : Row or None
     admissible, cases : int
         Number of cases that stay within the stroke limit and keep all checks, and of all.
@@ -308,7 +311,9 @@ class BestCase(NamedTuple):
     @property
     def result(self) -> str:
         """The objective and its value, or `none`."""
-        return "none" if self.row is None else f"{self.objective} {format_number(self.value)}"
+        unit = format_unit(UNITS[self.objective])
+        known = self.row is not None
+        return f"{self.objective} {format_number(self.value, unit)}" if known else "none"
 
     def describe(self, axes: Sequence[Axis], least: str = "") -> str:
         """Describe where the best case is, or which check the closest one fails.
@@ -406,8 +411,9 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
 
 # Statistics of the cases of one approach, updated batch by batch.
 
-OBJECTIVES = "SEAT", "T_a"
-"""Metrics of which the best case has the least value: SEAT where the vibration is weighted."""
+OBJECTIVES = "SEAT", "x_dd_peak", "T_a"
+"""Metrics of which the best case has the least value: SEAT where the vibration is weighted, the
+peak acceleration under a shock."""
 
 
 class Extreme(NamedTuple):

@@ -1,0 +1,254 @@
+"""Peak acceleration of the mass: exact over the whole motion, jumps included."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import exp, pi, sqrt
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.approach.stepping import refine_motion
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.model import (
+    CoulombLaw,
+    EndStops,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    State,
+    StrokeLimits,
+)
+from drysim.metrics.acceleration import peak_acceleration
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.output.tables import optional_metrics
+from drysim.plots.sweep import draw_stroke
+
+PULSE, HEIGHT = 0.011, 98.0665
+REST = State(0.0, 0.0)
+
+
+def largest_of_curve(value, rate, end: float, count: int = 20_000) -> float:
+    """Return the largest |value| on [0, end], its maxima located as roots of the rate."""
+    from scipy.optimize import brentq
+
+    t = np.linspace(0.0, end, count)
+    rates = np.array([rate(s) for s in t])
+    turns = np.flatnonzero(rates[:-1] * rates[1:] < 0.0)
+    roots = [brentq(rate, t[i], t[i + 1], xtol=1e-15, rtol=1e-14) for i in turns]
+    return max(abs(value(s)) for s in (0.0, *roots, end))
+
+
+def half_sine_spectrum(f_0: float, xi: float) -> float:
+    """Return the maximax acceleration of a linear mount under a half-sine, in closed form.
+
+    During the pulse x_r = X sin(Ωt) + Y cos(Ωt) + free vibration, and free vibration after it.
+    """
+    w, Omega = 2 * pi * f_0, pi / PULSE
+    w_d = w * sqrt(1 - xi * xi)
+    below, across = w * w - Omega * Omega, 2 * xi * w * Omega
+    X = -HEIGHT * below / (below**2 + across**2)
+    Y = HEIGHT * across / (below**2 + across**2)
+
+    def free(x: float, v: float, t: float) -> tuple[float, float]:
+        B, decay = (v + xi * w * x) / w_d, exp(-xi * w * t)
+        sine, cosine = np.sin(w_d * t), np.cos(w_d * t)
+        rate = (w_d * B - xi * w * x) * cosine - (w_d * x + xi * w * B) * sine
+        return decay * (x * cosine + B * sine), decay * rate
+
+    def during(t: float) -> tuple[float, float, float]:
+        x, v = free(-Y, -X * Omega, t)
+        sine, cosine = np.sin(Omega * t), np.cos(Omega * t)
+        return x + X * sine + Y * cosine, v + Omega * (X * cosine - Y * sine), HEIGHT * sine
+
+    end = during(PULSE)[:2]
+
+    def after(t: float) -> tuple[float, float, float]:
+        return *free(*end, t), 0.0
+
+    def x_dd(state: tuple[float, float, float]) -> float:
+        return -w * w * state[0] - 2 * xi * w * state[1]
+
+    def rate(state: tuple[float, float, float]) -> float:
+        return -w * w * state[1] - 2 * xi * w * (x_dd(state) - state[2])
+
+    spans = (during, PULSE), (after, 1.0 / f_0)
+    return max(
+        largest_of_curve(lambda t, of=of: x_dd(of(t)), lambda t, of=of: rate(of(t)), span)
+        for of, span in spans
+    )
+
+
+@pytest.mark.parametrize("f_0", [8.0, 40.0, 72.39, 250.0, 500.0])
+def test_without_friction_the_peak_is_that_of_the_linear_shock_spectrum(f_0):
+    # A pulse joined by straight lines deviates by π²/8/n² of its height: 3e-10.
+    n = 60_000
+    step = PULSE / n
+    length = PULSE + 0.6 / f_0
+    u_dd = np.zeros(round(length / step) + 1)
+    u_dd[: n + 1] = HEIGHT * np.sin(pi / n * np.minimum(np.arange(n + 1), n - np.arange(n + 1)))
+    k_x, m = 5 * (2 * pi * f_0) ** 2, 5.0
+    plant, motion = Plant(m, k_x, 0.05 * 2 * sqrt(k_x * m)), Samples(u_dd, step)
+    end = (len(u_dd) - 1) * step
+    trajectory = StickSlip().trajectory(plant, CoulombLaw(0.0, 0.0), motion, REST, step, end)
+    expected = half_sine_spectrum(f_0, 0.05)
+    assert peak_acceleration(trajectory, 0.0, end) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.05, 1.0, 3.0])
+@pytest.mark.parametrize("f_0", [0.1, 3.0, 40.0, 230.0])
+def test_maxima_between_coarse_samples_are_not_missed(f_0, xi):
+    # State and ramp of the base in one matrix exponential: no formula of the program.
+    from scipy.linalg import expm
+    from scipy.optimize import brentq
+
+    w, dt = 2 * pi * f_0, 0.01
+    u_dd = 20 * np.random.default_rng(3).standard_normal(31)
+    plant, motion = Plant(1.0, w * w, 2 * xi * w), Samples(u_dd, dt)
+    law = CoulombLaw(0.0, 0.0)
+    trajectory = StickSlip().trajectory(plant, law, motion, State(1e-3, 0.1), dt, 0.3)
+    matrix = np.zeros((4, 4))
+    matrix[0, 1], matrix[1], matrix[2, 3] = 1.0, (-w * w, -2 * xi * w, -1.0, 0.0), 1.0
+    of_x_dd = np.array([-w * w, -2 * xi * w, 0.0, 0.0])
+    fine = 60
+    flow, state, expected = expm(matrix * dt / fine), np.array([1e-3, 0.1, 0.0, 0.0]), 0.0
+    for before, behind in pairwise(u_dd.tolist()):
+        state[2:] = before, (behind - before) / dt
+        for _ in range(fine):
+            last, state = state, flow @ state
+            rates = of_x_dd @ matrix @ last, of_x_dd @ matrix @ state
+            top = last
+            if rates[0] * rates[1] < 0.0:
+
+                def rate(s: float, last=last) -> float:
+                    return float(of_x_dd @ matrix @ expm(matrix * s) @ last)
+
+                if max(abs(of_x_dd @ last), abs(of_x_dd @ state)) > 0.97 * expected:
+                    top = expm(matrix * brentq(rate, 0.0, dt / fine, xtol=1e-17)) @ last
+            expected = max(expected, *(abs(of_x_dd @ one) for one in (last, top, state)))
+    assert peak_acceleration(trajectory, 0.0, 0.3) == pytest.approx(expected, rel=1e-9)
+
+
+def test_peak_of_a_mass_that_breaks_away_is_its_friction_limit():
+    # A soft mount: the spring adds nothing, and no sample lies where the mass breaks away.
+    u_dd = HEIGHT * np.sin(pi / 110 * np.arange(111))
+    plant, law, motion = Plant(5.0, 1e-9, 0.0), CoulombLaw(150.0, 180.0), Samples(u_dd, 1e-4)
+    trajectory = StickSlip().trajectory(plant, law, motion, REST, 1e-4, 110 * 1e-4)
+    assert peak_acceleration(trajectory, 0.0, 110 * 1e-4) == pytest.approx(36.0, rel=1e-12)
+
+
+COULOMB = CoulombLaw(20.0, 24.0)
+STOPS = StrokeLimits(0.01, 0.015)
+LAWS = {
+    "no friction": CoulombLaw(0.0, 0.0),
+    "coulomb": COULOMB,
+    "jenkins": PiecewiseLaw(20.0, 20.0, 5e4),
+    "bumpers": COULOMB.as_piecewise()._replace(
+        stops=EndStops(STOPS, ((0.0, 4e4), (0.005, 1e5)), 50.0)
+    ),
+    "bumpers on jenkins": PiecewiseLaw(20.0, 20.0, 5e4)._replace(
+        stops=EndStops(STOPS, ((0.0, 4e4),), 50.0)
+    ),
+    "rigid stops": COULOMB.as_piecewise()._replace(stops=EndStops(STOPS, (), 0.0, 0.5)),
+    "stops out of reach": COULOMB.as_piecewise()._replace(
+        stops=EndStops(StrokeLimits(9.0, 9.0), (), 0.0, 0.5)
+    ),
+    "damper by direction": COULOMB.as_piecewise()._replace(damping=(30.0, 10.0)),
+    "friction by direction": COULOMB.as_piecewise()._replace(compression=(10.0, 12.0)),
+}
+
+
+@pytest.mark.parametrize("dt", [5e-3, 2e-2])
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_peak_in_a_window_is_the_limit_of_ever_finer_grids(law, dt):
+    plant, start, end = Plant(5.0, 8000.0, 20.0), State(0.002, 0.3), 0.6
+    motion = Samples(20 * np.random.default_rng(1).standard_normal(round(end / dt) + 1), dt)
+    begin, until = 0.1234567, 0.5371
+    solved = StickSlip().trajectory(plant, law, motion, start, dt, until)
+    peak = peak_acceleration(solved, begin, until)
+    finer = round(dt / 1e-5)
+    grid = refine_motion(motion, finer)
+    response = StickSlip().solve(plant, law, grid, start, dt / finer, until)
+    inside = (response.t >= begin) & (response.t <= until)
+    on_grid = float(np.abs(response.x_dd[inside]).max())
+    # One step of the grid changes x_dd by 0.1 m/s² at most.
+    assert on_grid * (1 - 1e-9) <= peak <= on_grid + 0.1
+    assert peak_acceleration(solved, 0.0, until) >= peak
+
+
+SEAT = {
+    "oscillator": {"mass": 5, "natural_frequency": 20, "damping_ratio": 0.05},
+    "friction": {"law": "coulomb", "kinetic": 20},
+    "excitation": {"kind": "shock", "pulse": "half-sine", "amplitude": 30, "duration": 0.01},
+    "solver": {"step": 1e-3},
+    "measure": {"duration": 0.2},
+}
+NOISE = {"kind": "psd", "points": [[1, 1], [10, 1]], "duration": 1, "seed": 1}
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Return the scenario with other blocks."""
+
+    def loaded(**blocks: object):
+        from drysim.yaml_document import dump
+
+        file = tmp_path / "seat.yaml"
+        file.write_text(dump({k: v for k, v in (SEAT | blocks).items() if v is not None}))
+        return drysim.load(file)
+
+    return loaded
+
+
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        {"excitation": {"kind": "harmonic", "frequency": 2, "rms": 1}, "measure": None},
+        {
+            "friction": {
+                "law": "lugre",
+                "kinetic": 20,
+                "bristle_stiffness": 1e5,
+                "bristle_damping": 300,
+                "stribeck_velocity": 0.01,
+            }
+        },
+        {
+            "friction": {
+                "law": "coulomb",
+                "kinetic": 20,
+                "normal_variation": {"amplitude": 0.4, "frequency": 7},
+            }
+        },
+    ],
+    ids=["sines", "lugre", "varying normal force"],
+)
+def test_a_peak_that_is_not_exact_is_not_known(scenario, blocks):
+    assert drysim.run(scenario(**blocks)).metrics["x_dd_peak"] is None
+
+
+def test_a_fixed_step_knows_its_grid_points(scenario):
+    outcome = drysim.run(scenario(solver={"step": 1e-3, "approach": "moreau"}))
+    assert outcome.metrics["x_dd_peak"] == np.abs(outcome.response.x_dd).max()
+
+
+def test_a_swept_shock_shows_its_response_spectra(scenario):
+    swept = {"oscillator.natural_frequency": [5, 50], "friction.kinetic": [0, 20]}
+    table = drysim.sweep(scenario(sweep=swept, stroke={"limit": 1}))
+    assert optional_metrics(table) == ("x_dd_peak",)
+    least = min(row.metrics["x_dd_peak"] for row in table.rows)
+    assert (table.best.objective, table.best.value) == ("x_dd_peak", least)
+    assert table.best.result.endswith("m/s²")
+    titles = [axes.get_title(loc="left") for axes in draw_stroke(table).axes]
+    assert "ddot{x}" in titles[0]
+    assert "x_r" in titles[1]
+
+
+def test_other_tables_show_the_peak_where_a_check_names_it(scenario):
+    swept = {"excitation": NOISE, "measure": None, "sweep": {"friction.kinetic": [0, 20]}}
+    assert optional_metrics(drysim.sweep(scenario(**swept))) == ()
+    table = drysim.sweep(scenario(**swept, checks=["x_dd_peak < 1 km/s2"]))
+    assert optional_metrics(table) == ("x_dd_peak",)
+    assert table.best.objective == "T_a"
+    assert METRICS_BY_NAME["x_dd_peak"].unit == "m/s2"
