@@ -33,6 +33,10 @@ PICTURES = {
         ["sweep", f"{GALLERY}/paper-low-friction.yaml"],
         "transmissibility.png",
     ),
+    "shock-response-spectrum.png": (
+        ["sweep", f"{GALLERY}/shock-response-spectrum.yaml"],
+        "stroke.png",
+    ),
     "comparison.png": (
         ["compare", "signum", "vs", "stick-slip", "-s", f"{GALLERY}/paper-random.yaml"],
         "comparison.png",

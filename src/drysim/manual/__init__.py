@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 SECTIONS = {
     "start": ("symbols", "first-run"),
-    "tasks": ("own-record", "fit", "sweep", "compare", "seat", "seeds", "python"),
+    "tasks": ("own-record", "fit", "sweep", "compare", "seat", "seeds", "shock", "python"),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",
         "columns", "exit-codes", "commands", "warnings", "gallery",
