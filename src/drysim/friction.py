@@ -229,6 +229,11 @@ class NormalRecord(Recorded):
         """Return the SI unit of the samples."""
         return SI["force"]
 
+    @property
+    def block(self) -> str:
+        """Block of the scenario that has the options of the column."""
+        return "friction.normal_record"
+
     def force_record(self) -> NormalForceRecord:
         """Read the record; it is cached while the file is unchanged.
 

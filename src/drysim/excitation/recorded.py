@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from math import sqrt
 from typing import Any, ClassVar, Literal
 
 from drysim.core.model import Samples, integrate_base_squares, mean_and_std
 from drysim.excitation.base import ExcitationBase, describe_grid
-from drysim.records import SI
 from drysim.records.options import LARGE_MEAN, RecordedMotion
 from drysim.wording import format_number, sanitise
 
@@ -29,16 +28,6 @@ class Record(RecordedMotion, RecordKind):
 
     has_own_step: ClassVar[bool] = True
     has_own_end: ClassVar[bool] = True
-
-    @property
-    def measured(self) -> str:
-        """Measured quantity."""
-        return self.quantity
-
-    @classmethod
-    def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Return the SI unit of the samples; None if it is not known yet."""
-        return SI.get(words.get("quantity", ""))
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the file, and the factor on its samples."""

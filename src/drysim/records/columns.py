@@ -650,7 +650,12 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
 
 
 def column_factor(
-    columns: Columns, index: int, unit: str | None, full_scale: str | None, quantity: str
+    columns: Columns,
+    index: int,
+    unit: str | None,
+    full_scale: str | None,
+    quantity: str,
+    block: str,
 ) -> float:
     """Return the factor from a column to SI, from the file, the scenario, or both.
 
@@ -663,13 +668,15 @@ def column_factor(
         As in the scenario.
     quantity : str
         A key of `SI`.
+    block : str
+        Block of the scenario, for messages.
 
     Raises
     ------
     RecordError
         If the unit is missing, unknown, of another quantity, or file and scenario disagree.
     """
-    si, block = SI[quantity], "friction.normal_record" if quantity == "force" else "excitation"
+    si = SI[quantity]
     place = f"in the scenario's `{block}` block"
     if columns.normalised:
         if full_scale is None:

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -22,6 +22,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from drysim.records import SI
 from drysim.units import (
     NUMBER_PATTERN,
     Block,
@@ -243,6 +244,10 @@ class Recorded(Block):
 
     _folder: Path = PrivateAttr(default_factory=Path)
 
+    if TYPE_CHECKING:
+        quantity: str
+        """Measured quantity; a field of every class with a choice."""
+
     @field_validator("unit")
     @classmethod
     def _of_the_quantity(cls, unit: str | None, info: ValidationInfo) -> str | None:
@@ -290,12 +295,17 @@ class Recorded(Block):
     @property
     def measured(self) -> str:
         """Measured quantity, a key of `SI`."""
-        raise NotImplementedError
+        return self.quantity
 
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
         """Return the SI unit of the samples given the validated fields; None if unknown."""
-        raise NotImplementedError
+        return SI.get(words.get("quantity", ""))
+
+    @property
+    def block(self) -> str:
+        """Block of the scenario that has the options of the column."""
+        return "excitation"
 
     def with_file(self, file: str) -> Self:
         """Return the same block for another file, not validated."""

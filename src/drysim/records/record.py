@@ -311,7 +311,8 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
         raise missing_spacing_error(columns)
     index = data_column(columns, record.column or record.channel, time)
     time, spacing = _sample_times(record, columns, index, time)
-    unit = column_factor(columns, index, record.unit, record.full_scale, record.measured)
+    options = record.unit, record.full_scale, record.measured, record.block
+    unit = column_factor(columns, index, *options)
     second = 1.0 if time is None else time_factor(columns, time)
     wanted = [index] if time is None else [time, index]
     # Gaps outside the window are no fault; `fill_gaps` reports those in it.

@@ -115,14 +115,10 @@ class ChannelRecord(Recorded, ChannelQuantity):
     """A channel of the measured response with everything that is needed to read it."""
 
     @property
-    def measured(self) -> str:
-        """Measured quantity."""
-        return self.quantity
-
-    @classmethod
-    def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Return the SI unit of the samples."""
-        return SI.get(words.get("quantity", ""))
+    def block(self) -> str:
+        """Block of the scenario that has the options of the column."""
+        (name,) = (name for name, quantity in CHANNELS.items() if quantity == self.quantity)
+        return f"fit.measured.{name}"
 
 
 class Channel(Block):
