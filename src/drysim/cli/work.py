@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING, TypeVar
 from drysim.cli import process
 from drysim.errors import EXIT_INTERRUPTED, UsageError
 from drysim.study.statistics import max_seeds, stopping_rule
-from drysim.wording import describe_clean_up, format_count, format_number, join_words
+from drysim.wording import (
+    describe_clean_up,
+    format_count,
+    format_number,
+    format_unit,
+    join_words,
+)
 
 if TYPE_CHECKING:
     from drysim.cli.process import OutputMode
@@ -208,7 +214,7 @@ def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
         f"{join_words(model.compared)}, step {format_number(found.dt, 's')}",
         "starts from "
         + ", ".join(
-            f"{one.key} {format_number(value, one.unit, 3)}"
+            f"{one.key} {format_number(value, format_unit(one.unit), 3)}"
             for one, value in zip(model.parameters, starts[0], strict=True)
         ),
     ]

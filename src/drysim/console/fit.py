@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.console.summaries import (
@@ -19,12 +18,15 @@ from drysim.console.summaries import (
 )
 from drysim.console.terminal import print_line, stdout
 from drysim.scenario.fit import CHANNEL_UNITS
-from drysim.study.fit import EXACT, NORMAL_95, FitResult, Parameter, format_profile_interval
+from drysim.study.fit import (
+    EXACT,
+    NORMAL_95,
+    ChannelFit,
+    FitResult,
+    Parameter,
+    format_profile_interval,
+)
 from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
-
-if TYPE_CHECKING:
-    from drysim.scenario.fit import CHANNEL_UNITS
-from drysim.study.fit import ChannelFit
 
 VALUE_WIDTH = 14
 """Width of the fitted values."""
