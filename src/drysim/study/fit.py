@@ -64,7 +64,7 @@ from drysim.study.fit_model import (
 from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.starting_values import integrate, noise_level, remove_drift
 from drysim.system import worker_count
-from drysim.wording import format_number, join_words
+from drysim.wording import format_number, format_unit, join_words
 
 Mask = NDArray[np.bool_]
 
@@ -210,8 +210,9 @@ USELESS = 0.8
 
 UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
 
-MUCH_BETTER = 0.5
-"""Ratio of errors from which a fault of the record explains a bad fit."""
+MUCH_BETTER, OBVIOUS = 0.5, 0.1
+"""Ratios of errors from which a fault of the record explains a bad fit: if no other explains it
+better, and in any case."""
 
 BLOCKS = 20
 """Number of blocks of the held-out part that laws are compared on."""
@@ -343,7 +344,8 @@ class FitResult:
     def __repr__(self) -> str:
         """Return the fitted values in one line."""
         values = ", ".join(
-            f"{one.key} {format_number(one.value, one.unit)}" for one in self.parameters
+            f"{one.key} {format_number(one.value, format_unit(one.unit))}"
+            for one in self.parameters
         )
         error = f"error {format_number(100 * (self.metrics['fit_error'] or 0.0), '%', 3)}"
         return format_repr("FitResult", self.source.name, values, error)
@@ -535,8 +537,7 @@ class LeastSquares:
 
     def predict(self, x: Floats) -> Prediction | None:
         """Return the computed channels at scaled parameters."""
-        low, high = self.bounds
-        return self.model.predict(np.clip(x, low, high) * self.scale, self.end)
+        return self.model.predict(np.clip(x * self.scale, *self.model.bounds), self.end)
 
     def differences(self, x: Floats) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
@@ -544,7 +545,10 @@ class LeastSquares:
         names = self.model.compared
         if found is None:
             return {name: 10.0 * np.abs(measured[name][: self.count]) + 1.0 for name in names}
-        return {name: found.channels[name] - measured[name][: self.count] for name in names}
+        differences = {
+            name: found.channels[name] - measured[name][: self.count] for name in names
+        }
+        return {name: np.where(found.covers, one, 0.0) for name, one in differences.items()}
 
     def centred(self, difference: Floats, mask: Mask) -> Floats:
         """Return differences without the offset of their channel, if it is unknown."""
@@ -596,7 +600,7 @@ class LeastSquares:
         mask: Mask = np.ones(self.count, dtype=bool)
         if here is None:
             return mask
-        mask = here.mode != UNCERTAIN
+        mask = here.mode < UNCERTAIN
         if self.model.fit.measured.is_rig:
             mask &= here.mode != 0  # the force at rest is not that of a law
         for each in np.diag(steps):
@@ -1015,8 +1019,8 @@ def check_motion(model: FitModel) -> None:
         else "the relative motion is smaller than its noise"
     )
     raise SolverError(
-        f"{what}: nothing can be fitted; the mass does not slide, or the columns are those of "
-        "the same sensor"
+        f"{what}: nothing can be fitted; the mass does not slide, a column is nothing but "
+        "noise, or both columns are those of the same sensor"
     )
 
 
@@ -1067,7 +1071,8 @@ def block_squares(one: LawFit, channels: Sequence[ChannelFit], end: float) -> Fl
     total: Floats = np.zeros(int(part.sum()))
     for name, *_, offset in channels:
         signal = one.model.measurement.channels[name]
-        difference = (signal - found.channels[name])[part] - (offset or 0.0)
+        difference = signal - found.channels[name] - (offset or 0.0)
+        difference = np.where(found.covers, difference, 0.0)[part]
         total = total + (difference / (float(signal.std()) or 1.0)) ** 2
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
@@ -1086,6 +1091,7 @@ def errors_of(one: LawFit) -> tuple[ChannelFit, ...]:
             offset = float(difference[:count][one.solution.mask].mean())
             difference = difference - offset
         size = float(np.sqrt(np.mean((measured - (offset or 0.0)) ** 2))) or 1.0
+        difference = np.where(found.covers, difference, 0.0)
         fitted, rest = difference[:count], difference[count:]
         chosen = fitted[one.solution.mask]
         freedom = max(1, len(chosen) - len(model.parameters))
@@ -1253,15 +1259,25 @@ def correlations(
 
 
 def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
-    """Yield the warnings about a fit."""
+    """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
+    error = result.metrics["fit_error"] or 0.0
+    if not is_noise(one.squares, one.solution, FAULT_MARGIN):
+        sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
+        if cause := likely_fault(one) or (UNKNOWN_FAULT if error > BAD_FIT else ""):
+            yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
+            if error > USELESS:
+                return
     notes: dict[str, list[str]] = {}
-    for p, free in zip(result.parameters, one.model.parameters, strict=True):
-        given = one.model.fit.free[p.key]
+    for j, (p, free) in enumerate(zip(result.parameters, one.model.parameters, strict=True)):
+        given, scale = one.model.fit.free[p.key], float(one.squares.scale[j])
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
-        elif _is_near(p.value, given.low) or _is_near(p.value, given.high):
-            end = format_number(p.value, free.unit)
+        elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
+            end = format_number(p.value, format_unit(free.unit))
             sentence = f"{p.key} ends at its bound of {end} in fit.free"
+            yield WarningMessage("at-bound", sentence)
+        elif free.low == 0.0 and is_near(p.value, 0.0, scale):
+            sentence = f"{p.key} ends at 0, its least value: this record shows none of it"
             yield WarningMessage("at-bound", sentence)
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
@@ -1273,11 +1289,6 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
             "give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
-    error = result.metrics["fit_error"] or 0.0
-    if not is_noise(one.squares, one.solution, FAULT_MARGIN):
-        sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
-        if cause := likely_fault(one) or (UNKNOWN_FAULT if error > BAD_FIT else ""):
-            yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
     for channel in result.channels:
         rho = lag_correlation(one, channel.name)
         count = int(one.solution.mask.sum())
@@ -1291,9 +1302,9 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
 
 
-def _is_near(value: float, bound: float | None) -> bool:
+def is_near(value: float, bound: float | None, scale: float) -> bool:
     """Return whether a value is at a bound; the least squares stay inside by a little."""
-    return bound is not None and bool(np.isclose(value, bound, rtol=1e-6, atol=1e-12))
+    return bound is not None and abs(value - bound) <= 1e-6 * max(abs(bound), scale)
 
 
 def lag_correlation(one: LawFit, name: str) -> float:
@@ -1310,36 +1321,39 @@ def lag_correlation(one: LawFit, name: str) -> float:
 
 def likely_fault(one: LawFit) -> str:
     """Return the most likely fault of a record that is not fitted well; empty if none."""
-    model, found = one.model, one.model.measurement
+    model = one.model
     if model.fit.measured.is_rig:
         return ""
-    causes: dict[str, float] = {}
-    for name in model.compared:
-        for factor, words in WRONG_FACTORS[name].items():
-            other = found._replace(
-                channels=found.channels | {name: factor * found.channels[name]}
-            )
-            error = refitted(one, replace(model, measurement=other))[0]
-            causes[words.format(name)] = min(error, causes.get(words.format(name), np.inf))
+    own, best, cause = refitted(one, model)[0], np.inf, ""
+    for words, other in possible_faults(one):
+        error, values = refitted(one, other)
+        if error < best:
+            best, cause = error, words.format(lag=format_number(values[-1], "s", 3))
+        if best < OBVIOUS * own:
+            break
+    return cause if best < MUCH_BETTER * min(own, 1.0) else ""
+
+
+def possible_faults(one: LawFit) -> Iterator[tuple[str, FitModel]]:
+    """Yield usual faults of a record in words, each with the model in which it is corrected."""
+    model, found = one.model, one.model.measurement
+    motion = model.motion
+    whole = isinstance(motion, Samples) and len(found.t) == len(motion.u_dd)
+    if "x_dd" in found.channels and isinstance(motion, Samples) and whole:
+        swapped = found._replace(channels=found.channels | {"x_dd": motion.u_dd[:]})
+        exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
+        words = "base and mass seem to be swapped: exchange the columns"
+        yield words, replace(model, measurement=swapped, motion=exchanged)
     if DELAY_KEY not in [p.key for p in model.parameters]:
         far = 20.0 * found.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
-        error, values = refitted(one, replace(model, parameters=(*model.parameters, delay)))
-        words = f"the measured response seems to lag by {format_number(values[-1], 's', 3)}"
-        causes[f"{words}: free `measured.delay`"] = error
-    if "x_dd" in found.channels and isinstance(model.motion, Samples):
-        motion = model.motion
-        if (found.first, found.stride, len(found.t)) == (0, 1, len(motion.u_dd)):
-            swapped = found._replace(channels=found.channels | {"x_dd": motion.u_dd[:]})
-            exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
-            words = "base and mass seem to be swapped: exchange the columns"
-            causes[words] = refitted(
-                one, replace(model, measurement=swapped, motion=exchanged)
-            )[0]
-    words, error = min(causes.items(), key=lambda item: item[1])
-    if error < MUCH_BETTER * refitted(one, model)[0]:
-        return words
-    return ""
+        words = "the measured response seems to lag by {lag}: free `measured.delay`"
+        yield words, replace(model, parameters=(*model.parameters, delay))
+    for name in model.compared:
+        for factor, words in WRONG_FACTORS[name].items():
+            channels = found.channels | {name: factor * found.channels[name]}
+            corrected = replace(model, measurement=found._replace(channels=channels))
+            yield words.replace("{}", name), corrected
 
 
 def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:

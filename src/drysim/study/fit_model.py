@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Input, Plant, Samples, Sines, State
 from drysim.errors import ScenarioError, SolverError, WarningMessage
+from drysim.records import SI
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
 from drysim.records.record import read_samples, read_series
@@ -46,8 +47,8 @@ MIN_SAMPLES = 50
 BYTES_PER_SAMPLE = 3000.0
 """Memory of a fit for each measured sample; measured: 2,600 with four parameters."""
 
-UNCERTAIN = 2
-"""Mode of a sample between two modes."""
+UNCERTAIN, OUTSIDE = 2, 3
+"""Modes of a sample between two modes, and of one that a delay moves out of the motion."""
 
 
 class Measurement(NamedTuple):
@@ -92,6 +93,11 @@ class Prediction(NamedTuple):
 
     channels: dict[str, Floats]
     mode: NDArray[np.int8]
+
+    @property
+    def covers(self) -> NDArray[np.bool_]:
+        """Whether a free delay leaves the sample within the motion."""
+        return self.mode != OUTSIDE
 
 
 @dataclass(frozen=True)
@@ -214,7 +220,8 @@ class FitModel:
         grid = np.arange(len(response))
         low = np.minimum(place.astype(np.int64), len(response) - 2)
         same = response.d[low] == response.d[low + 1]
-        mode = np.where(same & inside, response.d[low], UNCERTAIN).astype(np.int8)
+        mode = np.where(same, response.d[low], UNCERTAIN)
+        mode = np.where(inside, mode, OUTSIDE).astype(np.int8)
         return Prediction({k: np.interp(place, grid, v) for k, v in arrays.items()}, mode)
 
     @cached_property
@@ -261,7 +268,7 @@ class FitModel:
             level = float(np.median((force * np.sign(v_r))[slides])) if slides.any() else 0.0
             size = max(level, 1e-3 * float(np.abs(force).max()))
             return [{"F_fk": size, "static_ratio": ratio} for ratio in (1.2, 2.0)]
-        motion = self.kinematics()
+        motion = self.kinematics
         m, k_x, b = self.case.plant
         free = {key for one in self.parameters for key in (one.key, one.key.rpartition(".")[0])}
         spring_keys = ["oscillator.stiffness", "oscillator.natural_frequency"]
@@ -283,8 +290,9 @@ class FitModel:
             starts.insert(0, decay)
         return starts
 
+    @cached_property
     def kinematics(self) -> Kinematics:
-        """Return base and mass motion on the grid of the measurement."""
+        """Base and mass motion on the grid of the measurement."""
         from scipy.signal import savgol_filter
 
         found = self.measurement
@@ -359,7 +367,7 @@ class FitModel:
         """Return the first relative motion: as measured, or from the forces at release."""
         if self.fit.measured.is_rig:
             return State(0.0, 0.0)
-        motion = self.kinematics()
+        motion = self.kinematics
         if motion.x_r is not None and motion.v_r is not None:
             return State(float(motion.x_r[0]), float(motion.v_r[0]))
         if motion.v_r is not None:
@@ -386,6 +394,12 @@ def build_model(scenario: Scenario, law: str = "") -> FitModel:
     fit = scenario.fit
     assert fit is not None, "only a scenario with a fit block is fitted"
     motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
+    if isinstance(motion, Samples) and not (fit.measured.is_rig or np.any(motion.u_dd[:])):
+        sentence = (
+            "the base record is 0 in every sample: no motion was recorded; for a free decay "
+            "write `excitation: {kind: rest}`"
+        )
+        raise case_error(scenario, sentence, "excitation")
     measurement = read_measurement(scenario, fit, motion)
     count = len(measurement.t)
     if shortage := shortage_message(
@@ -486,9 +500,15 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
     warnings: list[WarningMessage] = []
     series: Series | None = None
     for name in fit.measured.channels:
-        read, source, seen = read_series(fit.measured.record(name))
+        record = fit.measured.record(name)
+        read, source, seen = read_series(record)
         series = series or read
         channels[name] = np.asarray(read.values[:], dtype=np.float64)
+        if float(np.ptp(channels[name])) == 0.0:
+            level = format_number(float(channels[name][0]), SI[record.quantity])
+            column = f" of column {record.column!r}" if record.column is not None else ""
+            sentence = f"{name} is {level} in every sample{column}: no motion was recorded"
+            raise record_error(display_path, sentence)
         inputs.append(source)
         warnings += seen
     assert series is not None, "a channel is measured"

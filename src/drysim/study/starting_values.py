@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from math import ceil
 
 import numpy as np
@@ -129,14 +130,22 @@ def integrate(values: Floats, dt: float) -> Floats:
 
 def remove_drift(values: Floats, dt: float) -> Floats:
     """Return a series without what is slower than `LOWEST_FREQUENCY`."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
     if 1.0 / dt <= 4.0 * LOWEST_FREQUENCY or len(values) < 32:
         about: Floats = values - values.mean()
         return about
-    high_pass = butter(2, LOWEST_FREQUENCY, "high", fs=1.0 / dt, output="sos")
-    filtered: Floats = sosfiltfilt(high_pass, values)
+    filtered: Floats = sosfiltfilt(high_pass(1.0 / dt), values)
     return filtered
+
+
+@cache
+def high_pass(rate: float) -> Floats:
+    """Return the high-pass of `remove_drift` as second-order sections."""
+    from scipy.signal import butter
+
+    sections: Floats = butter(2, LOWEST_FREQUENCY, "high", fs=rate, output="sos")
+    return sections
 
 
 def liveliest_part(motion: Kinematics) -> Kinematics:
