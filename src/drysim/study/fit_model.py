@@ -97,7 +97,8 @@ class Prediction(NamedTuple):
     @property
     def covers(self) -> NDArray[np.bool_]:
         """Whether a free delay leaves the sample within the motion."""
-        return self.mode != OUTSIDE
+        inside: NDArray[np.bool_] = self.mode != OUTSIDE
+        return inside
 
 
 @dataclass(frozen=True)
