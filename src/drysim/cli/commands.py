@@ -321,7 +321,7 @@ def fit(
     quiet: options.Quiet = False,
 ) -> int:
     """Fit friction, damping and stiffness to a measured response."""
-    from drysim.output.folder import check_writable
+    from drysim.output.folder import FITTED_FILE, check_writable
     from drysim.scenario.load import load
     from drysim.study.fit import count_starts, require_fit
     from drysim.study.fit import fit as solve
@@ -350,7 +350,12 @@ def fit(
     code = result.exit_code(strict)
     how = output_options(context, no_plots, picture_format)
     fields = output.write_fit(result, folder, exit_code=code, **how)
-    return mode.report(fields, partial(show_fit, result, folder), result.warnings, folder, code)
+    show = partial(show_fit, result, folder)
+    code = mode.report(fields, show, result.warnings, folder, code)
+    if not (as_json or quiet or result.is_useless):
+        command = "sweep" if result.scenario.sweep else "run"
+        terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
+    return code
 
 
 def design(

@@ -38,10 +38,11 @@ def show_fit(result: FitResult, folder: Path | None = None) -> None:
     show_title(console, result.source)
     show_scene(console, fit_scene(result))
     if result.is_useless:
-        sentence = "the fitted motion is not the measured one: the values below mean nothing"
+        sentence = "the fitted motion is not the measured one: its values mean nothing"
         print_line(console)
         print_labelled(console, "✗ fit", sentence, "red")
-    show_rows(console, parameter_rows(result), VALUE_WIDTH)
+    else:
+        show_rows(console, parameter_rows(result), VALUE_WIDTH)
     show_rows(console, quality_rows(result), VALUE_WIDTH)
     if result.laws:
         show_rows(console, law_rows(result), VALUE_WIDTH)
@@ -114,6 +115,8 @@ def quality_rows(result: FitResult) -> Iterator[SummaryRow]:
         if channel.offset is not None:
             unit = CHANNEL_UNITS[channel.name]
             yield SummaryRow(f"offset {channel.name}", format_number(channel.offset, unit))
+    if result.is_useless:
+        return
     agree, total = result.starts
     yield SummaryRow("starts", f"{agree} of {total}", "led to this solution")
     keys = [one.key for one in result.parameters]

@@ -82,6 +82,12 @@ TERMS = {
     "gap": "gaps",
     "check": "checks",
     "decide": "checks",
+    "profile": "profile_low",
+    "held out": "fit.hold_out",
+    "starts": "starts-disagree",
+    "error x_dd": "fit_error",
+    "residual": "x_dd_residual",
+    "not white": "residuals-not-white",
 }
 """Labels of summaries and other words, with the entry that explains them."""
 
@@ -91,8 +97,14 @@ OTHER_BLOCKS = ("friction.normal_record.",)
 EXAMPLES = {
     METRIC: "checks: [{word} < 1 {unit}]",
     APPROACH: "drysim run FILE --approach {word}",
-    WARNING: "drysim run FILE --strict    # a warning makes the exit code 1",
+    WARNING: "drysim {command} FILE --strict    # a warning makes the exit code 1",
 }
+
+FIT_WARNINGS = {
+    "at-bound", "bad-fit", "measurement-cut", "not-determined", "residuals-not-white",
+    "starts-disagree",
+}  # fmt: skip
+"""Warnings of `drysim fit` only."""
 
 
 @cache
@@ -142,7 +154,8 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
             unit, where, meaning = fields
             yield Entry(word, kind, meaning, unit, where=where.replace("`", ""))
         else:
-            example = EXAMPLES[WARNING] if kind == WARNING else ""
+            command = "fit" if word in FIT_WARNINGS else "run"
+            example = EXAMPLES[WARNING].format(command=command) if kind == WARNING else ""
             yield Entry(word, kind, fields[0], example=example)
 
 

@@ -428,7 +428,8 @@ def draw_profiles(result: FitResult) -> Figure:
     for i, one in enumerate(notes):
         axes = figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
-        draw_note(axes, exact if one.deviation else f"not determined: {one.note}")
+        unknown = f"not determined: {one.note}" if one.note else f"95 %: {describe_ends(one)}"
+        draw_note(axes, exact if one.deviation else unknown)
     for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
         value = format_interval(one.value, half_width(one), format_unit(one.unit))
         axes.set_title(f"{style.escape_text(one.key)} {value}", loc="left")
@@ -478,7 +479,8 @@ def draw_profile(axes: Axes, one: Parameter, profile: Profile, first: bool) -> N
     )  # fmt: skip
     axes.axhline(CHI_SQUARE_95, **LIMIT_STYLE, label="3.84: limit of 95 %")
     axes.set_xlim(left, right)
-    axes.set_ylim(-0.25, HIGHEST_RISE)
+    least = float(profile.rise.min())  # below 0 where fits with another value are better
+    axes.set_ylim(max(1.1 * least, -HIGHEST_RISE) - 0.25, HIGHEST_RISE)
     axes.set_xlabel(f"95 %: {describe_ends(one)}", loc="left")
     axes.locator_params(axis="x", nbins=5)
     if first:

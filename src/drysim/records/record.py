@@ -248,7 +248,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     signal, grid, index = _read_series(record, columns)
     unit, display_path = SI[record.measured], columns.display_path
     warnings = list(clipping_warnings(record.named, signal, unit))
-    if isinstance(record, RecordedMotion) and record.measured == "acceleration":
+    if record.measured == "acceleration":
         warnings += rising_warnings(record, signal, columns.describe_column(index))
     requested = record.gaps or record.resample or record.remove.any
     is_plain = not requested and grid.at is None and record.measured == "acceleration"

@@ -102,10 +102,8 @@ def indices_of(values: Signal, wanted: float) -> NDArray[np.intp]:
     return np.concatenate([at + number * BLOCK_SIZE for number, at in enumerate(found)])
 
 
-def rising_warnings(
-    record: RecordedMotion, values: Signal, column: str
-) -> Iterator[WarningMessage]:
-    """Warn of samples of ü that rise evenly; only the first block of a long record is read."""
+def rising_warnings(record: Recorded, values: Signal, column: str) -> Iterator[WarningMessage]:
+    """Warn of an acceleration that rises evenly; of a long record only a block is read."""
     part = values[:BLOCK_SIZE]
     if len(part) < MIN_SAMPLES or not rises_evenly(part):
         return

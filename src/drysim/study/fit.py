@@ -77,6 +77,9 @@ STEPS = (3e-2, 1e-2, 1e-3, 1e-4, 1e-6)
 DIFFERENCE = 1e-5
 """Relative step of the derivatives near the solution."""
 
+JUMP = 3.0
+"""Ratio of the derivatives on either side above which the motion jumps on one of them."""
+
 PARTS = (0.15, 0.4)
 """Shares of the record that are fitted before the whole."""
 
@@ -185,28 +188,23 @@ BAD_FIT = 0.3
 QUICK_SHARE = 0.3
 """Share of the record on which faults of it are tried."""
 
-WRONG_SIGN = "the sign of {} seems to be wrong: `scale: -1`"
-WRONG_UNIT = "the unit of {} seems to be wrong by a factor of "
-WRONG_FACTORS = {
+WRONG_UNITS = {
     "x_dd": {
-        -1.0: WRONG_SIGN,
-        STANDARD_GRAVITY: f"{WRONG_UNIT}9.81: it is in g",
-        1.0 / STANDARD_GRAVITY: f"{WRONG_UNIT}9.81: it is not in g",
+        STANDARD_GRAVITY: "9.81: it is in g",
+        1.0 / STANDARD_GRAVITY: "9.81: it is not in g",
     },
-    "x_r": {
-        -1.0: WRONG_SIGN,
-        0.1: f"{WRONG_UNIT}10",
-        10.0: f"{WRONG_UNIT}10",
-        1e-3: f"{WRONG_UNIT}1000",
-        1e3: f"{WRONG_UNIT}1000",
-    },
-    "v_r": {-1.0: WRONG_SIGN},
-    "F_f": {-1.0: WRONG_SIGN},
+    "x_r": {0.1: "10", 10.0: "10", 1e-3: "1000", 1e3: "1000"},
 }
-"""Factors by which channels are often wrong, in words."""
+"""Factors by which the units of channels are often wrong, in words."""
 
 USELESS = 0.8
 """Relative error from which a fit describes next to nothing; its exit code is 1."""
+
+NOT_THIS_MOTION = "the fitted motion is not the measured one"
+"""Note to the values of a fit that describes next to nothing."""
+
+CLIPPED = "record-clipped"
+"""Warning about samples at the end of the range of a sensor."""
 
 UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
 
@@ -415,12 +413,23 @@ def sizes(x: Floats) -> Floats:
 def jacobian(
     function: Callable[[Floats], Floats], x: Floats, h: float, bounds: Bounds
 ) -> Floats:
-    """Return the derivatives by central differences with a relative step, within bounds."""
-    columns = []
-    for j, size in enumerate(sizes(x)):
+    """Return the derivatives by central differences with a relative step, within bounds.
+
+    The motion jumps where a stop is just made or just missed. With such a jump on one side of
+    x the derivative is that of the other side.
+    """
+    columns, here = [], function(x)
+    for j, step in enumerate(h * sizes(x)):
         ends = np.array([x, x])
-        ends[:, j] = min(x[j] + h * size, bounds[1][j]), max(x[j] - h * size, bounds[0][j])
-        columns.append((function(ends[0]) - function(ends[1])) / (ends[0, j] - ends[1, j]))
+        ends[:, j] = min(x[j] + step, bounds[1][j]), max(x[j] - step, bounds[0][j])
+        up, down = ends[0, j] - x[j], x[j] - ends[1, j]
+        above, below = function(ends[0]) - here, here - function(ends[1])
+        slope = (above + below) / (up + down)
+        if min(up, down) > 0.5 * step:  # else a bound is nearer than rounding allows
+            sides = sorted((above / up, below / down), key=lambda one: float(one @ one))
+            if np.linalg.norm(sides[1]) > JUMP * np.linalg.norm(sides[0]):
+                slope = sides[0]
+        columns.append(slope)
     slopes = np.stack(columns, axis=1)
     norms = np.linalg.norm(slopes, axis=0)
     slopes[:, norms <= NULL_SHARE * norms.max()] = 0.0  # rounding, which would move them far
@@ -651,6 +660,16 @@ class LeastSquares:
             x = minimise(smooth, x, min(h / 10, 1e-4), self.bounds, FINE_CALLS, robust, rough)
         return x
 
+    def error(self, x: Floats) -> float:
+        """Return the error of the worst channel, relative to the RMS of its signal."""
+        errors = []
+        for name, difference in self.differences(x).items():
+            signal = self.model.measurement.channels[name][: self.count]
+            size = float(np.sqrt(np.mean(signal**2))) or 1.0
+            centred = self.centred(difference, np.ones(self.count, dtype=bool))
+            errors.append(float(np.sqrt(np.mean(centred**2))) / size)
+        return max(errors)
+
     def cost(self, x: Floats) -> float:
         """Return the robust sum of squares over all samples, in units of the noise."""
         mask = np.ones(self.count, dtype=bool)
@@ -730,16 +749,6 @@ def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MA
     return True
 
 
-def is_useless(squares: LeastSquares, solution: Solution) -> bool:
-    """Return whether the solution describes next to nothing of a channel."""
-    for name, difference in squares.differences(solution.x).items():
-        signal = squares.model.measurement.channels[name][: squares.count]
-        difference = squares.centred(difference, solution.mask)
-        if np.mean(difference**2) > USELESS**2 * np.mean(signal**2):
-            return True
-    return False
-
-
 def scan(squares: LeastSquares, x: Floats) -> Floats | None:
     """Return scaled parameters with a lower cost than x, varying one at a time; else None."""
     best, lowest = None, BETTER * squares.cost(x)
@@ -780,29 +789,30 @@ def profile_of(
     ends = []
     for sign in (-1.0, 1.0):
         end, found = _profile_end(squares, solution, others, j, sign)
-        static = squares.model.parameters[j].key.startswith(STATIC_PATHS)
-        far = _farthest(squares, solution, j, sign) if static else None
-        if end is not None and far is not None and (far - end) * sign > 0.0:
-            end = far
+        if squares.model.parameters[j].key.startswith(STATIC_PATHS) and end is not None:
+            for at, rise in _without_refit(squares, solution, j, sign):
+                if (at - end) * sign > 0.0 and rise <= CHI_SQUARE_95:
+                    end = at
+                    found.append((at, rise))
         ends.append(end)
         points += found
     return (ends[0], ends[1]), sorted(points)
 
 
-def _farthest(squares: LeastSquares, solution: Solution, j: int, sign: float) -> float | None:
-    """Return the farthest value on one side that is as likely as those of an interval.
+def _without_refit(
+    squares: LeastSquares, solution: Solution, j: int, sign: float
+) -> Iterator[tuple[float, float]]:
+    """Yield values on one side with the rise over all samples, the others not fitted again.
 
     A static limit has several minima, one for each order of events; an interval spans them all.
     """
     whole = np.ones(squares.count, dtype=bool)
-    limit = float(np.sum(squares.residuals(solution.x, whole) ** 2)) + CHI_SQUARE_95
-    found, x = None, solution.x.copy()
-    low, high = squares.bounds
+    least = float(np.sum(squares.residuals(solution.x, whole) ** 2))
+    x = solution.x.copy()
     for change in (change for change in SCAN if change * sign > 0.0):
-        x[j] = np.clip(solution.x[j] + change * sizes(solution.x)[j], low[j], high[j])
-        if float(np.sum(squares.residuals(x, whole) ** 2)) <= limit:
-            found = float(x[j])
-    return found
+        at = solution.x[j] + change * sizes(solution.x)[j]
+        x[j] = np.clip(at, squares.bounds[0][j], squares.bounds[1][j])
+        yield float(x[j]), float(np.sum(squares.residuals(x, whole) ** 2)) - least
 
 
 def _profile_end(
@@ -904,6 +914,8 @@ def fit_law(
     candidates = [*closed, *mapper(squares.coarse, closed)]
     costs = list(mapper(squares.cost, candidates))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
+    if min(mapper(squares.error, [candidates[i] for i in order])) > USELESS:
+        order = order[:1]  # no start is anywhere near
     found = []
     for one in mapper(squares.fine, [candidates[i] for i in order]):
         found.append(one)
@@ -913,7 +925,9 @@ def fit_law(
     for _ in range(MAX_RESTARTS):
         squares, solution = final_fit(squares, x)
         other = scan(squares, solution.x)
-        if other is None and (is_noise(squares, solution) or is_useless(squares, solution)):
+        if other is None and (
+            is_noise(squares, solution) or squares.error(solution.x) > USELESS
+        ):
             break
         near = [other] if other is not None else list(neighbours(squares, solution.x))
         cost, x = min(mapper(squares.fine, near), key=lambda one: one[0])
@@ -1141,16 +1155,27 @@ def describe_fit(
         metrics=metrics,
         checks=tuple(check.judge(metrics) for check in source.checks),
     )
-    warnings = (*model.measurement.warnings, *fit_warnings(one, result))
-    return replace(result, warnings=warnings)
+    of_base = getattr(model.motion, "warnings", ())
+    of_records = {known.sentence: known for known in (*of_base, *model.measurement.warnings)}
+    result = replace(result, warnings=tuple(of_records.values()))
+    return replace(result, warnings=(*result.warnings, *fit_warnings(one, result)))
 
 
 def intervals(one: LawFit, mapper: Mapper) -> tuple[tuple[Parameter, ...], tuple[Profile, ...]]:
     """Return the fitted values with their intervals, and the profiles."""
     model, squares, solution = one.model, one.squares, one.solution
+    error = max(channel.error for channel in errors_of(one))
+    if error > USELESS:
+        values = model.point(one.values)
+        nothing = None, None, None, None, None
+        unknown = (
+            Parameter(p.key, p.unit, values[p.key], *nothing, note=NOT_THIS_MOTION)
+            for p in model.parameters
+        )
+        return tuple(unknown), ()
     groups = undetermined_groups(one)
     free = [j for j in range(len(model.parameters)) if not len(groups.get(j, ())) > 1]
-    exact = max(channel.error for channel in errors_of(one)) < EXACT
+    exact = error < EXACT
     determined = [j for j in free if j not in groups]
     profile = partial(profile_of, squares, solution, determined)
     found = {} if exact else dict(zip(free, mapper(profile, free), strict=True))
@@ -1263,7 +1288,9 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
     error = result.metrics["fit_error"] or 0.0
     if not is_noise(one.squares, one.solution, FAULT_MARGIN):
         sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
-        if cause := likely_fault(one) or (UNKNOWN_FAULT if error > BAD_FIT else ""):
+        clipped = any(known.slug == CLIPPED for known in result.warnings)
+        unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
+        if cause := likely_fault(one) or (unknown if clipped or error > BAD_FIT else ""):
             yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
             if error > USELESS:
                 return
@@ -1325,8 +1352,8 @@ def likely_fault(one: LawFit) -> str:
     if model.fit.measured.is_rig:
         return ""
     own, best, cause = refitted(one, model)[0], np.inf, ""
-    for words, other in possible_faults(one):
-        error, values = refitted(one, other)
+    for words, other in possible_faults(model):
+        error, values = refitted(one, other, OBVIOUS * own)
         if error < best:
             best, cause = error, words.format(lag=format_number(values[-1], "s", 3))
         if best < OBVIOUS * own:
@@ -1334,10 +1361,16 @@ def likely_fault(one: LawFit) -> str:
     return cause if best < MUCH_BETTER * min(own, 1.0) else ""
 
 
-def possible_faults(one: LawFit) -> Iterator[tuple[str, FitModel]]:
+def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
     """Yield usual faults of a record in words, each with the model in which it is corrected."""
-    model, found = one.model, one.model.measurement
-    motion = model.motion
+    found, motion = model.measurement, model.motion
+
+    def multiplied(name: str, factor: float) -> FitModel:
+        channels = found.channels | {name: factor * found.channels[name]}
+        return replace(model, measurement=found._replace(channels=channels))
+
+    for name in model.compared:
+        yield f"the sign of {name} seems to be wrong: `scale: -1`", multiplied(name, -1.0)
     whole = isinstance(motion, Samples) and len(found.t) == len(motion.u_dd)
     if "x_dd" in found.channels and isinstance(motion, Samples) and whole:
         swapped = found._replace(channels=found.channels | {"x_dd": motion.u_dd[:]})
@@ -1350,14 +1383,16 @@ def possible_faults(one: LawFit) -> Iterator[tuple[str, FitModel]]:
         words = "the measured response seems to lag by {lag}: free `measured.delay`"
         yield words, replace(model, parameters=(*model.parameters, delay))
     for name in model.compared:
-        for factor, words in WRONG_FACTORS[name].items():
-            channels = found.channels | {name: factor * found.channels[name]}
-            corrected = replace(model, measurement=found._replace(channels=channels))
-            yield words.replace("{}", name), corrected
+        for factor, words in WRONG_UNITS.get(name, {}).items():
+            words = f"the unit of {name} seems to be wrong by a factor of {words}"
+            yield words, multiplied(name, factor)
 
 
-def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:
-    """Return relative error and values of a quick fit of another model."""
+def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, Floats]:
+    """Return relative error and values of a quick fit of another model.
+
+    Up to three starts are followed, until an error is small enough.
+    """
     t = model.measurement.t
     end = min(
         one.squares.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
@@ -1371,4 +1406,6 @@ def refitted(one: LawFit, model: FitModel) -> tuple[float, Floats]:
         error = float(np.sqrt(np.mean(residuals**2)))
         if error < best:
             best, values = error, x * scale
+        if best < enough:
+            break
     return best, values

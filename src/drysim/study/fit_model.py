@@ -507,7 +507,7 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         channels[name] = np.asarray(read.values[:], dtype=np.float64)
         if float(np.ptp(channels[name])) == 0.0:
             level = format_number(float(channels[name][0]), SI[record.quantity])
-            column = f" of column {record.column!r}" if record.column is not None else ""
+            column = f" of column `{record.column}`" if record.column is not None else ""
             sentence = f"{name} is {level} in every sample{column}: no motion was recorded"
             raise record_error(display_path, sentence)
         inputs.append(source)
