@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import drysim
 from drysim.approach.fixed_step import Switch
 from drysim.core.compile import MAX_PLAIN_STEPS
 from drysim.errors import ScenarioError
+from drysim.scenario.fit import Fit
 from drysim.study import sweep
 from drysim.study.case import prepare, step_cost
 
@@ -199,6 +201,14 @@ def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, e
     assert steps > MAX_PLAIN_STEPS
     assert kernels == "taylor.march_taylor"
     assert dear.work == 5 * easy.work
+
+
+def test_engine_of_a_run_is_that_of_the_fit_that_may_follow_it(prepared):
+    case = prepared()
+    block = {"measured": {"file": "x.csv", "x_r": 1}, "free": {"friction.kinetic": {}}}
+    fit = Fit.model_validate(block)
+    fitted = replace(case, scenario=case.scenario.model_copy(update={"fit": fit}))
+    assert fitted.work == 2_000 * case.work
 
 
 @pytest.mark.parametrize(("least", "steps"), [(100.0, 1_000), (0.0, 300_000)])

@@ -246,6 +246,15 @@ def test_intervals_of_a_noisy_twin_hold_the_truth(noisy):
     assert result.channels[0].noise == pytest.approx(0.02, rel=0.1)
 
 
+@pytest.mark.parametrize("seed", [9, 10])
+def test_stops_that_are_just_made_or_just_missed_narrow_no_interval(tmp_path, seed):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seed=seed)
+    for one in fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR)).parameters:
+        low = one.profile_low if one.deviation is None else one.value - 4.0 * one.deviation
+        high = one.profile_high if one.deviation is None else one.value + 4.0 * one.deviation
+        assert low < FOUR[one.key] < high
+
+
 def test_noise_of_the_file_sets_the_intervals(noisy, tmp_path):
     write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02})
     more = "  noise: {x_dd: 0.04 m/s2}\n"

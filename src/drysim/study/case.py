@@ -57,6 +57,9 @@ from drysim.units import Block, shorten
 from drysim.wording import format_number
 from drysim.yaml_document import KeyPath
 
+WORK_PER_FIT = 2000
+"""Number of solutions in a fit, for the choice of the engine."""
+
 STEPS_PER_WAVE = 5
 """Cost of one sine at one grid point, in steps of sampled motion."""
 
@@ -104,11 +107,15 @@ class Case:
 
     @property
     def work(self) -> int:
-        """Cost of the case, in steps of sampled motion."""
+        """Cost of the case, in steps of sampled motion; with a fit block that of the fit.
+
+        A fit may follow a run in the same process, whose engine is chosen once.
+        """
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
         radians = largest_oscillation(self).radians
         a_step = max(1 + STEPS_PER_WAVE * waves, self.step_cost.of(self.motion))
-        return max(self.steps * a_step, round(STEPS_PER_WAVE * radians))
+        once = max(self.steps * a_step, round(STEPS_PER_WAVE * radians))
+        return once if self.scenario.fit is None else WORK_PER_FIT * once
 
     @property
     def step_cost(self) -> StepCost:

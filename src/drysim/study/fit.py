@@ -15,8 +15,8 @@ Method
     4. `scipy.optimize.least_squares` does each fit, robust against outliers at first. The
        derivatives are central differences: the motion is exact to rounding, and so their error
        is about 1e-9 at a step of 1e-5.
-    5. Where the residuals exceed the noise of the signals, fits from neighbouring values of
-       each parameter look for a lower sum of squares.
+    5. Where another value of one parameter has a lower sum of squares, or the residuals exceed
+       the noise of the signals, fits from neighbouring values look for a better solution.
     6. Intervals from the covariance at the solution, and from the profile: the parameter is
        fixed, the others are fitted again, and the bounds are where the sum of squares has
        risen by 3.84 noise variances (likelihood ratio, 95 %).
@@ -119,7 +119,7 @@ OUTLIER, MAX_OUTLIERS = 6.0, 0.05
 """Residual, in robust standard deviations, above which a sample is an outlier; largest share of
 samples left out as such."""
 
-NOISE_MARGIN = 1.2
+NOISE_MARGIN = 1.1
 """Ratio of the residuals to the noise up to which nothing better is looked for."""
 
 NOISELESS, ROUNDING = 1e-3, 1e-11
@@ -168,9 +168,6 @@ NULL_SHARE = 1e-8
 
 ALIKE_NOISE = 1.4
 """RMS of x_dd - ü, in units of its noise, below which base and mass move alike."""
-
-WORK_PER_FIT = 2000
-"""Number of solutions in a fit, for the choice of the engine."""
 
 EXACT = 1e-6
 """Relative error below which residuals are rounding."""
@@ -636,16 +633,17 @@ class LeastSquares:
             self.integrated, x, COARSE_STEP, self.bounds, COARSE_CALLS, COARSE_SCALE, 1e-3
         )
 
-    def fine(self, x: Floats) -> tuple[float, Floats]:
+    def fine(self, x: Floats, steps: Sequence[float] = ()) -> tuple[float, Floats]:
         """Return cost and solution of fits of ever longer parts, with ever smaller steps.
 
         In a short part few events can be wrong, and each is right before the next is added.
+        With `steps` the whole is fitted at once, from values whose events are right.
         """
-        for share in PARTS:
+        for share in () if steps else PARTS:
             part = replace(self, end=share * self.end)
             if part.count >= MIN_PART:
                 x = part.refine(x, STEPS[: len(STEPS) - 1])
-        x = self.refine(x, STEPS)
+        x = self.refine(x, steps or STEPS)
         return self.cost(x), x
 
     def refine(self, x: Floats, steps: Sequence[float]) -> Floats:
@@ -678,11 +676,15 @@ class LeastSquares:
 
 
 class Solution(NamedTuple):
-    """A minimum: scaled parameters, covariance, selected samples, sum of squares."""
+    """A minimum: scaled parameters, covariance, selected samples, sum of squares.
+
+    `smooth` are the samples whose mode does not change, `mask` those of them without outliers.
+    """
 
     x: Floats
     covariance: Floats
     jacobian: Floats
+    smooth: Mask
     mask: Mask
     sum_of_squares: float
 
@@ -695,13 +697,13 @@ def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]
     steps = np.asarray(1e-2 * sizes(x))
     given = squares.model.fit.noise
     for i in range(MAX_FINAL):
-        mask = squares.unchanged(x, steps)
-        if mask.sum() < 10 * len(x):
-            mask = squares.unchanged(x, SMALLEST_STEP * sizes(x))
-        mask = trimmed(squares, x, mask)
-        smooth = partial(squares.residuals, mask=mask)
+        smooth = squares.unchanged(x, steps)
+        if smooth.sum() < 10 * len(x):
+            smooth = squares.unchanged(x, SMALLEST_STEP * sizes(x))
+        mask = trimmed(squares, x, smooth)
+        residuals_at = partial(squares.residuals, mask=mask)
         robust = squares.robust_level() if i < 2 else None
-        x = minimise(smooth, x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
+        x = minimise(residuals_at, x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
         found = squares.differences(x)
         noise = {}
         for name, difference in found.items():
@@ -719,7 +721,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]
             break
         steps = new
     residuals = squares.residuals(x, mask)
-    return squares, Solution(x, covariance, slopes, mask, float(residuals @ residuals))
+    return squares, Solution(x, covariance, slopes, smooth, mask, float(residuals @ residuals))
 
 
 def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
@@ -737,13 +739,16 @@ def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
 
 
 def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MARGIN) -> bool:
-    """Return whether the residuals are no larger than the noise of the signals, or rounding."""
+    """Return whether the residuals are no larger than the noise of the signals, or rounding.
+
+    Those next to an event do not count: its time is known within the uncertainty only.
+    """
     found = squares.differences(solution.x)
     for name, difference in found.items():
         signal = squares.model.measurement.channels[name][: squares.count]
         size, level = float(np.abs(signal).max()), noise_level(signal)
         least = max(margin * level * (level > NOISELESS * size), ROUNDING * size)
-        difference = squares.centred(difference, solution.mask)
+        difference = squares.centred(difference, solution.mask)[solution.smooth]
         if float(np.sqrt(np.mean(difference**2))) > least:
             return False
     return True
@@ -929,8 +934,11 @@ def fit_law(
             is_noise(squares, solution) or squares.error(solution.x) > USELESS
         ):
             break
-        near = [other] if other is not None else list(neighbours(squares, solution.x))
-        cost, x = min(mapper(squares.fine, near), key=lambda one: one[0])
+        if other is None:
+            found_near = list(mapper(squares.fine, neighbours(squares, solution.x)))
+        else:
+            found_near = [squares.fine(other), squares.fine(other, STEPS[2:])]
+        cost, x = min(found_near, key=lambda one: one[0])
         if cost >= BETTER * squares.cost(solution.x):
             break
     else:
@@ -982,7 +990,7 @@ def fit(
     require_fit(scenario)
     assert scenario.fit is not None, "that was required"
     first = build_model(scenario)
-    choose_engine(WORK_PER_FIT * first.case.work, first.case.kernels)
+    choose_engine(first.case.work, first.case.kernels)
     check_motion(first)
     end = fitted_end(scenario, first.measurement)
     with ThreadPoolExecutor(worker_count(workers)) as pool:
@@ -1311,9 +1319,11 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
         yield WarningMessage("not-determined", f"{about}{note}")
     agree, total = result.starts
     if agree < 2 <= total:
+        found = (
+            f"only {agree} of {total} starts led" if agree else f"none of {total} starts led"
+        )
         sentence = (
-            f"only {agree} of {total} starts led to this solution: it may not be the best; "
-            "give `start` values or bounds"
+            f"{found} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
     for channel in result.channels:
