@@ -423,9 +423,10 @@ def jacobian(
         above, below = function(ends[0]) - here, here - function(ends[1])
         slope = (above + below) / (up + down)
         if min(up, down) > 0.5 * step:  # else a bound is nearer than rounding allows
-            sides = sorted((above / up, below / down), key=lambda one: float(one @ one))
-            if np.linalg.norm(sides[1]) > JUMP * np.linalg.norm(sides[0]):
-                slope = sides[0]
+            sides = above / up, below / down
+            squares = [float(np.sum(side**2)) for side in sides]
+            if max(squares) > JUMP**2 * min(squares):
+                slope = sides[int(np.argmin(squares))]
         columns.append(slope)
     slopes = np.stack(columns, axis=1)
     norms = np.linalg.norm(slopes, axis=0)
