@@ -224,3 +224,18 @@ def test_open_interval_has_one_end(decay):
     first, *rest = decay.parameters
     opened = replace(decay, parameters=(first._replace(profile_low=None), *rest))
     assert draw_profiles(opened).axes[0].get_xlabel() == "95 %: at most 900.1134 N/m"
+
+
+def test_fit_that_is_better_than_the_solution_is_within_the_picture(decay):
+    first, *others = decay.profiles
+    rise = first.rise.copy()
+    rise[0] = -3.0
+    lower = replace(decay, profiles=(first._replace(rise=rise), *others))
+    assert draw_profiles(lower).axes[0].get_ylim()[0] < -3.0
+
+
+def test_value_with_an_end_but_no_deviation_shows_its_end(decay):
+    first, *others = decay.parameters
+    open_below = first._replace(deviation=None, low=None, high=None, profile_low=None)
+    figure = draw_profiles(replace(decay, parameters=(open_below, *others)))
+    assert figure.axes[-1].texts[0].get_text().startswith("95 %: at most ")
