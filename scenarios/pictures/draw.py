@@ -11,13 +11,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch, Rectangle
 from PIL import Image
 
 import drysim
-from drysim.plots import response, style
+from drysim.plots import response, sketch, style
 from drysim.scenario.reading import LAWS
 from drysim.wording import length_unit
 
@@ -51,7 +49,7 @@ PICTURES = {
 MODEL = "model.png"
 
 SIZE, DOTS = (3.3, 2.9), 100
-"""Size of the figure of a loop [inch], and dots per inch."""
+"""Size of the figure of a loop [inch], and dots per inch of loops and model."""
 
 
 def keep(drawn: Path, kept: Path, colours: int = COLOURS) -> None:
@@ -89,42 +87,8 @@ def loop(law: str) -> Figure:
 
 def model() -> Figure:
     """Return the sketch of the model: mass, spring, damper and friction contact on a base."""
-    figure = Figure(figsize=(5.2, 3.3), dpi=DOTS)
-    axes = figure.add_axes((0, 0, 1, 1))
-    axes.set_axis_off()
-    axes.set_xlim(0, 10.4)
-    axes.set_ylim(0, 6.6)
-    line = {"color": "black", "linewidth": 1.4}
-    edge = {"edgecolor": "black", "linewidth": 1.4}
-    arrow = {"arrowstyle": "-|>", "mutation_scale": 13, "color": "black"}
-    left, centred = {"ha": "left", "va": "center"}, {"ha": "center", "va": "center"}
-    axes.add_patch(Rectangle((1.2, 4.3), 5.6, 1.4, facecolor="#c9d8ea", **edge))
-    axes.text(4.0, 5.0, "mass $m$", size=12, **centred)
-    axes.add_patch(Rectangle((0.8, 0.7), 6.4, 0.35, facecolor="#8a8a8a", **edge))
-    axes.text(4.0, 0.32, "moving base", size=11, **centred)
-    low, high = 1.05, 4.3
-    turns = np.linspace(low + 0.5, high - 0.5, 15)
-    sides = 2.0 + 0.28 * np.array([0, *((-1) ** i for i in range(13)), 0])
-    axes.plot([2.0, *sides, 2.0], [low, *turns, high], **line)
-    axes.text(1.45, 2.7, "$k_x$", size=12, ha="right", va="center")
-    axes.plot([4.0, 4.0], [low, 2.2], **line)
-    axes.plot([3.62, 3.62, 4.38, 4.38], [3.2, 2.2, 2.2, 3.2], **line)
-    axes.plot([3.68, 4.32], [2.8, 2.8], color="black", linewidth=3)
-    axes.plot([4.0, 4.0], [2.8, high], **line)
-    axes.text(3.4, 2.7, "$b$", size=12, ha="right", va="center")
-    axes.plot([6.0, 6.0], [2.0, high], color="black", linewidth=5, solid_capstyle="butt")
-    for pad, away in ((5.56, -1.0), (6.09, 1.0)):
-        axes.add_patch(Rectangle((pad, 2.1), 0.35, 1.0, facecolor="#b3541e", **edge))
-        tip = (6.0 + 0.46 * away, 2.6)
-        axes.add_patch(FancyArrowPatch((6.0 + away, 2.6), tip, **arrow))
-    axes.plot([5.73, 5.73, 6.27, 6.27], [2.1, 1.6, 1.6, 2.1], **line)
-    axes.plot([6.0, 6.0], [low, 1.6], **line)
-    axes.text(7.15, 2.6, "friction $F_{fk}$, $F_{fs}$", size=11, **left)
-    for symbol, foot in (("x", 4.65), ("u", 0.88)):
-        axes.plot([7.3, 7.9], [foot, foot], color="black", linewidth=1)
-        axes.add_patch(FancyArrowPatch((7.6, foot), (7.6, foot + 0.95), **arrow))
-        axes.text(7.85, foot + 0.55, f"${symbol}(t)$", size=12, **left)
-    axes.text(8.55, 4.0, "stroke\n$x_r = x - u$", size=11, **left)
+    figure = sketch.draw()
+    figure.set_dpi(DOTS)
     return figure
 
 

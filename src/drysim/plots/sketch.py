@@ -1,0 +1,216 @@
+"""Sketch of the model: a mass on a spring, a damper and a friction contact, on a moving base.
+
+For a scenario, the sketch has the elements that its scene has, with their values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from drysim import wording
+from drysim.plots.style import Style
+from drysim.wording import format_number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.core.model import AnyLaw
+    from drysim.scenario.model import Scenario
+
+LINE: Style = {"color": "black", "linewidth": 1.4}
+EDGE: Style = {"edgecolor": "black", "linewidth": 1.4}
+ARROW: Style = {"arrowstyle": "-|>", "mutation_scale": 13, "color": "black"}
+LEFT: Style = {"ha": "left", "va": "center"}
+CENTRED: Style = {"ha": "center", "va": "center"}
+
+BASE, MASS, HEIGHT = 1.05, 4.3, 6.6
+"""Upper edge of the base, lower edge of the mass, and height of the sketch."""
+
+UNITS_PER_INCH = 2.0
+"""Length of an inch in the sketch."""
+
+
+class Layout(NamedTuple):
+    """Place of the first element, distance of the elements, and room beside the last one."""
+
+    first: float
+    spacing: float
+    side: float
+
+
+SYMBOLS, VALUES = Layout(2.0, 2.0, 4.4), Layout(3.2, 3.6, 5.6)
+"""Layouts without and with values, which are wider."""
+
+
+class Part(NamedTuple):
+    """An element between base and mass, with its label."""
+
+    name: str
+    label: str
+
+
+def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figure:
+    """Return the sketch of a scenario, or with all elements and without values.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+    varied : collection of str, optional
+        Dotted keys that vary, whose values are left out.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import FancyArrowPatch, Rectangle
+
+    parts, limit = list(_parts(scenario, varied)), _limit(scenario, varied)
+    layout = SYMBOLS if scenario is None else VALUES
+    count = max(len(parts), 2)
+    first, right = layout.first, layout.first + layout.spacing * (count - 1)
+    width, middle = right + layout.side, (first + right) / 2
+    size = width / UNITS_PER_INCH, HEIGHT / UNITS_PER_INCH
+    figure = Figure(figsize=size)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set_xlim(0, width)
+    axes.set_ylim(0, HEIGHT)
+    long = right - first + 1.6
+    axes.add_patch(Rectangle((first - 0.8, MASS), long, 1.4, facecolor="#c9d8ea", **EDGE))
+    mass = _label("mass $m$", "oscillator.mass", scenario, varied, " ")
+    axes.text(middle, 5.0, mass, size=12, **CENTRED)
+    axes.add_patch(Rectangle((first - 1.2, 0.7), long + 0.8, 0.35, facecolor="#8a8a8a", **EDGE))
+    rests = scenario is not None and scenario.excitation.kind == "rest"
+    axes.text(middle, 0.32, "base at rest" if rests else "moving base", size=11, **CENTRED)
+    for at, part in enumerate(parts):
+        place = first + layout.spacing * (at + (count - len(parts)) / 2)
+        DRAWN[part.name](axes, place, part.label)
+    for symbol, foot in (("x", 4.65), ("u", 0.88))[: 1 if rests else 2]:
+        axes.plot([right + 1.3, right + 1.9], [foot, foot], color="black", linewidth=1)
+        tip = right + 1.6, foot + 0.95
+        axes.add_patch(FancyArrowPatch((right + 1.6, foot), tip, **ARROW))
+        axes.text(right + 1.85, foot + 0.55, f"${symbol}(t)$", size=12, **LEFT)
+    lines = filter(None, ("stroke", "$x_r = x - u$", limit))
+    axes.text(right + 2.55, 4.0, "\n".join(lines), size=11, **LEFT)
+    return figure
+
+
+def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[Part]:
+    """Yield the elements of a scene."""
+    if scenario is None:
+        yield from (Part("spring", "$k_x$"), Part("damper", "$b$"))
+        yield Part("contact", "friction $F_{fk}$, $F_{fs}$")
+        return
+    plant, law = scenario.oscillator.plant(), scenario.law()
+    if plant.k_x > 0 or "oscillator.stiffness" in varied:
+        yield Part("spring", _label("$k_x$", "oscillator.stiffness", scenario, varied))
+    if plant.b > 0 or law.damping or any("damping" in key for key in varied):
+        yield Part("damper", _label("$b$", "oscillator.damping", scenario, varied))
+    if law.F_fs > 0 or any(key.startswith("friction.") for key in varied):
+        name = "elastic contact" if law.is_elastic else "contact"
+        yield Part(name, _friction_label(law, varied))
+    if law.stops is not None:
+        peak = max(law.stops.limits)
+        sides = wording.describe_limits(law.stops.limits, peak)
+        kind = "rigid stops" if law.stops.rigid else "bumpers"
+        swept = any(key.startswith("stroke.") for key in varied)
+        yield Part("stops", f"{kind}\n{'varied' if swept else sides}")
+
+
+def _label(
+    symbol: str,
+    key: str,
+    scenario: Scenario | None,
+    varied: Collection[str],
+    separator: str = "\n",
+) -> str:
+    """Return a symbol with the value of its key."""
+    if scenario is None:
+        return symbol
+    plant, damping = scenario.oscillator.plant(), scenario.law().damping
+    value = {
+        "oscillator.mass": lambda: format_number(plant.m, "kg"),
+        "oscillator.stiffness": lambda: format_number(plant.k_x, "N/m"),
+        "oscillator.damping": lambda: (
+            format_number(plant.b, "N·s/m")
+            if damping is None
+            else f"{format_number(damping[0])} and\n{format_number(damping[1], 'N·s/m')}"
+        ),
+    }[key]()
+    swept = any(one.startswith(key) for one in varied)
+    return f"{symbol}{separator}{'varied' if swept else value}"
+
+
+def _friction_label(law: AnyLaw, varied: Collection[str]) -> str:
+    """Return the friction forces."""
+    if any(key.startswith("friction.") for key in varied):
+        return "friction\nvaried"
+    lines = ["friction", f"$F_{{fk}}$ {format_number(law.F_fk, 'N')}"]
+    if law.F_fs > law.F_fk:
+        lines.append(f"$F_{{fs}}$ {format_number(law.F_fs, 'N')}")
+    return "\n".join(lines)
+
+
+def _limit(scenario: Scenario | None, varied: Collection[str]) -> str:
+    """Return the stroke limit; empty without one."""
+    if scenario is None or scenario.stroke is None or scenario.stops is not None:
+        return ""
+    if any(key.startswith("stroke.") for key in varied):
+        return "limit varied"
+    limits = scenario.stroke.limits
+    return f"limit {wording.describe_limits(limits, max(limits))}"
+
+
+def _draw_spring(axes: Axes, x: float, label: str) -> None:
+    turns = np.linspace(BASE + 0.5, MASS - 0.5, 15)
+    sides = x + 0.28 * np.array([0, *((-1) ** i for i in range(13)), 0])
+    axes.plot([x, *sides, x], [BASE, *turns, MASS], **LINE)
+    axes.text(x - 0.55, 2.7, label, size=12, ha="right", va="center")
+
+
+def _draw_damper(axes: Axes, x: float, label: str) -> None:
+    axes.plot([x, x], [BASE, 2.2], **LINE)
+    axes.plot([x - 0.38, x - 0.38, x + 0.38, x + 0.38], [3.2, 2.2, 2.2, 3.2], **LINE)
+    axes.plot([x - 0.32, x + 0.32], [2.8, 2.8], color="black", linewidth=3)
+    axes.plot([x, x], [2.8, MASS], **LINE)
+    axes.text(x - 0.6, 2.7, label, size=12, ha="right", va="center")
+
+
+def _draw_contact(axes: Axes, x: float, label: str, elastic: bool = False) -> None:
+    from matplotlib.patches import FancyArrowPatch, Rectangle
+
+    axes.plot([x, x], [2.0, MASS], color="black", linewidth=5, solid_capstyle="butt")
+    for pad, away in ((x - 0.44, -1.0), (x + 0.09, 1.0)):
+        axes.add_patch(Rectangle((pad, 2.1), 0.35, 1.0, facecolor="#b3541e", **EDGE))
+        tip = (x + 0.46 * away, 2.6)
+        axes.add_patch(FancyArrowPatch((x + away, 2.6), tip, **ARROW))
+    axes.plot([x - 0.27, x - 0.27, x + 0.27, x + 0.27], [2.1, 1.6, 1.6, 2.1], **LINE)
+    if elastic:
+        turns = np.linspace(BASE, 1.6, 7)
+        axes.plot(x + 0.15 * np.array([0, 1, -1, 1, -1, 1, 0]), turns, **LINE)
+    else:
+        axes.plot([x, x], [BASE, 1.6], **LINE)
+    axes.text(x + 1.15, 2.6, label, size=11, **LEFT)
+
+
+def _draw_elastic_contact(axes: Axes, x: float, label: str) -> None:
+    _draw_contact(axes, x, label, elastic=True)
+
+
+def _draw_stops(axes: Axes, x: float, label: str) -> None:
+    from matplotlib.patches import Rectangle
+
+    axes.add_patch(Rectangle((x - 0.3, BASE), 0.6, 2.1, facecolor="white", **EDGE))
+    axes.add_patch(Rectangle((x - 0.3, BASE + 2.1), 0.6, 0.35, facecolor="#444444", **EDGE))
+    axes.text(x + 0.5, 2.3, label, size=11, **LEFT)
+
+
+DRAWN: dict[str, Any] = {
+    "spring": _draw_spring,
+    "damper": _draw_damper,
+    "contact": _draw_contact,
+    "elastic contact": _draw_elastic_contact,
+    "stops": _draw_stops,
+}
+"""What draws an element, given its place and its label."""
