@@ -9,7 +9,7 @@ import pytest
 
 import drysim
 
-HEAVY = ("matplotlib", "numba", "pint", "scipy")
+HEAVY = ("jinja2", "matplotlib", "numba", "pint", "scipy")
 
 NAMES = [
     "Comparison",
@@ -31,6 +31,7 @@ NAMES = [
     "fit",
     "load",
     "plot",
+    "report",
     "run",
     "simulate",
     "sweep",
@@ -104,7 +105,7 @@ def test_commands_on_a_pipe_load_neither_rich_nor_what_looks_for_plugins(seat, p
         assert answer.code == 0
         loaded = {line.rpartition("|")[2].strip() for line in answer.err.splitlines()}
         assert {"drysim.scenario", "pydantic.main"} <= loaded
-        assert loaded & {"rich", "importlib.metadata", "scipy", "numba", "matplotlib"} == set()
+        assert loaded & {"rich", "importlib.metadata", *HEAVY} == set()
 
 
 def test_whatever_else_is_asked_of_the_loader_of_plugins_the_real_one_answers():

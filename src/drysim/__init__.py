@@ -60,6 +60,7 @@ __all__ = [
     "fit",
     "load",
     "plot",
+    "report",
     "run",
     "simulate",
     "sweep",
@@ -72,6 +73,7 @@ __getattr__ = lazy_getattr(
         "drysim.errors": (
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
+        "drysim.output.report": "report",
         "drysim.plots": "plot",
         "drysim.scenario": "Scenario load",
         "drysim.study.compare": "Comparison compare",

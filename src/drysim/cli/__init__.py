@@ -41,7 +41,7 @@ from drysim.errors import (
 COMMANDS: tuple[Callable[..., int], ...] = (
     commands.init, commands.run, commands.sweep, commands.compare, commands.fit,
     commands.design, commands.validate,
-    commands.summarise, commands.bench, commands.schema, commands.doctor,
+    commands.summarise, commands.report, commands.bench, commands.schema, commands.doctor,
     manual, explain,
 )  # fmt: skip
 """In the order of the help: what a new user needs first comes first."""

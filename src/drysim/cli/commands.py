@@ -22,7 +22,6 @@ from drysim.errors import (
     EXIT_NOTHING_COMPUTED,
     EXIT_NUMERICS_FAILED,
     EXIT_OK,
-    OutputError,
     UsageError,
     WarningMessage,
 )
@@ -126,6 +125,7 @@ def run(
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -151,7 +151,7 @@ def run(
     if single and (held := resumable_parts(folder)):
         kept = f"the finished {' and '.join(held)} in {folder}.partial"
         mode.print_status(f"this run discards {kept}; use --out to keep them")
-    how = output_options(context, no_plots, picture_format)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
     if single:
         return run_single(case, folder, mode, strict, how)
     from drysim import output
@@ -222,6 +222,7 @@ def sweep(
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
     form: options.Table = "csv",
@@ -252,7 +253,7 @@ def sweep(
     from drysim.console import many
     from drysim.study.sweep import partial_table, solve
 
-    how = output_options(context, no_plots, picture_format)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_parts(
@@ -274,6 +275,7 @@ def compare(
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -301,7 +303,7 @@ def compare(
         on_batch = partial(work.count_batch, advance)
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
     code = result.table.exit_code(strict)
-    how = output_options(context, no_plots, picture_format)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
     fields = output.write_comparison(result, folder, exit_code=code, **how)
     show = partial(many.show_comparison, result, folder)
     return mode.report(fields, show, result.table.warnings, folder, code)
@@ -317,6 +319,7 @@ def fit(
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -348,7 +351,7 @@ def fit(
     with terminal.progress(count_starts(loaded), "starts", quiet) as advance:
         result = solve(loaded, workers=workers, finished=advance_or_stop)
     code = result.exit_code(strict)
-    how = output_options(context, no_plots, picture_format)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
     fields = output.write_fit(result, folder, exit_code=code, **how)
     show = partial(show_fit, result, folder)
     code = mode.report(fields, show, result.warnings, folder, code)
@@ -439,6 +442,7 @@ def validate(
 def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     """Show metrics, quantiles and checks of a finished result."""
     from drysim.console import summaries
+    from drysim.output.folder import read_sidecar
 
     fields = read_sidecar(folder)
     with tolerate_closed_pipe():
@@ -450,29 +454,36 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     return EXIT_OK
 
 
-def read_sidecar(folder: Path) -> dict[str, Any]:
-    """Read the drysim.json of a result.
+def report(
+    folder: options.Folder,
+    out: options.ReportFile = None,
+    no_plots: options.ReportNoPlots = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Write a report of a finished result: one page of HTML."""
+    from drysim.cli import process
+    from drysim.console import terminal
+    from drysim.output.folder import REPORT_FILE, add_report, check_report, save_report
+    from drysim.output.report import count_parts, read_result, report_folder
 
-    Raises
-    ------
-    OutputError
-        When the folder has none.
-    """
-    from drysim.output.folder import MARKER
+    fields, file = read_result(folder), out or folder / REPORT_FILE
+    check_report(file, folder)
 
-    file = folder / MARKER
-    hint = "name an output folder of `drysim run`, `sweep` or `compare`"
-    try:
-        fields = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as fault:
-        reason = (fault.strerror or str(fault)).lower()
-        raise OutputError(f"cannot read {file}: {reason}", hint) from fault
-    except ValueError:
-        fields = None
-    needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
-    if not isinstance(fields, dict) or not needed <= fields.keys():
-        raise OutputError(f"{file} has no finished result", hint)
-    return fields
+    def advance_or_stop(count: int) -> None:
+        advance(count)
+        process.raise_if_interrupted()
+
+    total = 0 if no_plots else count_parts(fields)
+    with terminal.progress(total, "cases", quiet) as advance:
+        page = report_folder(folder, fields, plots=not no_plots, advance=advance_or_stop)
+    if file.absolute() == (folder / REPORT_FILE).absolute():
+        add_report(folder, page, fields)
+    else:
+        save_report(file, page)
+    if not quiet:
+        with tolerate_closed_pipe():
+            terminal.print_stdout(str(file))
+    return EXIT_OK
 
 
 def bench(

@@ -110,6 +110,7 @@ StrictWarnings = Annotated[
     bool, typer.Option("--strict", help="Count warnings as failures (exit code 1).")
 ]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Write no pictures.")]
+Report = Annotated[bool, typer.Option("--report", help="Write report.html, too.")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object instead of the summary.")
 ]
@@ -226,6 +227,13 @@ Hard = Annotated[
     bool, typer.Option("--hard", help="Run every approach on the hard cases instead.")
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of drysim.")]
+ReportFile = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="FILE", help="The page; default: DIR/report.html."),
+]
+ReportNoPlots = Annotated[
+    bool, typer.Option("--no-plots", help="No pictures; the scenario is not solved again.")
+]
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:

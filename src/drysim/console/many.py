@@ -84,12 +84,12 @@ def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    scene, rows = _ensemble_scene(ensemble), _ensemble_rows(ensemble)
+    scene, rows = ensemble_scene(ensemble), ensemble_rows(ensemble)
     written = folder if ensemble.complete else None
     show_summary(ensemble, scene, rows, ENSEMBLE_VALUE_WIDTH, written)
 
 
-def _ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
+def ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was solved, and with which seeds."""
     for name, words in run_scene(ensemble.shown):
         yield name, words
@@ -105,7 +105,7 @@ def _ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
                 )
 
 
-def _ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
+def ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     """Yield the main metrics, and the metric of the stopping rule."""
     until = stopping_rule(ensemble.scenario)
     rows, good = list(MAIN_METRICS), sum(row.status == OK for row in ensemble.rows)
@@ -187,7 +187,7 @@ def show_table(table: Table, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    scene, rows = sweep_scene(table), _table_rows(table)
+    scene, rows = sweep_scene(table), table_rows(table)
     written = folder if table.complete else None
     answer = _describe_answer(table)
     show_summary(table, scene, rows, TABLE_VALUE_WIDTH, written, table.axes, answer)
@@ -226,7 +226,7 @@ def _main_tally(table: Table) -> Tally:
     return next(iter(table.tallies.values()), Tally(table.scenario.solver.approach))
 
 
-def _table_rows(table: Table) -> Iterator[SummaryRow]:
+def table_rows(table: Table) -> Iterator[SummaryRow]:
     """Yield the main metrics."""
     own = _main_tally(table)
     for metric in ("T_a", "SEAT", "T_x"):
@@ -453,14 +453,11 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     """
     console, table = stdout(), comparison.table
     show_title(console, table.scenario)
-    show_scene(
-        console,
-        [*sweep_scene(table), *_law_lines(comparison), ("reference", comparison.yardstick)],
-    )
+    show_scene(console, comparison_scene(comparison))
     print_table(
         console, comparison_columns(comparison), ("approach",), OPTIONAL_COMPARISON_COLUMNS
     )
-    if table.axes and (places := list(_worst_rows(comparison))):
+    if table.axes and (places := list(worst_rows(comparison))):
         show_rows(console, places, max(COMPARISON_VALUE_WIDTH, *map(len, table.tallies)) + 1)
     show_verdicts(console, table.checks, table.axes, comparison.yardstick)
     if comparison.verdict:
@@ -470,6 +467,13 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
             print_line(console, ("  ", ""), (words, "" if at else "bold"))
     show_folder(console, folder)
     show_warnings(table.warnings)
+
+
+def comparison_scene(comparison: Comparison) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what was swept, the friction laws, and the reference."""
+    yield from sweep_scene(comparison.table)
+    yield from _law_lines(comparison)
+    yield "reference", comparison.yardstick
 
 
 def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
@@ -547,7 +551,7 @@ def _worst_deviations(comparison: Comparison) -> dict[str, Deviation]:
     return {name: worst for name, worst in found.items() if worst is not None}
 
 
-def _worst_rows(comparison: Comparison) -> Iterator[SummaryRow]:
+def worst_rows(comparison: Comparison) -> Iterator[SummaryRow]:
     """Yield where the greatest deviations are."""
     found = {
         name: worst for name, worst in _worst_deviations(comparison).items() if worst.value

@@ -88,7 +88,7 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    show_summary(outcome, run_scene(outcome), _run_rows(outcome), RUN_VALUE_WIDTH, folder)
+    show_summary(outcome, run_scene(outcome), run_rows(outcome), RUN_VALUE_WIDTH, folder)
 
 
 def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
@@ -132,7 +132,7 @@ def _describe_window(outcome: Outcome) -> str:
     return f"{format_number(duration, 's')}{settled}"
 
 
-def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
+def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     """Yield the main metrics."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     a_x, a_u = format_number(metrics["a_x"], "m/s²"), format_number(metrics["a_u"], "m/s²")
@@ -244,19 +244,19 @@ def show_sidecar(fields: Fields) -> None:
     """
     console = stdout()
     print_line(console, (wording.sanitise(str(fields["scenario"]["name"])), "bold"))
-    show_scene(console, _sidecar_scene(fields))
+    show_scene(console, sidecar_scene(fields))
     # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.
     found = fields.get("ensemble", fields)["metrics"]
-    for approach, metrics in _metric_tables(found):
+    for approach, metrics in metric_tables(found):
         print_line(console)
         if approach:
             print_line(console, (f"  {approach}", "bold"))
         print_table(
-            console, _metric_columns(metrics), ("metric", "unit"), OPTIONAL_SIDECAR_COLUMNS
+            console, metric_columns(metrics), ("metric", "unit"), OPTIONAL_SIDECAR_COLUMNS
         )
     if "best" in fields:
         print_line(console)
-        for name, words in _sidecar_best(fields):
+        for name, words in sidecar_best(fields):
             print_labelled(console, name, words)
     if fields["checks"]:
         print_line(console)
@@ -265,7 +265,7 @@ def show_sidecar(fields: Fields) -> None:
         print_labelled(console, mark, words, style)
 
 
-def _sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
+def sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was computed."""
     numerics = fields["numerics"]
     yield "command", str(fields["command"])
@@ -284,7 +284,7 @@ def _sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
         yield "state", "incomplete"
 
 
-def _sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
+def sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
     """Yield name and description of the best admissible case, and of that over all records."""
     from drysim.scenario.axes import Axis
     from drysim.study.statistics import Row
@@ -302,13 +302,13 @@ def _sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
         best, name, kind = best.get("over_records"), "all records", "design"
 
 
-def _metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
+def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
     """Yield the metrics of every approach of a comparison; one unnamed table otherwise."""
     several = all(isinstance(one, Mapping) and "least" not in one for one in metrics.values())
     yield from metrics.items() if several and metrics else [("", metrics)]
 
 
-def _metric_columns(metrics: Fields) -> list[list[str]]:
+def metric_columns(metrics: Fields) -> list[list[str]]:
     """Return metrics as a table by columns."""
     rows = [_metric_row(name, found) for name, found in metrics.items() if name in UNITS]
     known = [row for row in rows if row is not None]

@@ -13,7 +13,10 @@ from typing import NamedTuple
 
 SECTIONS = {
     "start": ("symbols", "first-run"),
-    "tasks": ("own-record", "fit", "sweep", "compare", "seat", "seeds", "shock", "python"),
+    "tasks": (
+        "own-record", "fit", "sweep", "design", "compare", "seat", "seeds", "shock", "report",
+        "python",
+    ),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",
         "columns", "exit-codes", "commands", "warnings", "gallery",

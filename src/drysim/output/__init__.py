@@ -101,6 +101,7 @@ def write_run(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
 ) -> dict[str, Any]:
     """Write the output folder of a run, completely or not at all.
 
@@ -116,6 +117,8 @@ def write_run(
     exit_code : int
         Exit code of the command.
     picture_format : {'png', 'svg', 'pdf'}, optional
+    report : bool, optional
+        Whether to write report.html, with pictures if `plots` is true.
 
     Returns
     -------
@@ -128,7 +131,15 @@ def write_run(
         The folder was not written by drysim, or cannot be written.
     """
     writers = RUN_WRITERS + _plot_writers("run", plots, picture_format)
-    return write_folder(outcome, folder, writers, sidecar.run_fields, command, exit_code)
+    return write_folder(
+        outcome,
+        folder,
+        writers,
+        sidecar.run_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
 
 
 def write_ensemble(
@@ -139,6 +150,7 @@ def write_ensemble(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
 ) -> dict[str, Any]:
     """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
     writers: tuple[Callable[[Any, Path], None], ...] = (
@@ -153,7 +165,15 @@ def write_ensemble(
     drawn = plots and exit_code != EXIT_INTERRUPTED
     writers += _plot_writers("ensemble", drawn, picture_format)
     writers += tuple(map(_for_shown_seed, _plot_writers("run", drawn, picture_format)))
-    return write_folder(ensemble, folder, writers, sidecar.ensemble_fields, command, exit_code)
+    return write_folder(
+        ensemble,
+        folder,
+        writers,
+        sidecar.ensemble_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
 
 
 def write_table(
@@ -164,6 +184,7 @@ def write_table(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
     form: str = "csv",
 ) -> dict[str, Any]:
     """Write the output folder of a sweep; further parameters and errors as in `write_run`.
@@ -188,7 +209,15 @@ def write_table(
         tables.write_case_violations_csv,
         *_plot_writers("sweep", drawn, picture_format),
     )
-    return write_folder(table, folder, writers, sidecar.table_fields, command, exit_code)
+    return write_folder(
+        table,
+        folder,
+        writers,
+        sidecar.table_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
 
 
 def write_comparison(
@@ -199,6 +228,7 @@ def write_comparison(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors as in `write_run`."""
     writers = (
@@ -207,7 +237,13 @@ def write_comparison(
         *_plot_writers("comparison", plots, picture_format),
     )
     return write_folder(
-        comparison, folder, writers, sidecar.comparison_fields, command, exit_code
+        comparison,
+        folder,
+        writers,
+        sidecar.comparison_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
     )
 
 
@@ -245,6 +281,7 @@ def write_fit(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
 ) -> dict[str, Any]:
     """Write the output folder of a fit; parameters and errors as in `write_run`."""
     writers = (
@@ -253,7 +290,26 @@ def write_fit(
         tables.write_residuals_csv,
         *_plot_writers("fit", plots, picture_format),
     )
-    return write_folder(result, folder, writers, sidecar.fit_fields, command, exit_code)
+    return write_folder(
+        result,
+        folder,
+        writers,
+        sidecar.fit_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
+
+
+def _report_writer(
+    wanted: bool, plots: bool
+) -> Callable[[Any, dict[str, Any], Path], str] | None:
+    """Return what makes the report of a result, None without; its template is read late."""
+    if not wanted:
+        return None
+    from drysim.output.report import page_of
+
+    return partial(page_of, plots)
 
 
 def write_design(

@@ -76,12 +76,18 @@ RESULT_FILES = re.compile(
     r"|fit|residuals|design|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
     rf"\.({PNG}|{SVG}|{PDF})"
-    r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml"
+    r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml|report\.html"
 )
 """Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
 
 SCENARIO_FILE = "scenario.yaml"
 """The scenario of a result with all defaults explicit: the one file of it that users edit."""
+
+REPORT_FILE = "report.html"
+"""The report of a result."""
+
+GENERATOR = '<meta name="generator" content="drysim '
+"""The line of a report by which it is recognised."""
 
 FITTED_FILE, BEST_FILE = "fitted.yaml", "best.yaml"
 """The scenario with the values that a fit found, and that of the best design."""
@@ -111,8 +117,28 @@ def write_folder(
     to_fields: Callable[[Result, Provenance], dict[str, Any]],
     command: str,
     exit_code: int,
+    to_page: Callable[[Result, dict[str, Any], Path], str] | None = None,
 ) -> dict[str, Any]:
-    """Write all files and drysim.json of a result, and put the folder in place."""
+    """Write all files and drysim.json of a result, and put the folder in place.
+
+    Parameters
+    ----------
+    result
+    folder : Path or LockedFolder
+    writers : sequence of callable
+        Each writes its files of the result into a folder.
+    to_fields : callable
+        Returns the content of drysim.json.
+    command : str
+    exit_code : int
+    to_page : callable, optional
+        Returns the report, given the result, the content of drysim.json and the folder.
+
+    Returns
+    -------
+    dict
+        The content of drysim.json.
+    """
     held = nullcontext(folder) if isinstance(folder, LockedFolder) else lock_partial(folder)
     with held as locked:
         check_lock(locked)
@@ -124,13 +150,29 @@ def write_folder(
             for path in result_files(locked.partial)
         }
         fields = to_fields(result, Provenance(command, exit_code, files))
-        write_marker(locked.partial, json_text(fields))
+        if to_page is not None and exit_code != EXIT_INTERRUPTED:
+            write_report(locked.partial, to_page(result, fields, locked.partial), fields)
+        else:
+            write_marker(locked.partial, json_text(fields))
         if exit_code == EXIT_INTERRUPTED:
             release_partial(locked.partial)
         else:
             with no_forced_exit():
                 install_partial(locked)
     return fields
+
+
+def write_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
+    """Write the report of a result into its folder, and add it to the files in its fields.
+
+    The marker lists the report before it is there: after a kill, no file is unknown.
+    """
+    content = page.encode()
+    listed = {**fields["files"], REPORT_FILE: hashlib.sha256(content).hexdigest()}
+    fields["files"] = dict(sorted(listed.items()))
+    write_marker(folder, json_text(fields))
+    (folder / MARKER_DRAFT).write_bytes(content)
+    os.replace(folder / MARKER_DRAFT, folder / REPORT_FILE)
 
 
 def result_files(partial: Path) -> list[Path]:
@@ -454,6 +496,85 @@ def _read_marker(target: Path) -> dict[str, Any] | None:
     return (
         marker if isinstance(marker, dict) and isinstance(marker.get("format"), int) else None
     )
+
+
+def read_sidecar(folder: Path) -> dict[str, Any]:
+    """Read the drysim.json of a result.
+
+    Raises
+    ------
+    OutputError
+        When the folder has none.
+    """
+    file = folder / MARKER
+    hint = "name an output folder of `drysim run`, `sweep` or `compare`"
+    try:
+        fields = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as fault:
+        reason = (fault.strerror or str(fault)).lower()
+        raise OutputError(f"cannot read {file}: {reason}", hint) from fault
+    except (ValueError, RecursionError):
+        fields = None
+    needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
+    if not isinstance(fields, dict) or not needed <= fields.keys():
+        raise OutputError(f"{file} has no finished result", hint)
+    return fields
+
+
+def add_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
+    """Write the report of a finished result into its folder; errors as of `check_report`."""
+    with translate_os_errors(folder), exclusive_lock(folder, folder):
+        check_ownership(folder)
+        write_report(folder, page, fields)
+
+
+def check_report(file: Path, folder: Path) -> None:
+    """Verify, before any work, that a report may be written; `folder` is that of the result.
+
+    Raises
+    ------
+    OutputError
+        When the file is no report of drysim, or cannot be written.
+    """
+    own = file.absolute() == (folder / REPORT_FILE).absolute()
+    with translate_os_errors(file):
+        if own:
+            check_ownership(folder)
+        elif file.is_dir():
+            raise OutputError(f"{file} is a folder", f"name a file, as {file / REPORT_FILE}")
+        elif folder.resolve() in file.resolve().parents:
+            sentence = f"{file} would be a file in {folder} that is not part of the result"
+            raise OutputError(sentence, f"name it {folder / REPORT_FILE}, or another folder")
+        elif _exists(file) and not is_report(file):
+            sentence = f"{file} was not written by `drysim report`; it stays as it is"
+            raise OutputError(sentence, "choose another file with --out")
+        if not file.parent.is_dir():
+            raise OutputError(
+                f"cannot write {file}: {file.parent} is not a folder", "create it"
+            )
+        if not os.access(file.parent, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def is_report(file: Path) -> bool:
+    """Whether a file is a report of drysim."""
+    with file.open("rb") as stream:
+        return GENERATOR.encode() in stream.read(1000)
+
+
+def save_report(file: Path, page: str) -> None:
+    """Write a report outside of its result, atomically."""
+    draft = file.with_name(f"{file.name}.new")
+    with translate_os_errors(file):
+        try:
+            with draft.open("xb") as stream:
+                stream.write(page.encode())
+            os.replace(draft, file)
+        except FileExistsError:
+            raise
+        except BaseException:
+            draft.unlink(missing_ok=True)
+            raise
 
 
 def _listed_files(marker: dict[str, Any] | None) -> set[str]:

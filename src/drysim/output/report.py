@@ -1,0 +1,748 @@
+"""Report of a result: one page of HTML that says what was computed, how good it is, and why.
+
+The page needs nothing but itself: no script, no style sheet, no picture from elsewhere. Its
+text comes from the content of drysim.json and from the tables that the console and `drysim
+explain` show, its pictures from the result. A command with `--report` has the result. `drysim
+report FOLDER` solves the scenario.yaml of the folder again, because that is exact, reproducible
+and independent of the format of the other files, and because a result that is found a second
+time is more credible: the page says how far the numbers agree. Where this is impossible, as
+without the record, the page says why it has no pictures.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from importlib import import_module
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+import drysim
+from drysim import wording
+from drysim.approach import EXACT
+from drysim.console import fit as fit_summary
+from drysim.console import many, summaries
+from drysim.console.summaries import SummaryRow
+from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
+from drysim.manual.words import APPROACH, TERMS, WARNING, explain
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.output import sidecar
+from drysim.output.folder import MARKER, PICTURES, REPORT_FILE, SCENARIO_FILE, read_sidecar
+from drysim.output.sidecar import Provenance
+from drysim.study import compare, ensemble, fit, sweep
+from drysim.study.case import prepare
+from drysim.study.compare import Comparison
+from drysim.study.ensemble import Ensemble
+from drysim.study.fit import FitResult
+from drysim.study.outcome import Outcome, format_metric_ranges, format_metrics
+from drysim.study.table import Table
+from drysim.wording import format_count, format_number
+from drysim.yaml_document import dump
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
+Fields = dict[str, Any]
+Lines = Iterator[tuple[str, str]]
+Advance = Callable[[int], None]
+AnyResult = Any
+"""Outcome, Ensemble, Table, Comparison or FitResult."""
+
+TEMPLATE = "report.html.jinja"
+
+PICTURE_LIMIT, PAGE_LIMIT = 110_000, 240_000
+"""Size above which the detail of a picture is reduced, and of all pictures of a page [B]."""
+
+CAPTIONS = {
+    "response": "Motion: accelerations of base and mass, relative displacement, and the force "
+    "of the contact over it",
+    "spectra": "Spectra of base and mass, and the transmissibility between them",
+    "bands": "Accelerations of base and mass in one-third-octave bands",
+    "ensemble": "Share of the seeds below a value, and the mean over the number of seeds",
+    "transmissibility": "Transmissibilities of the cases",
+    "stroke": "Largest relative displacement of the cases, and its limit",
+    "comparison": "Motion where the first approach has its largest error, and transmissibility "
+    "of all",
+    "fit": "Measured and fitted motion, and the residuals between them",
+    "profiles": "Rise of the sum of squares over each fitted value",
+}
+"""What a picture shows."""
+
+SKETCH_CAPTION = "Model"
+
+
+# Kinds of result.
+
+
+class Kind(NamedTuple):
+    """A kind of result.
+
+    Attributes
+    ----------
+    what : str
+    of : type
+        Class of the result.
+    scenario : callable
+        Returns the scenario of a result, as its scenario.yaml has it.
+    pictures : tuple of tuple
+        Names in `PICTURES`, and what is taken of the result to draw them.
+    scene : callable
+        Yields label and sentence: what was solved, and how.
+    rows : callable
+        Yields the main results.
+    fields : callable
+        Returns the content of drysim.json.
+    solve : callable
+        Solves a scenario as the command did, given drysim.json and the progress.
+    """
+
+    what: str
+    of: type
+    scenario: Callable[[AnyResult], Scenario]
+    pictures: tuple[tuple[str, Callable[[AnyResult], Any]], ...]
+    scene: Callable[[AnyResult], Lines]
+    rows: Callable[[AnyResult], Iterator[SummaryRow]]
+    fields: Callable[[AnyResult, Provenance], Fields]
+    solve: Callable[[Scenario, Fields, Advance], AnyResult]
+
+
+def _itself(result: AnyResult) -> AnyResult:
+    return result
+
+
+def _solve_cases(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
+    """Solve a sweep."""
+    return sweep.sweep(scenario, finished=lambda batch: advance(len(batch)))
+
+
+def _solve_seeds(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
+    """Solve an ensemble."""
+    return ensemble.solve(prepare(scenario), finished=lambda batch: advance(len(batch)))
+
+
+def _solve_comparison(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
+    """Solve a comparison: the reference is the last name, and `viscous` was added to them."""
+    numerics = fields["numerics"]
+    names = numerics["approaches"]
+    names = names[: names.index(numerics["yardstick"]) + 1]
+    return compare.compare(scenario, names, finished=lambda batch: advance(len(batch)))
+
+
+def _fit_rows(result: FitResult) -> Iterator[SummaryRow]:
+    """Yield fitted values, errors and laws."""
+    yield from fit_summary.parameter_rows(result)
+    yield from fit_summary.quality_rows(result)
+    if result.laws:
+        yield from fit_summary.law_rows(result)
+
+
+KINDS = {
+    "run": Kind(
+        "one case",
+        Outcome,
+        attrgetter("scenario"),
+        (("run", _itself),),
+        summaries.run_scene,
+        summaries.run_rows,
+        sidecar.run_fields,
+        lambda scenario, fields, advance: ensemble.run(scenario),
+    ),
+    "ensemble": Kind(
+        "one case under many seeds",
+        Ensemble,
+        attrgetter("scenario"),
+        (("ensemble", _itself), ("run", lambda result: result.shown)),
+        many.ensemble_scene,
+        many.ensemble_rows,
+        sidecar.ensemble_fields,
+        _solve_seeds,
+    ),
+    "sweep": Kind(
+        "a sweep",
+        Table,
+        attrgetter("scenario"),
+        (("sweep", _itself),),
+        many.sweep_scene,
+        many.table_rows,
+        sidecar.table_fields,
+        _solve_cases,
+    ),
+    "comparison": Kind(
+        "a comparison",
+        Comparison,
+        attrgetter("table.scenario"),
+        (("comparison", _itself),),
+        many.comparison_scene,
+        many.worst_rows,
+        sidecar.comparison_fields,
+        _solve_comparison,
+    ),
+    "fit": Kind(
+        "a fit",
+        FitResult,
+        attrgetter("source"),
+        (("fit", _itself),),
+        fit_summary.fit_scene,
+        _fit_rows,
+        sidecar.fit_fields,
+        lambda scenario, fields, advance: fit.fit(scenario, finished=advance),
+    ),
+}
+"""The kinds of result that have a report, by name."""
+
+
+def kind_of(fields: Fields) -> str:
+    """Return the name of the kind of a result, by its drysim.json."""
+    numerics = fields["numerics"]
+    if "fit" in fields:
+        return "fit"
+    if "ensemble" in fields:
+        return "ensemble"
+    if "yardstick" in numerics:
+        return "comparison"
+    return "sweep" if "swept" in numerics else "run"
+
+
+# The page.
+
+
+class Note(NamedTuple):
+    """A finding on the files or the numbers of a result, and whether it speaks for them."""
+
+    good: bool
+    label: str
+    sentence: str
+
+
+def report(result: Outcome | Ensemble | Table | Comparison | FitResult) -> str:
+    """Return the report of a result: one page of HTML that needs no other file.
+
+    Parameters
+    ----------
+    result : Outcome or Ensemble or Table or Comparison or FitResult
+        Of `run`, `sweep`, `compare` or `fit`.
+
+    Returns
+    -------
+    str
+        The page, to be written as UTF-8.
+
+    Raises
+    ------
+    UsageError
+        When `result` is something else.
+    """
+    kind = next((one for one in KINDS.values() if isinstance(result, one.of)), None)
+    if kind is None:
+        sentence = f"a report needs a result, not {type(result).__name__}"
+        raise UsageError(sentence, "pass what drysim.run, sweep, compare or fit returned")
+    judged = result.table if isinstance(result, Comparison) else result
+    fields = kind.fields(result, Provenance("", judged.exit_code(), {}))
+    scenario = kind.scenario(result)
+    return page(fields, dump(scenario.resolved()), scenario, result)
+
+
+def page_of(plots: bool, result: AnyResult, fields: Fields, folder: Path) -> str:
+    """Return the page of a result whose files are in a folder."""
+    text = (folder / SCENARIO_FILE).read_text(encoding="utf-8")
+    scenario = KINDS[kind_of(fields)].scenario(result)
+    return page(fields, text, scenario, result, plots=plots)
+
+
+def page(
+    fields: Fields,
+    scenario_text: str,
+    scenario: Scenario | None,
+    result: AnyResult | None,
+    *,
+    plots: bool = True,
+    notes: Sequence[Note] = (),
+    missing: str = "",
+) -> str:
+    """Return the page of a result.
+
+    Parameters
+    ----------
+    fields : dict
+        The content of drysim.json.
+    scenario_text : str
+        The content of scenario.yaml.
+    scenario : Scenario, optional
+        The same, if it can be read.
+    result : Outcome or Ensemble or Table or Comparison or FitResult, optional
+        What the pictures show.
+    plots : bool, optional
+        Whether to draw pictures.
+    notes : sequence of Note, optional
+        What was found when the files and the numbers of the result were checked.
+    missing : str, optional
+        Why there are no pictures.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    kind = KINDS[kind_of(fields)]
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=visible,
+        keep_trailing_newline=True,
+    )
+    files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
+    text = environment.get_template(TEMPLATE).render(
+        fields=fields,
+        files=files,
+        version=drysim.__version__,
+        what=kind.what,
+        about=scenario.about if scenario else "",
+        verdict=[*verdict(fields), *((None, note.sentence) for note in notes if not note.good)],
+        checks=[
+            (summaries.check_mark(passed)[0], words)
+            for passed, words in summaries.sidecar_checks(fields)
+        ],
+        scene=list(summaries.sidecar_scene(fields) if result is None else kind.scene(result)),
+        rows=[] if result is None else main_rows(kind, result),
+        comparison=comparison_table(result),
+        metrics=list(metric_tables(fields)),
+        evidence=[*evidence(fields), *((note.label, note.sentence) for note in notes)],
+        warnings=[(one, meanings(one["slug"], WARNING)) for one in fields["warnings"]],
+        sketch=sketch(getattr(result, "scenario", scenario)) if plots else None,
+        pictures=list(pictures(kind, result)) if plots and result is not None else [],
+        missing=missing,
+        scenario_text=scenario_text,
+    )
+    return text
+
+
+def visible(value: Any) -> Any:
+    """Return text with its control characters, also those of direction, as escape sequences."""
+    if type(value) is not str:  # markup of the page itself stays
+        return value
+    return "".join(
+        one if one.isprintable() or one == "\n" else one.encode("unicode_escape").decode()
+        for one in value
+    )
+
+
+def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
+    """Yield whether a result is good, bad or neither, and the sentence that says so."""
+    if not fields["complete"]:
+        state = dict(summaries.sidecar_scene(fields))
+        lost = state.get("failed") or state.get("cases", "")
+        yield False, f"The result is incomplete: the numerics failed in some cases ({lost})."
+    checks = [passed for passed, _ in summaries.sidecar_checks(fields)]
+    failed, skipped = checks.count(False), checks.count(None)
+    every = format_count(len(checks), "check")
+    if failed:
+        verb = "fails" if failed == 1 else "fail"
+        yield False, f"{failed} of {every} {verb}: the result does not meet its requirements."
+    elif skipped:
+        yield None, f"{skipped} of {every} could not be judged; the others hold."
+    elif checks:
+        holds = "The check holds" if len(checks) == 1 else f"All {every} hold"
+        yield True, f"{holds}: the result meets the requirements of its scenario."
+    else:
+        yield (
+            None,
+            "The scenario has no checks, so it states no requirement: whether the numbers are "
+            "good enough is for the reader to decide.",
+        )
+    for sentence in (*main_numbers(fields), *fields.get("verdict", ())):
+        yield None, sentence
+    if "best" in fields:
+        for name, words in summaries.sidecar_best(fields):
+            yield None, f"{name}: {words}"
+    count = len(fields["warnings"])
+    yield (
+        None,
+        f"{format_count(count, 'warning')}, explained below." if count else "No warnings.",
+    )
+
+
+def main_numbers(fields: Fields) -> Iterator[str]:
+    """Yield the main numbers of a case or of a sweep as sentences."""
+    metrics = fields["metrics"]
+    if isinstance(T_a := metrics.get("T_a"), int | float):
+        effect = "amplifies" if T_a > 1 else "isolates" if T_a < 1 else "does neither"
+        yield f"{format_metrics(metrics)}. T_a compares the mass with its base: it {effect}."
+    elif isinstance(metrics.get("x_r_peak"), int | float):
+        yield f"{format_metrics(metrics)}."
+    elif kind_of(fields) == "sweep":
+        ends = {
+            name: (found["least"]["value"], found["greatest"]["value"])
+            for name, found in metrics.items()
+        }
+        yield f"Over all cases: {format_metric_ranges(ends)}."
+
+
+def main_rows(kind: Kind, result: AnyResult) -> list[tuple[SummaryRow, str]]:
+    """Return the rows of the summary, each with the meaning of its metric or key."""
+    keys = [one.key for one in getattr(result, "parameters", ())]
+    of_key = {wording.short_key(key, keys): meanings(key) for key in keys}
+    return [
+        (row, of_key.get(row.name, "") or meaning_of_metric(TERMS.get(row.name, row.name)))
+        for row in kind.rows(result)
+    ]
+
+
+def meaning_of_metric(name: str) -> str:
+    """Return the meaning of a metric; empty for another word."""
+    return METRICS_BY_NAME[name].about if name in METRICS_BY_NAME else ""
+
+
+def meanings(word: str, kind: str = "") -> str:
+    """Return what `drysim explain` says about a word, or about a word of that kind."""
+    texts = (one.text for one in explain(word) if kind in ("", one.kind))
+    return " ".join(dict.fromkeys(texts))
+
+
+def comparison_table(result: AnyResult | None) -> list[tuple[str, ...]]:
+    """Return the table of approaches of a comparison by rows, header first."""
+    if result is None or not hasattr(result, "yardstick"):
+        return []
+    return list(zip(*many.comparison_columns(result), strict=True))
+
+
+def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
+    """Yield approach and table of metrics in SI units by rows, with their meanings."""
+    found = fields.get("ensemble", fields)["metrics"]
+    for approach, metrics in summaries.metric_tables(found):
+        rows = zip(*summaries.metric_columns(metrics), strict=True)
+        header = [*next(rows), "meaning"]
+        yield approach, [header, *([*row, meaning_of_metric(row[0])] for row in rows)]
+
+
+def evidence(fields: Fields) -> Lines:
+    """Yield label and sentence: why to believe the numbers."""
+    numerics, metrics = fields["numerics"], fields["metrics"]
+    if approach := numerics.get("approach") or numerics.get("yardstick") or "":
+        yield "approach", f"{approach}. {meanings(approach, APPROACH)}"
+    if "method" in numerics:
+        yield "method", numerics["method"]
+        agree, total = (numerics["starts"][name] for name in ("agree", "total"))
+        yield "starts", f"{agree} of {total} starting points led to this solution."
+    if why := numerics.get("why"):
+        yield "core", f"{numerics['core']}: {why}."
+    residual = numerics.get("energy_residual", metrics.get("energy_residual"))
+    if residual is not None:
+        words = f"{format_number(residual, digits=2)}: {meaning_of_metric('energy_residual')}. "
+        yield (
+            "energy residual",
+            words
+            + "Work of the base, dissipation and stored energy are integrated separately, "
+            "so an error in the motion would show here; rounding alone leaves about 1e-15.",
+        )
+    if numerics.get("events") is not None:
+        how = "located within the steps, so that there is no time-step error"
+        if approach != EXACT:
+            how = "found at the end of the steps, which limits the accuracy"
+        yield (
+            "events",
+            f"{format_count(numerics['events'], 'event')} (stops, break-aways, reversals) over "
+            f"{format_count(numerics['steps'], 'step')} of the output grid, {how}.",
+        )
+    if (margin := numerics.get("closest_decision")) is not None:
+        yield (
+            "closest decision",
+            f"{format_number(margin, digits=2)}: smallest relative margin between the contact "
+            "force and the static limit where stick or slip was decided; below 1e-6 a small "
+            "change of the input could change the answer, and a warning says so.",
+        )
+    if (closure := numerics.get("closure")) is not None:
+        about = meaning_of_metric("closure")
+        yield "closure", f"{format_number(closure, digits=2)}: {about}."
+    if (error := numerics.get("error")) is not None:
+        bound = "bound of the error of x_r, relative to its peak"
+        yield "error", f"{format_number(error, digits=2)}: {bound}."
+    if statuses := numerics.get("statuses"):
+        cases = ", ".join(f"{count} {status}" for status, count in statuses.items())
+        yield "cases", f"{cases}."
+    if engine := numerics.get("engine"):
+        other = {"plain": "compiled", "compiled": "plain"}.get(engine, "other")
+        yield (
+            "engine",
+            f"{engine}. The same source runs as plain Python and compiled; the tests of drysim "
+            f"require that the {other} engine gives the same numbers.",
+        )
+
+
+# Pictures.
+
+
+def pictures(kind: Kind, result: AnyResult) -> Iterator[tuple[str, Any]]:
+    """Yield caption and SVG element of every picture of a result."""
+    from markupsafe import Markup
+
+    from drysim.plots.svg import inline_svg
+
+    room = PAGE_LIMIT
+    for group, part in kind.pictures:
+        for name, function in PICTURES[group].items():
+            module, draw = function.split(".")
+            drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
+            limit = min(room, PICTURE_LIMIT)
+            found = inline_svg(partial(drawn, part(result)), f"{name}-", CAPTIONS[name], limit)
+            if found is not None:
+                room -= len(found.encode())
+                yield CAPTIONS[name], Markup(found)
+
+
+def sketch(scenario: Scenario | None) -> Any:
+    """Return the sketch of the model as an SVG element, None for a scenario without values."""
+    if scenario is None or scenario.fit is not None:
+        return None
+    from markupsafe import Markup
+
+    from drysim.plots.sketch import draw
+    from drysim.plots.svg import inline_svg
+
+    varied = [axis.key for axis in scenario.sweep]
+    plant, law = scenario.oscillator.plant(), scenario.law()
+    description = "; ".join(
+        words for _, words in wording.describe_scene(scenario, plant, law, varied)
+    )
+    figure = partial(draw, scenario, varied)
+    title = f"{SKETCH_CAPTION}: {description}"
+    return Markup(inline_svg(figure, "model-", title, PICTURE_LIMIT))
+
+
+# A result on the disk.
+
+
+class _Origin(BaseModel):
+    name: str
+    file: str
+    sha256: str | None = None
+    overrides: dict[str, Any] = {}
+
+
+class _Input(BaseModel):
+    file: str
+    sha256: str
+    size: int
+
+
+class _Check(BaseModel):
+    check: str
+    passed: bool | None
+    value: float | None
+
+
+class _Warning(BaseModel):
+    slug: str
+    sentence: str
+
+
+class Stored(BaseModel):
+    """What a report needs of drysim.json, with its types."""
+
+    model_config = ConfigDict(strict=True)
+
+    version: str
+    command: str
+    created: str
+    complete: bool
+    exit_code: int
+    scenario: _Origin
+    inputs: list[_Input]
+    excitation: dict[str, Any]
+    numerics: dict[str, Any]
+    software: dict[str, str]
+    metrics: dict[str, float | int | dict[str, Any] | None]
+    checks: list[_Check]
+    warnings: list[_Warning]
+    files: dict[str, str]
+
+
+AGAIN_HINT = "compute the result again"
+
+
+def read_result(folder: Path) -> Fields:
+    """Read the drysim.json of a finished result that has a report.
+
+    Raises
+    ------
+    OutputError
+        When the folder has none, it is damaged, or the result is not finished.
+    """
+    fields, file = read_sidecar(folder), folder / MARKER
+    if fields.get("exit_code") == EXIT_INTERRUPTED:
+        raise OutputError(f"{folder} is not finished", "finish it with --resume")
+    try:
+        Stored.model_validate(fields)
+    except ValidationError as fault:
+        first = fault.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
+        raise OutputError(sentence, AGAIN_HINT) from fault
+    return fields
+
+
+def count_parts(fields: Fields) -> int:
+    """Return the number of cases, seeds or starts that are solved again for a report."""
+    numerics = fields["numerics"]
+    count = numerics.get("starts", {}).get("total") or numerics.get("cases", 1)
+    return count if isinstance(count, int) else 1
+
+
+def report_folder(
+    folder: Path,
+    fields: Fields,
+    *,
+    plots: bool = True,
+    advance: Advance = lambda count: None,
+) -> str:
+    """Return the report of a result on the disk.
+
+    Parameters
+    ----------
+    folder : Path
+    fields : dict
+        Of `read_result`.
+    plots : bool, optional
+        Whether to solve the scenario again and to draw pictures.
+    advance : callable, optional
+        Called with the number of cases, seeds or starts that are done.
+
+    Raises
+    ------
+    OutputError
+        When scenario.yaml is not the one that drysim wrote, or drysim.json is damaged.
+    """
+    file = folder / SCENARIO_FILE
+    try:
+        content = file.read_bytes()
+    except OSError as fault:
+        reason = (fault.strerror or str(fault)).lower()
+        raise OutputError(f"cannot read {file}: {reason}", AGAIN_HINT) from fault
+    if hashlib.sha256(content).hexdigest() != fields["files"].get(SCENARIO_FILE):
+        raise OutputError(f"{file} was edited since drysim wrote it", AGAIN_HINT)
+    notes = [note_on_files(folder, fields)]
+    scenario, result, missing = None, None, ""
+    try:
+        kind = KINDS[kind_of(fields)]
+        try:
+            scenario = drysim.load(file)
+            if plots:
+                result = kind.solve(scenario, fields, advance)
+        except DrysimError as fault:
+            reason = str(fault).splitlines()[-1]
+            missing = f"There are no pictures: the scenario cannot be solved again. {reason}"
+        if result is not None:
+            provenance = Provenance(fields["command"], fields["exit_code"], fields["files"])
+            again = kind.fields(result, provenance)
+            notes.append(note_on_numbers(fields, again))
+            if changed := changed_inputs(fields, again):
+                notes.pop()
+                result = None
+                missing = f"There are no pictures: {changed} was changed since."
+        return page(
+            fields,
+            content.decode(),
+            scenario,
+            result,
+            plots=plots,
+            notes=notes,
+            missing=missing,
+        )
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
+        sentence = f"{folder / MARKER} is damaged: {type(fault).__name__}: {fault}"
+        raise OutputError(sentence, AGAIN_HINT) from fault
+
+
+def note_on_files(folder: Path, fields: Fields) -> Note:
+    """Return whether all files of a result have the hashes in its drysim.json."""
+    files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
+    changed = [name for name, sha in files.items() if sha256_of(folder / name) != sha]
+    if changed:
+        names = wording.join_words(changed)
+        return Note(False, "files", f"Not as drysim wrote them: {names}.")
+    return Note(
+        True,
+        "files",
+        f"All {format_count(len(files), 'file')} of the result are as drysim wrote them.",
+    )
+
+
+def sha256_of(file: Path) -> str:
+    """Return the SHA-256 of a file, empty if it cannot be read."""
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def changed_inputs(fields: Fields, again: Fields) -> str:
+    """Return the records that are not those of the result, empty if all are."""
+    known = {one["sha256"] for one in fields["inputs"]}
+    return ", ".join(one["file"] for one in again["inputs"] if one["sha256"] not in known)
+
+
+ROUNDING_METRICS = {"energy_residual", "closure"}
+"""Metrics that are nothing but rounding, and differ on another processor."""
+
+REPRODUCED_WITHIN = 1e-6
+"""Relative difference up to which a number counts as reproduced [-]."""
+
+
+def note_on_numbers(fields: Fields, again: Fields) -> Note:
+    """Return whether solving the scenario again gave the numbers in drysim.json."""
+    stored, found = (dict(numbers(one["metrics"])) for one in (fields, again))
+    if stored.keys() != found.keys():
+        names = sorted({" ".join(path) for path in stored.keys() ^ found.keys()})
+        sentence = f"Solved again, the scenario gives other numbers: {', '.join(names[:3])}."
+        return Note(False, "solved again", sentence)
+    largest: dict[str, float] = {}
+    for path, value in stored.items():
+        unit = unit_of(path)
+        largest[unit] = max(largest.get(unit, 0.0), abs(value))
+    worst, where = 0.0, ""
+    for path, value in stored.items():
+        unit = unit_of(path)
+        scale = max(abs(value), abs(found[path])) if unit == "-" else largest[unit]
+        off = abs(value - found[path]) / scale if scale else abs(found[path])
+        if off > worst:
+            worst, where = off, " ".join(path)
+    many_numbers = format_count(len(stored), "number")
+    if worst > REPRODUCED_WITHIN:
+        return Note(
+            False,
+            "solved again",
+            f"Solved again by drysim {drysim.__version__}, the scenario gives other numbers: "
+            f"{where} differs by {format_number(100 * worst, '%', 2)}.",
+        )
+    agree = f"to {format_number(worst, digits=2)}" if worst else "to the last digit"
+    return Note(
+        True,
+        "solved again",
+        f"For this report drysim {drysim.__version__} solved the scenario again: "
+        f"{many_numbers} agree {agree}.",
+    )
+
+
+Names = tuple[str, ...]
+"""Path of a number among the metrics."""
+
+
+def numbers(values: Mapping[str, Any], path: Names = ()) -> Iterator[tuple[Names, float]]:
+    """Yield path and value of every number among metrics, without those that are rounding."""
+    for name, value in values.items():
+        if name in ROUNDING_METRICS or name == "where":
+            continue
+        if isinstance(value, Mapping):
+            yield from numbers(value, (*path, name))
+        elif isinstance(value, int | float):
+            yield (*path, name), float(value)
+
+
+def unit_of(path: Names) -> str:
+    """Return the unit of a metric, by its path among the metrics."""
+    known = [METRICS_BY_NAME[name].unit for name in path if name in METRICS_BY_NAME]
+    return known[0] if known else "-"

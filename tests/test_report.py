@@ -1,0 +1,460 @@
+"""The report: one page that needs nothing else, says what drysim knows, and trusts no file."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from seat import SEAT, write_records
+
+import drysim as package
+from drysim.errors import UsageError
+from drysim.manual.words import explain
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.output import report
+from drysim.output.folder import PICTURES
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'"
+VOID = {"meta", "br"}
+KILOBYTE = 1000
+
+SWEPT = SEAT.replace("measure", "sweep: {excitation.frequency: [1, 1.5, 3]}\nmeasure")
+NOISY = SEAT.replace(
+    "{kind: harmonic, frequency: 1.6, rms: 1.0}",
+    "{kind: psd, points: [[0.8, 1], [20, 1]], duration: 10 s, seed: 1}",
+).replace("measure: {steady: false, settle: 0, duration: 2}", "measure: {spectra: true}")
+HOSTILE = "</title><script>alert(1)</script>'\"&{{ 7*7 }}\u202e\u0007"
+ESCAPED = "&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;&#39;&#34;&amp;{{ 7*7 }}"
+
+
+class Page(HTMLParser):
+    """A page as a browser sees it: its elements, their attributes and the text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        self.text = " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.attributes += attributes
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.tags.append(tag)
+        self.attributes += attributes
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] != "style":
+            self.words.append(data)
+
+
+def values(page, name):
+    return [value for key, value in page.attributes if key == name]
+
+
+@pytest.fixture
+def result(drysim, seat):
+    """Return a function that runs a scenario with --report and returns folder and page."""
+
+    def make(text=SEAT, command="run", *words):
+        seat.write_text(text, encoding="utf-8")
+        done = drysim(command, seat, "--report", "--quiet", "-o", "out", *words)
+        assert done.code in (0, 1), done.err
+        return seat.parent / "out", (seat.parent / "out/report.html").read_text("utf-8")
+
+    return make
+
+
+def test_page_needs_nothing_but_itself(result):
+    page = Page(result(NOISY)[1])
+    assert page.open == []
+    assert not {*page.tags} & {"script", "link", "img", "image", "iframe", "object", "base"}
+    assert not [name for name, _ in page.attributes if name.startswith("on") or name == "src"]
+    assert all(value.startswith("#") for value in values(page, "href"))
+    assert all(one.startswith("url(#") for one in values(page, "clip-path"))
+    assert POLICY in values(page, "content")
+    assert page.tags[0] == "html"
+
+
+def test_ids_of_a_page_are_unique_and_every_picture_has_alternative_text(result):
+    page = Page(result(NOISY)[1])
+    ids = values(page, "id")
+    assert len(ids) == len({*ids})
+    assert page.tags.count("svg") == 3  # sketch, response, spectra
+    assert values(page, "role") == ["img"] * 3
+    assert {name for both in values(page, "aria-labelledby") for name in both.split()} <= {*ids}
+
+
+def test_page_says_what_was_computed_whether_it_suffices_and_why_to_believe_it(result):
+    text = SEAT + "about: A seat of a test.\nstroke: {limit: 5 mm}\n"
+    text += "checks: [T_a < 5, x_r_peak < 1 mm]\n"
+    folder, written = result(text)
+    page, fields = Page(written), json.loads((folder / "drysim.json").read_text())
+    for words in (
+        "A seat of a test.", "1 of 2 checks fails", "✗ fails", "✓ holds",
+        "stroke-violated", explain("stroke-violated")[0].text, "m 75 kg",
+        "energy residual", METRICS_BY_NAME["T_a"].about, fields["version"],
+        fields["scenario"]["sha256"], *fields["software"].values(), fields["numerics"]["why"],
+        fields["command"], fields["warnings"][0]["sentence"], "stiffness: 7500.0",
+    ):  # fmt: skip
+        assert words in page.text, words
+    names = [name for name in fields["files"] if name != "report.html"]
+    assert all(fields["files"][name] in page.text for name in names)
+    order = ["Verdict", "Checks", "Main results", "What was computed", "Pictures"]
+    assert sorted(order, key=page.text.index) == order
+
+
+def test_scenario_without_checks_is_not_called_good(result):
+    page = Page(result()[1])
+    assert "no checks, so it states no requirement" in page.text
+
+
+def test_report_is_a_file_of_the_result(result, drysim):
+    folder, _ = result()
+    files = json.loads((folder / "drysim.json").read_text())["files"]
+    assert files["report.html"] == report.sha256_of(folder / "report.html")
+    assert drysim("run", "seat.yaml", "--quiet", "-o", "out").code == 0
+    assert not (folder / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "words"),
+    [
+        ("run", SEAT, ()),
+        ("run", NOISY, ("--set", "excitation.seeds=3", "--set", "measure={settle: 1 s}")),
+        ("sweep", SWEPT, ()),
+    ],
+    ids=["run", "ensemble", "sweep"],
+)
+def test_folder_gives_the_same_report_with_the_numbers_found_again(
+    result, drysim, command, text, words
+):
+    text = text.replace("kinetic: 15", "kinetic: 15, static: 18")  # else said to be not given
+    folder, written = result(text, command, *words)
+    done = drysim("report", "out", "-o", "again.html")
+    assert (done.code, done.out) == (0, "again.html\n")
+    again = (folder.parent / "again.html").read_text("utf-8")
+    added = [line for line in again.splitlines() if line not in written.splitlines()]
+    assert len(added) == 2
+    assert re.search(r"All \d+ files of the result are as drysim wrote them", added[0])
+    assert re.search(r"solved the scenario again: \d+ numbers agree to", added[1])
+
+
+def test_comparison_is_reported_and_solved_again(drysim, seat):
+    words = ("signum", "vs", "stick-slip", "-s", seat, "--report", "--quiet", "-o", "out")
+    assert drysim("compare", *words).code == 0
+    verdict = json.loads(Path("out/drysim.json").read_text())["verdict"][0]
+    assert verdict in Page(Path("out/report.html").read_text("utf-8")).text
+    assert drysim("report", "out").code == 0
+    page = Page(Path("out/report.html").read_text("utf-8"))
+    assert verdict in page.text
+    assert "numbers agree to" in page.text
+
+
+@pytest.mark.slow
+def test_fit_is_reported_and_solved_again(drysim, tmp_path):
+    assert drysim("init", "fit-decay").code == 0
+    assert drysim("fit", "fit-decay.yaml", "--report", "--quiet", "-o", "out").code == 0
+    fitted = Page(Path("out/report.html").read_text("utf-8"))
+    assert explain("friction.kinetic")[0].text in fitted.text
+    assert "starting points led to this solution" in fitted.text
+    assert fitted.tags.count("svg") == 3
+    assert drysim("report", "out").code == 0
+    assert "numbers agree to" in Page(Path("out/report.html").read_text("utf-8")).text
+
+
+def test_reports_are_equal_byte_by_byte(result, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    assert result(NOISY)[1] == result(NOISY)[1]
+
+
+def test_text_of_scenario_and_record_is_escaped(result, tmp_path):
+    (tmp_path / "rec").mkdir()
+    (name,) = write_records(tmp_path / "rec" / "a", 1)
+    column = "<b onload=x>"
+    file = tmp_path / "<img src=x>.csv"
+    text = (tmp_path / "rec" / name).read_text().replace("u_dd [m/s2]", column)
+    file.write_text(text)
+    record = {"kind": "record", "file": file.name, "column": column, "unit": "m/s2"}
+    record["time"] = "t"
+    quoted = json.dumps(HOSTILE)
+    scenario = (
+        SEAT.replace("name: seat", f"name: seat\nabout: {quoted}")
+        .replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", json.dumps(record))
+        .replace("solver: {approach: stick-slip, step: 2.5e-3}\n", "")
+        .replace("measure: {steady: false, settle: 0, duration: 2}\n", "")
+    )
+    page = result(scenario)[1]
+    assert not {"script", "img", "b onload"} & {*re.findall(r"<(script|img|b onload)", page)}
+    assert page.count(ESCAPED) >= 1
+    assert "&lt;img src=x&gt;.csv" in page
+    assert "&lt;b onload=x&gt;" in page
+    assert "49" not in Page(page).text.split()
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e]", page)
+    Page(page)
+
+
+def change(folder, **fields):
+    """Change fields of drysim.json."""
+    file = folder / "drysim.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **fields}))
+
+
+def test_text_of_a_stored_result_is_escaped(result, drysim):
+    folder, _ = result()
+    warning = {"slug": HOSTILE, "sentence": HOSTILE, "numbers": {}}
+    software = {HOSTILE: HOSTILE}
+    scenario = {"name": HOSTILE, "file": HOSTILE, "overrides": {HOSTILE: HOSTILE}}
+    change(folder, warnings=[warning], command=HOSTILE, created=HOSTILE, version=HOSTILE,
+           software=software, scenario=scenario)  # fmt: skip
+    assert drysim("report", "out").code == 0
+    page = (folder / "report.html").read_text("utf-8")
+    assert "<script" not in page
+    assert page.count(ESCAPED) >= 11
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e]", page)
+
+
+def test_numbers_that_the_scenario_does_not_give_are_named(result, drysim):
+    folder, _ = result()
+    metrics = json.loads((folder / "drysim.json").read_text())["metrics"]
+    change(folder, metrics=metrics | {"T_a": 0.1})
+    assert drysim("report", "out").code == 0
+    page = Page((folder / "report.html").read_text("utf-8"))
+    assert "the scenario gives other numbers: T_a differs by" in page.text
+    assert "numbers agree" not in page.text
+
+
+def test_file_that_was_changed_is_named(result, drysim):
+    folder, _ = result()
+    (folder / "response.csv").write_text("t [s]\n")
+    assert drysim("report", "out", "--no-plots").code == 0
+    page = Page((folder / "report.html").read_text("utf-8"))
+    assert "Not as drysim wrote them: response.csv." in page.text
+
+
+def test_without_plots_the_scenario_is_not_solved(result, drysim, monkeypatch):
+    folder, _ = result(SWEPT, "sweep")
+    monkeypatch.setattr("drysim.study.sweep.sweep", lambda *_, **__: pytest.fail("solved"))
+    assert drysim("report", "out", "--no-plots").code == 0
+    page = Page((folder / "report.html").read_text("utf-8"))
+    assert "svg" not in page.tags
+    assert METRICS_BY_NAME["T_a"].about in page.text
+    assert "excitation.frequency (3 values)" in page.text
+
+
+@pytest.mark.parametrize("lost", [True, False], ids=["lost", "changed"])
+def test_without_its_record_a_report_says_why_it_has_no_pictures(
+    drysim, place, monkeypatch, lost
+):
+    (name,) = write_records(place / "rec", 1)
+    excitation = f"{{kind: record, file: {name}, column: u_dd, time: t}}"
+    text = SEAT.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", excitation)
+    text = text.replace("solver: {approach: stick-slip, step: 2.5e-3}\n", "")
+    (place / "seat.yaml").write_text(text.replace("settle: 0, duration: 2", "settle: 0"))
+    assert drysim("run", "seat.yaml", "--quiet", "-o", "out").code == 0
+    record = place / name
+    rows = record.read_text().splitlines()
+    record.unlink() if lost else record.write_text("\n".join(rows[:-9]) + "\n")
+    assert drysim("report", "out").code == 0
+    page = Page((place / "out/report.html").read_text("utf-8"))
+    assert "There are no pictures: " in page.text
+    assert ("cannot be solved again" if lost else "was changed since") in page.text
+    assert "numbers agree" not in page.text
+    assert METRICS_BY_NAME["T_a"].about in page.text
+
+
+# What has no report: exit code 2, nothing written.
+
+
+def spoil(folder, text):
+    (folder / "drysim.json").write_text(text)
+
+
+def unmark(folder):
+    (folder / "drysim.json").unlink()
+
+
+def interrupt(folder):
+    change(folder, exit_code=130, complete=False)
+
+
+def edit(folder):
+    (folder / "scenario.yaml").write_text("name: other\n")
+
+
+def nested(folder):
+    spoil(folder, "[" * 100_000)
+
+
+FAULTS = {
+    "absent": (shutil.rmtree, "no such file or directory"),
+    "not a result": (unmark, "no such file or directory"),
+    "no JSON": (lambda folder: spoil(folder, '{"format": 1, '), "has no finished result"),
+    "nested": (nested, "has no finished result"),
+    "a list": (lambda folder: spoil(folder, "[]"), "has no finished result"),
+    "begun": (
+        lambda folder: spoil(folder, '{"format": 1, "complete": false}'),
+        "has no finished result",
+    ),
+    "interrupted": (interrupt, "is not finished"),
+    "type": (lambda folder: change(folder, metrics=[1]), "is damaged: metrics: "),
+    "text for a number": (
+        lambda folder: change(folder, metrics={"T_a": "high"}), "is damaged: ",
+    ),
+    "check": (
+        lambda folder: change(folder, checks=[{"check": "?", "passed": True, "value": 1}]),
+        "is damaged: ",
+    ),
+    "huge": (lambda folder: change(folder, metrics={"T_a": 10**400}), "is damaged: "),
+    "numerics": (
+        lambda folder: change(folder, numerics={"swept": 3}), "is damaged: ",
+    ),
+    "edited": (edit, "scenario.yaml was edited since drysim wrote it"),
+    "no scenario": (lambda folder: (folder / "scenario.yaml").unlink(), "cannot read"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_folder_without_a_sound_result_has_no_report(drysim, seat, fault):
+    assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
+    spoiled, words = FAULTS[fault]
+    spoiled(Path("out"))
+    before = {file: file.read_bytes() for file in Path().rglob("*") if file.is_file()}
+    done = drysim("report", "out", "-o", "page.html")
+    assert (done.code, done.out) == (2, "")
+    assert words in done.err
+    assert before == {file: file.read_bytes() for file in Path().rglob("*") if file.is_file()}
+
+
+def test_unfinished_work_has_no_report(drysim, place):
+    (place / "x.partial").mkdir()
+    (place / "x.partial/drysim.json").write_text('{"format": 1, "complete": false}\n')
+    done = drysim("report", "x.partial")
+    assert done.code == 2
+    assert "has no finished result" in done.err
+    assert not (place / "x.partial/report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("mine.html", "was not written by `drysim report`; it stays as it is"),
+        ("out/page.html", "would be a file in out that is not part of the result"),
+        ("folder", "is a folder"),
+        ("absent/page.html", "is not a folder"),
+    ],
+)
+def test_report_replaces_nothing_but_a_report(drysim, seat, file, words):
+    assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
+    Path("mine.html").write_text("<p>mine")
+    Path("folder").mkdir()
+    done = drysim("report", "out", "-o", file)
+    assert done.code == 2
+    assert words in done.err
+    assert Path("mine.html").read_text() == "<p>mine"
+    assert drysim("report", "out", "-o", "new.html", "--no-plots").code == 0
+    assert drysim("report", "out", "-o", "new.html", "--no-plots").code == 0
+
+
+def test_report_of_the_user_in_the_folder_stays(drysim, seat):
+    assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
+    Path("out/report.html").write_text("mine")
+    done = drysim("report", "out")
+    assert done.code == 2
+    assert "out holds report.html, which drysim did not write" in done.err
+    assert Path("out/report.html").read_text() == "mine"
+
+
+# Size, Python, start-up.
+
+
+@pytest.mark.slow
+def test_dense_run_and_large_sweep_stay_small(result):
+    dense = NOISY.replace("duration: 10 s", "duration: 200 s").replace("2.5e-3", "1e-3")
+    assert len(result(dense)[1].encode()) < 300 * KILOBYTE
+    axes = {
+        "excitation.frequency": {"from": 0.5, "to": 10, "count": 120},
+        "friction.kinetic": {"from": 0, "to": 100, "count": 120},
+    }
+    swept = SEAT.replace("measure: {", f"sweep: {json.dumps(axes)}\nmeasure: {{")
+    swept = swept.replace("steady: false, settle: 0, duration: 2", "steady: true")
+    page = result(swept, "sweep")[1]
+    assert "crispEdges" in page  # maps are cells
+    assert len(page.encode()) < 1000 * KILOBYTE
+
+
+def test_report_in_python_is_the_page_of_a_result(scenario):
+    outcome = package.run(scenario(SEAT))
+    page = Page(package.report(outcome))
+    assert "drysim.report in Python" in page.text
+    assert page.tags.count("svg") == 2
+    table = package.sweep(scenario(SWEPT))
+    assert "Report of a sweep" in Page(package.report(table)).text
+    with pytest.raises(UsageError, match="a report needs a result, not str"):
+        package.report("out")
+
+
+def test_every_picture_of_a_reported_kind_has_a_caption():
+    groups = {group for kind in report.KINDS.values() for group, _ in kind.pictures}
+    assert {name for group in groups for name in PICTURES[group]} == report.CAPTIONS.keys()
+
+
+def test_templates_are_loaded_for_a_report_only(seat, process):
+    answer = process("run", "seat.yaml", "--quiet", PYTHONPROFILEIMPORTTIME="1")
+    assert "| jinja2" not in answer.err
+    assert "drysim.output.report" not in answer.err
+
+
+# In a browser.
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--enable-logging=stderr", "--virtual-time-budget=5000",
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium; install it to test in a browser")
+def test_browser_shows_the_page_without_complaint_and_prints_it(result, tmp_path):
+    folder, _ = result(NOISY)
+    words = [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}"]
+    page = (folder / "report.html").as_uri()
+    environment = {**os.environ, "HOME": str(tmp_path)}
+    shown = subprocess.run(
+        [*words, "--dump-dom", page],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=60,
+    )
+    assert shown.stdout.count("<svg") == 3
+    assert "CONSOLE" not in shown.stderr  # where a violated policy is reported
+    pdf = tmp_path / "page.pdf"
+    subprocess.run(
+        [*words, f"--print-to-pdf={pdf}", page],
+        capture_output=True,
+        env=environment,
+        timeout=60,
+    )
+    content = pdf.read_bytes()
+    assert content.startswith(b"%PDF")
+    boxes = {*re.findall(rb"/MediaBox\s*\[([^\]]*)\]", content)}
+    assert [[round(float(one)) for one in box.split()] for box in boxes] == [[0, 0, 595, 842]]
