@@ -12,7 +12,8 @@ without the record, the page says why it has no pictures.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from operator import attrgetter
@@ -54,8 +55,14 @@ AnyResult = Any
 
 TEMPLATE = "report.html.jinja"
 
-PICTURE_LIMIT, PAGE_LIMIT = 110_000, 240_000
-"""Size above which the detail of a picture is reduced, and of all pictures of a page [B]."""
+ROOM, ROOM_OF_MANY = 230_000, 700_000
+"""Sizes [B] of all pictures of a case and of many cases or samples; above, they get coarser."""
+
+SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
+"""Symbols that the page explains, those of one meaning together."""
+
+MAX_SCENARIO, MAX_LISTED = 100_000, 300
+"""Characters of the scenario and number of files or records that the page shows."""
 
 CAPTIONS = {
     "response": "Motion: accelerations of base and mass, relative displacement, and the force "
@@ -88,6 +95,8 @@ class Kind(NamedTuple):
         Class of the result.
     scenario : callable
         Returns the scenario of a result, as its scenario.yaml has it.
+    room : int
+        Size of all its pictures, above which their detail is reduced [B].
     pictures : tuple of tuple
         Names in `PICTURES`, and what is taken of the result to draw them.
     scene : callable
@@ -103,6 +112,7 @@ class Kind(NamedTuple):
     what: str
     of: type
     scenario: Callable[[AnyResult], Scenario]
+    room: int
     pictures: tuple[tuple[str, Callable[[AnyResult], Any]], ...]
     scene: Callable[[AnyResult], Lines]
     rows: Callable[[AnyResult], Iterator[SummaryRow]]
@@ -145,6 +155,7 @@ KINDS = {
         "one case",
         Outcome,
         attrgetter("scenario"),
+        ROOM,
         (("run", _itself),),
         summaries.run_scene,
         summaries.run_rows,
@@ -155,6 +166,7 @@ KINDS = {
         "one case under many seeds",
         Ensemble,
         attrgetter("scenario"),
+        ROOM,
         (("ensemble", _itself), ("run", lambda result: result.shown)),
         many.ensemble_scene,
         many.ensemble_rows,
@@ -165,6 +177,7 @@ KINDS = {
         "a sweep",
         Table,
         attrgetter("scenario"),
+        ROOM_OF_MANY,
         (("sweep", _itself),),
         many.sweep_scene,
         many.table_rows,
@@ -175,6 +188,7 @@ KINDS = {
         "a comparison",
         Comparison,
         attrgetter("table.scenario"),
+        ROOM_OF_MANY,
         (("comparison", _itself),),
         many.comparison_scene,
         many.worst_rows,
@@ -185,6 +199,7 @@ KINDS = {
         "a fit",
         FitResult,
         attrgetter("source"),
+        ROOM_OF_MANY,
         (("fit", _itself),),
         fit_summary.fit_scene,
         _fit_rows,
@@ -294,6 +309,7 @@ def page(
         finalize=visible,
         keep_trailing_newline=True,
     )
+    varied = [axis["key"] for axis in fields["numerics"].get("swept", ())]
     files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
     text = environment.get_template(TEMPLATE).render(
         fields=fields,
@@ -301,7 +317,13 @@ def page(
         version=drysim.__version__,
         what=kind.what,
         about=scenario.about if scenario else "",
-        verdict=[*verdict(fields), *((None, note.sentence) for note in notes if not note.good)],
+        symbols=[(words, meanings(words.partition(",")[0])) for words in SYMBOLS],
+        most=MAX_LISTED,
+        verdict=[
+            *useless(result),
+            *verdict(fields),
+            *((None, note.sentence) for note in notes if not note.good),
+        ],
         checks=[
             (summaries.check_mark(passed)[0], words)
             for passed, words in summaries.sidecar_checks(fields)
@@ -311,11 +333,12 @@ def page(
         comparison=comparison_table(result),
         metrics=list(metric_tables(fields)),
         evidence=[*evidence(fields), *((note.label, note.sentence) for note in notes)],
-        warnings=[(one, meanings(one["slug"], WARNING)) for one in fields["warnings"]],
-        sketch=sketch(getattr(result, "scenario", scenario)) if plots else None,
+        warnings=list(warnings_by_slug(fields)),
+        sketch=sketch(getattr(result, "scenario", scenario), varied) if plots else None,
         pictures=list(pictures(kind, result)) if plots and result is not None else [],
         missing=missing,
-        scenario_text=scenario_text,
+        scenario_text=scenario_text[:MAX_SCENARIO],
+        is_cut=len(scenario_text) > MAX_SCENARIO,
     )
     return text
 
@@ -328,6 +351,15 @@ def visible(value: Any) -> Any:
         one if one.isprintable() or one == "\n" else one.encode("unicode_escape").decode()
         for one in value
     )
+
+
+def useless(result: AnyResult | None) -> Iterator[tuple[bool, str]]:
+    """Yield that a fit is of no use, if it is."""
+    if getattr(result, "is_useless", False):
+        yield (
+            False,
+            "The fitted motion is not the measured one: its values mean nothing.",
+        )
 
 
 def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
@@ -345,7 +377,8 @@ def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
     elif skipped:
         yield None, f"{skipped} of {every} could not be judged; the others hold."
     elif checks:
-        holds = "The check holds" if len(checks) == 1 else f"All {every} hold"
+        of_many = "Both checks hold" if len(checks) == 2 else f"All {every} hold"
+        holds = "The check holds" if len(checks) == 1 else of_many
         yield True, f"{holds}: the result meets the requirements of its scenario."
     else:
         yield (
@@ -366,8 +399,12 @@ def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
 
 
 def main_numbers(fields: Fields) -> Iterator[str]:
-    """Yield the main numbers of a case or of a sweep as sentences."""
+    """Yield the main numbers of a case, a sweep or a fit as sentences."""
     metrics = fields["metrics"]
+    for name in ("fit_error", "fit_error_held_out"):
+        if isinstance(error := metrics.get(name), int | float):
+            about = meaning_of_metric(name)
+            yield f"{name} {wording.format_percent(error)}: {about}."
     if isinstance(T_a := metrics.get("T_a"), int | float):
         effect = "amplifies" if T_a > 1 else "isolates" if T_a < 1 else "does neither"
         yield f"{format_metrics(metrics)}. T_a compares the mass with its base: it {effect}."
@@ -407,6 +444,15 @@ def comparison_table(result: AnyResult | None) -> list[tuple[str, ...]]:
     if result is None or not hasattr(result, "yardstick"):
         return []
     return list(zip(*many.comparison_columns(result), strict=True))
+
+
+def warnings_by_slug(fields: Fields) -> Iterator[tuple[str, str, list[str], int]]:
+    """Yield slug, meaning, the first sentences of the warnings and how many more there are."""
+    counts = Counter(one["slug"] for one in fields["warnings"])
+    for slug, count in counts.items():
+        sentences = [one["sentence"] for one in fields["warnings"] if one["slug"] == slug]
+        shown = sentences[: summaries.MAX_ALIKE]
+        yield slug, meanings(slug, WARNING), shown, count - len(shown)
 
 
 def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
@@ -481,19 +527,19 @@ def pictures(kind: Kind, result: AnyResult) -> Iterator[tuple[str, Any]]:
 
     from drysim.plots.svg import inline_svg
 
-    room = PAGE_LIMIT
+    room = kind.room
     for group, part in kind.pictures:
         for name, function in PICTURES[group].items():
             module, draw = function.split(".")
             drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
-            limit = min(room, PICTURE_LIMIT)
+            limit = min(room, kind.room // 2)
             found = inline_svg(partial(drawn, part(result)), f"{name}-", CAPTIONS[name], limit)
             if found is not None:
                 room -= len(found.encode())
                 yield CAPTIONS[name], Markup(found)
 
 
-def sketch(scenario: Scenario | None) -> Any:
+def sketch(scenario: Scenario | None, varied: Collection[str]) -> Any:
     """Return the sketch of the model as an SVG element, None for a scenario without values."""
     if scenario is None or scenario.fit is not None:
         return None
@@ -502,14 +548,13 @@ def sketch(scenario: Scenario | None) -> Any:
     from drysim.plots.sketch import draw
     from drysim.plots.svg import inline_svg
 
-    varied = [axis.key for axis in scenario.sweep]
     plant, law = scenario.oscillator.plant(), scenario.law()
     description = "; ".join(
         words for _, words in wording.describe_scene(scenario, plant, law, varied)
     )
     figure = partial(draw, scenario, varied)
     title = f"{SKETCH_CAPTION}: {description}"
-    return Markup(inline_svg(figure, "model-", title, PICTURE_LIMIT))
+    return Markup(inline_svg(figure, "model-", title, ROOM))
 
 
 # A result on the disk.

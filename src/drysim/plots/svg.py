@@ -47,6 +47,13 @@ RC_PARAMS: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.25}
 COLORS = 32
 """Colours of a map: few, so that many neighbouring cells have the same one."""
 
+MANY_DOTS = 200
+"""Dots above which they become one path, which is several times shorter."""
+
+CIRCLE = re.compile(r"M 0 (\d\S*) (?:C (?:\S+ ){6}){8}z")
+DOT_STYLE = re.compile(r"fill:(#\w+)(;stroke:\1(?:;stroke-width:([\d.]+))?)?")
+"""A circle as a marker, and the style of one whose edge has the colour of its face."""
+
 FONT_FAMILY = re.compile(r"'DejaVu Sans'(?:, (?:'[^']*'|[\w-]+))*")
 NUMBER = re.compile(r"-?\d+\.\d+")
 PATH_STEP = re.compile(r"([MLCQz])([^MLCQz]*)")
@@ -131,14 +138,26 @@ def page_element(
         merge_cells(group)
     used = dict.fromkeys(REFERENCE.findall(" ".join(references(root))))
     ids = {name: f"{prefix}{number}" for number, name in enumerate(used)}
+    dots = {
+        f"#{ids[name]}": 2 * float(circle[1])
+        for name, path in paths_by_id(root)
+        if name in ids and (circle := CIRCLE.match(" ".join(path.split())))
+    }
     for element in root.iter():
         clean_attributes(element, ids, detail)
     for group in list(root.iter("g")):
-        merge_children(group, detail)
+        merge_markers(group, dots, detail)
     for at, (tag, text) in enumerate((("title", title), ("desc", description))):
         label = Element(tag, {"id": names[at]})
         label.text = text
         root.insert(at, label)
+
+
+def paths_by_id(root: Element) -> Iterator[tuple[str, str]]:
+    """Yield id and data of every path that has an id."""
+    for path in root.iter("path"):
+        if "id" in path.attrib:
+            yield path.attrib["id"], path.attrib["d"]
 
 
 def references(root: Element) -> Iterator[str]:
@@ -202,27 +221,53 @@ def merge_cells(group: Element) -> None:
     group.attrib["shape-rendering"] = "crispEdges"  # no seams between cells
 
 
-def merge_children(group: Element, detail: Detail) -> None:
-    """Merge markers of a group that lie on each other, and give the others one style."""
+def merge_markers(group: Element, dots: Mapping[str, float], detail: Detail) -> None:
+    """Merge markers of a group that lie on each other; draw many dots as one path.
+
+    Parameters
+    ----------
+    group : Element
+    dots : mapping
+        Reference of every marker that is a circle to its diameter [pt].
+    detail : Detail
+    """
     children = list(group)
     for child in children:
         group.remove(child)
-    seen = set()
     for key, run in groupby(children, marker_key):
-        same = list(run)
-        if key and len(same) > 1:
-            cells = []
-            marked = Element("g", {"style": same[0].attrib["style"]})
-            for marker in same:
-                x, y = (float(marker.attrib[name]) for name in ("x", "y"))
-                place = marker.attrib["href"], round(x / detail.cell), round(y / detail.cell)
-                if place not in seen:
-                    seen.add(place)
-                    del marker.attrib["style"]
-                    cells.append(marker)
-            marked.extend(cells)
-            same = [marked]
-        group.extend(same)
+        markers = list(run)
+        if not key or len(markers) == 1:
+            group.extend(markers)
+            continue
+        cells: dict[tuple[int, int], tuple[float, float]] = {}
+        for marker in markers:
+            x, y = float(marker.attrib["x"]), float(marker.attrib["y"])
+            cells.setdefault((round(x / detail.cell), round(y / detail.cell)), (x, y))
+        href, style = key
+        color = DOT_STYLE.fullmatch(style)
+        if href in dots and color and len(cells) > MANY_DOTS:
+            edge = float(color[3] or 1.0) if color[2] else 0.0
+            width = short_number(dots[href] + edge, 2)
+            style = f"fill:none;stroke:{color[1]};stroke-width:{width};stroke-linecap:round"
+            path = dotted_path(list(cells.values()), detail.decimals)
+            group.append(Element("path", {"d": path, "style": style}))
+            continue
+        marked = Element("g", {"style": style})
+        for x, y in cells.values():
+            place = (short_number(one, detail.decimals) for one in (x, y))
+            marked.append(Element("use", {"href": href, **dict(zip("xy", place, strict=True))}))
+        group.append(marked)
+
+
+def dotted_path(points: list[tuple[float, float]], decimals: int) -> str:
+    """Return the data of a path of points, which a round line cap makes visible."""
+    scale, words, at = 10**decimals, [], (0, 0)
+    for x, y in points:
+        here = round(x * scale), round(y * scale)
+        step = (short_number((a - b) / scale, decimals) for a, b in zip(here, at, strict=True))
+        words.append(f"m{' '.join(step).replace(' -', '-')}v0")
+        at = here
+    return "".join(words)
 
 
 def marker_key(element: Element) -> tuple[str, ...]:
