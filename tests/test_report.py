@@ -325,6 +325,9 @@ FAULTS = {
     "numerics": (
         lambda folder: change(folder, numerics={"swept": 3}), "is damaged: ",
     ),
+    "not a number": (
+        lambda folder: change(folder, metrics={"T_a": float("nan")}), "has no finished result",
+    ),
     "edited": (edit, "scenario.yaml was edited since drysim wrote it"),
     "no scenario": (lambda folder: (folder / "scenario.yaml").unlink(), "cannot read"),
 }  # fmt: skip

@@ -75,6 +75,11 @@ def test_many_markers_are_thinned_until_the_picture_is_small_enough():
     assert small.count("v0") > 4000
 
 
+def test_character_that_xml_does_not_allow_is_replaced():
+    text = svg.inline_svg(lambda: figure(title="bell \a"), "a-", "Title \a", 10**6)
+    assert "bell \ufffd" in ElementTree.fromstring(text)[1].text
+
+
 def test_no_figure_is_no_picture():
     assert svg.inline_svg(lambda: None, "a-", "Title", 1000) is None
 

@@ -509,7 +509,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     file = folder / MARKER
     hint = "name an output folder of `drysim run`, `sweep` or `compare`"
     try:
-        fields = json.loads(file.read_text(encoding="utf-8"))
+        fields = json.loads(file.read_text(encoding="utf-8"), parse_constant=_no_number)
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {file}: {reason}", hint) from fault
@@ -519,6 +519,11 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     if not isinstance(fields, dict) or not needed <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
     return fields
+
+
+def _no_number(word: str) -> None:
+    """Refuse NaN and Infinity, which are not JSON."""
+    raise ValueError(word)
 
 
 def add_report(folder: Path, page: str, fields: dict[str, Any]) -> None:

@@ -629,6 +629,10 @@ def read_result(folder: Path) -> Fields:
     return fields
 
 
+DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+"""What values of a wrong type or size raise."""
+
+
 def count_parts(fields: Fields) -> int:
     """Return the number of cases, seeds or starts that are solved again for a report."""
     numerics = fields["numerics"]
@@ -696,7 +700,7 @@ def report_folder(
             notes=notes,
             missing=missing,
         )
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
+    except DAMAGE as fault:
         sentence = f"{folder / MARKER} is damaged: {type(fault).__name__}: {fault}"
         raise OutputError(sentence, AGAIN_HINT) from fault
 
@@ -740,9 +744,9 @@ REPRODUCED_WITHIN = 1e-6
 def note_on_numbers(fields: Fields, again: Fields) -> Note:
     """Return whether solving the scenario again gave the numbers in drysim.json."""
     stored, found = (dict(numbers(one["metrics"])) for one in (fields, again))
-    if stored.keys() != found.keys():
-        names = sorted({" ".join(path) for path in stored.keys() ^ found.keys()})
-        sentence = f"Solved again, the scenario gives other numbers: {', '.join(names[:3])}."
+    if lost := stored.keys() - found.keys():
+        names = sorted(" ".join(path) for path in lost)
+        sentence = f"Solved again, the scenario has no value of {', '.join(names[:3])}."
         return Note(False, "solved again", sentence)
     largest: dict[str, float] = {}
     for path, value in stored.items():

@@ -54,6 +54,9 @@ CIRCLE = re.compile(r"M 0 (\d\S*) (?:C (?:\S+ ){6}){8}z")
 DOT_STYLE = re.compile(r"fill:(#\w+)(;stroke:\1(?:;stroke-width:([\d.]+))?)?")
 """A circle as a marker, and the style of one whose edge has the colour of its face."""
 
+NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML does not allow, such as one of control in the name of a file."""
+
 FONT_FAMILY = re.compile(r"'DejaVu Sans'(?:, (?:'[^']*'|[\w-]+))*")
 NUMBER = re.compile(r"-?\d+\.\d+")
 PATH_STEP = re.compile(r"([MLCQz])([^MLCQz]*)")
@@ -93,8 +96,10 @@ def inline_svg(
         file = StringIO()
         figure.savefig(file, format="svg", **SAVE_OPTIONS[".svg"])
         description = " ".join(plain_text(words.get_text()) for words in figure.texts)
+    title, description = (NO_XML.sub("\ufffd", text) for text in (title, description))
+    content = NO_XML.sub("\ufffd", file.getvalue())
     for detail in DETAILS:
-        root = ElementTree.fromstring(file.getvalue())
+        root = ElementTree.fromstring(content)
         page_element(root, prefix, title, description, detail)
         text = ElementTree.tostring(root, encoding="unicode")
         if len(text.encode()) <= limit:
