@@ -35,6 +35,7 @@ PICTURES = {
         ["sweep", f"{GALLERY}/shock-response-spectrum.yaml"],
         "stroke.png",
     ),
+    "design.png": (["design", f"{GALLERY}/design-seat.yaml"], "design.png"),
     "comparison.png": (
         ["compare", "signum", "vs", "stick-slip", "-s", f"{GALLERY}/paper-random.yaml"],
         "comparison.png",

@@ -156,7 +156,10 @@ _VARY_SCHEMA = {
         "properties": {
             "from": {"type": ["number", "string"], "description": "Lower bound."},
             "to": {"type": ["number", "string"], "description": "Upper bound."},
-            "scale": {"enum": ["linear", "log"]},
+            "scale": {
+                "enum": ["linear", "log"],
+                "description": "Scale on which designs are spread: linear (the default) or log.",
+            },
         },
         "required": ["from", "to"],
         "additionalProperties": False,
@@ -166,7 +169,11 @@ _OVER_SCHEMA = {
     "type": "object",
     "minProperties": 1,
     "properties": {
-        TAKE_KEY: {"enum": [WORST, MEAN]},
+        TAKE_KEY: {
+            "enum": [WORST, MEAN],
+            "description": "How the objectives under several conditions become one: that of "
+            "the worst (the default) or their mean.",
+        },
         FILE_KEY: {"description": FILES_DESCRIPTION, "type": ["array", "string"]},
     },
     "patternProperties": {KEY_PATTERN: {"anyOf": [_NUMBERS, {"type": "object"}]}},
