@@ -248,6 +248,18 @@ def test_file_that_was_changed_is_named(result, drysim):
     assert "Not as drysim wrote them: response.csv." in page.text
 
 
+def test_incomplete_result_is_called_so_first(result, drysim):
+    folder, _ = result(SWEPT + "checks: [T_a < 5]\n", "sweep")
+    numerics = json.loads((folder / "drysim.json").read_text())["numerics"]
+    change(folder, complete=False, exit_code=3,
+           numerics=numerics | {"statuses": {"ok": 2, "failed": 1}})  # fmt: skip
+    assert drysim("report", "out", "--no-plots").code == 0
+    page = Page((folder / "report.html").read_text("utf-8"))
+    words = "✗ The result is incomplete: the numerics failed in some cases (3, 1 failed)."
+    assert words in page.text
+    assert page.text.index(words) < page.text.index("The check holds")
+
+
 def test_without_plots_the_scenario_is_not_solved(result, drysim, monkeypatch):
     folder, _ = result(SWEPT, "sweep")
     monkeypatch.setattr("drysim.study.sweep.sweep", lambda *_, **__: pytest.fail("solved"))
@@ -394,11 +406,12 @@ def test_dense_run_and_large_sweep_stay_small(result):
     axes = {
         "excitation.frequency": {"from": 0.5, "to": 10, "count": 120},
         "friction.kinetic": {"from": 0, "to": 100, "count": 120},
+        "excitation.rms": [1, 2],
     }
     swept = SEAT.replace("measure: {", f"sweep: {json.dumps(axes)}\nmeasure: {{")
     swept = swept.replace("steady: false, settle: 0, duration: 2", "steady: true")
     page = result(swept, "sweep")[1]
-    assert "crispEdges" in page  # maps are cells
+    assert page.count("crispEdges") == 6  # maps with their colour bars
     assert len(page.encode()) < 1000 * KILOBYTE
 
 

@@ -75,6 +75,12 @@ def test_many_markers_are_thinned_until_the_picture_is_small_enough():
     assert small.count("v0") > 4000
 
 
+def test_root_is_written_with_a_sign_of_the_common_fonts():
+    text = svg.inline_svg(lambda: figure(title=r"$\sqrt{2}f_0$"), "a-", "Title", 10**6)
+    assert "√" in text
+    assert "STIX" not in text
+
+
 def test_character_that_xml_does_not_allow_is_replaced():
     text = svg.inline_svg(lambda: figure(title="bell \a"), "a-", "Title \a", 10**6)
     assert "bell \ufffd" in ElementTree.fromstring(text)[1].text

@@ -54,6 +54,9 @@ CIRCLE = re.compile(r"M 0 (\d\S*) (?:C (?:\S+ ){6}){8}z")
 DOT_STYLE = re.compile(r"fill:(#\w+)(;stroke:\1(?:;stroke-width:([\d.]+))?)?")
 """A circle as a marker, and the style of one whose edge has the colour of its face."""
 
+ROOT_SIGN = re.compile(r"\\sqrt\{(\w+)\}")
+"""A root of matplotlib, whose sign is in a font that no reader has."""
+
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML does not allow, such as one of control in the name of a file."""
 
@@ -89,6 +92,9 @@ def inline_svg(
     with picture_style(), matplotlib.rc_context(RC_PARAMS):
         if (figure := draw()) is None:
             return None
+        texts: list[Any] = figure.findobj(lambda artist: hasattr(artist, "set_text"))
+        for words in texts:
+            words.set_text(ROOT_SIGN.sub(r"√\1", words.get_text()))
         meshes: list[Any] = figure.findobj(lambda artist: artist.get_rasterized())
         for mesh in meshes:
             mesh.set_rasterized(False)
