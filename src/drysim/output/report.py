@@ -406,8 +406,10 @@ def main_numbers(fields: Fields) -> Iterator[str]:
             about = meaning_of_metric(name)
             yield f"{name} {wording.format_percent(error)}: {about}."
     if isinstance(T_a := metrics.get("T_a"), int | float):
-        effect = "amplifies" if T_a > 1 else "isolates" if T_a < 1 else "does neither"
-        yield f"{format_metrics(metrics)}. T_a compares the mass with its base: it {effect}."
+        effect = "above 1: its mount amplifies" if T_a > 1 else "below 1: its mount isolates"
+        if T_a == 1:
+            effect = "1: its mount neither amplifies nor isolates"
+        yield f"{format_metrics(metrics)}. T_a of the mass is {effect}."
     elif isinstance(metrics.get("x_r_peak"), int | float):
         yield f"{format_metrics(metrics)}."
     elif kind_of(fields) == "sweep":
