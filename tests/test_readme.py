@@ -21,6 +21,7 @@ from drysim.cli import main, options
 from drysim.manual import SECTIONS, for_terminal, pages
 from drysim.manual.words import (
     COLUMN,
+    FIT_WARNINGS,
     KEY,
     METRIC,
     SYMBOL,
@@ -243,12 +244,24 @@ def test_exit_codes_events_approaches_and_laws_are_explained():
         assert explain(word), word
 
 
+def test_warnings_of_a_fit_have_its_command_as_their_example():
+    by_command = {
+        command: {
+            one.word for one in entries() if f"drysim {command} FILE --strict" in one.example
+        }
+        for command in ("run", "fit")
+    }
+    assert by_command["fit"] == FIT_WARNINGS
+    assert "coarse-step" in by_command["run"]
+
+
 def test_symbols_and_labels_of_summaries_are_explained():
     assert [one.kind for one in explain("k_x")] == [SYMBOL]
     assert explain("f_0")[0].unit == "Hz"
     assert explain("F_L")[0].kind == COLUMN
     assert [one.word for one in explain("hourly peak")] == ["stroke_once_an_hour"]
     assert {one.kind for word in TERMS for one in explain(word)} >= {METRIC}
+    assert all(explain(word) for word in TERMS)
     assert explain("Coulomb")[0].word == "coulomb"
 
 
