@@ -650,7 +650,7 @@ def test_shorter_base_record_is_named(tmp_path):
     )
 
 
-def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path):
+def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path, capsys):
     write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
     measured = "x_dd: {column: x_dd, scale: 9.80665}"
     result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), measured)
@@ -658,6 +658,12 @@ def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path):
     assert "the unit of x_dd seems to be wrong by a factor of 9.81" in only(result, "bad-fit")
     assert result.is_useless
     assert result.exit_code() == 1
+    show_fit(result)
+    shown = capsys.readouterr().out
+    assert "its values mean nothing" in shown
+    assert "error x_dd" in shown
+    assert "kinetic" not in shown
+    assert "F_fk" not in shown
 
 
 def test_value_that_ends_at_its_bound_is_named(tmp_path):

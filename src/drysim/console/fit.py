@@ -69,6 +69,8 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
         yield "motion", "imposed, as on a friction rig"
     else:
         yield "base", result.source.excitation.describe(result.motion)
+    if result.is_useless:
+        return
     known = result.scenario
     yield from wording.describe_scene(known, known.oscillator.plant(), known.law())
 

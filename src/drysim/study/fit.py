@@ -936,10 +936,10 @@ def fit_law(
         ):
             break
         if other is None:
-            found_near = list(mapper(squares.fine, neighbours(squares, solution.x)))
+            near = mapper(squares.fine, neighbours(squares, solution.x))
         else:
-            found_near = [squares.fine(other), squares.fine(other, STEPS[2:])]
-        cost, x = min(found_near, key=lambda one: one[0])
+            near = mapper(partial(squares.fine, other), ((), STEPS[2:]))
+        cost, x = min(near, key=lambda one: one[0])
         if cost >= BETTER * squares.cost(solution.x):
             break
     else:
