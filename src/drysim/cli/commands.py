@@ -373,6 +373,7 @@ def design(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
+    report: options.Report = False,
     quiet: options.Quiet = False,
     cluster: options.Cluster = None,
     tls_ca_file: options.TlsCa = None,
@@ -394,7 +395,8 @@ def design(
     from drysim import output
     from drysim.console.design import show_design
 
-    write = partial(output.write_design, **output_options(context, no_plots, picture_format))
+    how = output_options(context, no_plots, picture_format) | {"report": report}
+    write = partial(output.write_design, **how)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_design(case, execute, folder, mode, write, show_design, resume, strict)

@@ -19,7 +19,8 @@ from drysim.console.summaries import (
 )
 from drysim.console.terminal import print_line, stdout
 from drysim.scenario.design import WORST
-from drysim.study.design import DesignResult, Variant, format_metric, keys_at_bounds
+from drysim.study.design import DesignResult, Variant, keys_at_bounds
+from drysim.study.outcome import format_metric
 from drysim.study.statistics import max_seeds
 from drysim.wording import (
     describe_axis,

@@ -28,6 +28,7 @@ from drysim.metrics.checks import Check, Verdict
 from drysim.metrics.table import EXPOSURE, METRICS, UNITS, WEIGHTING
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import asks_for_peak_acceleration, common_period
+from drysim.study.outcome import format_metric
 from drysim.wording import (
     describe_limits,
     format_count,
@@ -258,6 +259,9 @@ def show_sidecar(fields: Fields) -> None:
         print_line(console)
         for name, words in sidecar_best(fields):
             print_labelled(console, name, words)
+    if "design" in fields:
+        print_line(console)
+        print_labelled(console, "best", sidecar_design(fields["design"]))
     if fields["checks"]:
         print_line(console)
     for passed, words in sidecar_checks(fields):
@@ -300,6 +304,20 @@ def sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
         found = BestCase(best["metric"], row, *counts, closest, kind=kind)
         yield name, f"{found.result}, {found.describe(axes)}"
         best, name, kind = best.get("over_records"), "all records", "design"
+
+
+def sidecar_design(found: Fields) -> str:
+    """Return the best design of a study, or the closest one, by its field of drysim.json."""
+    units = {key: one["unit"] for key, one in found["vary"].items()}
+    one = found["best"] or found["closest"]
+    if one is None:
+        return "no design has numbers"
+    values = ", ".join(
+        f"{name} {format_metric(name, value)}" for name, value in one["objectives"].items()
+    )
+    what = "" if found["best"] else "no design keeps all limits; the closest has "
+    what = "the knee of the front, " if found["front"] else what
+    return f"{what}{values} at {wording.describe_point(one['values'], units)}"
 
 
 def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:

@@ -118,7 +118,9 @@ def coulomb_rows(
             n, s, kind, x_r, _ = (column[found] for column in log)
             points = steps, 0.0 * steps, block.x_r[part], block.v_r[part], block.d[part]
             pairs = zip(points, (n - at, s, x_r, 0.0, np.sign(kind)), strict=True)
-            *merged, d = (np.insert(np.asarray(point), n - at + 1, event) for point, event in pairs)
+            *merged, d = (
+                np.insert(np.asarray(point), n - at + 1, event) for point, event in pairs
+            )
             n, s, x_r, v_r = merged
             rows = Rows(n, s, x_r, v_r, k_x, b, F_fk * d, d == 0)
             yield block.first + at, block.u_dd[part], rows

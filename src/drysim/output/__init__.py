@@ -301,6 +301,34 @@ def write_fit(
     )
 
 
+def write_design(
+    result: DesignResult,
+    folder: Path | LockedFolder,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+    report: bool = False,
+) -> dict[str, Any]:
+    """Write the output folder of a design study; parameters and errors as in `write_table`."""
+    drawn = plots and exit_code != EXIT_INTERRUPTED
+    writers = (
+        write_design_yaml,
+        tables.write_design_csv,
+        *_plot_writers("design", drawn, picture_format),
+    )
+    return write_folder(
+        result,
+        folder,
+        writers,
+        sidecar.design_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
+
+
 def _report_writer(
     wanted: bool, plots: bool
 ) -> Callable[[Any, dict[str, Any], Path], str] | None:
@@ -310,25 +338,6 @@ def _report_writer(
     from drysim.output.report import page_of
 
     return partial(page_of, plots)
-
-
-def write_design(
-    result: DesignResult,
-    folder: Path | LockedFolder,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-) -> dict[str, Any]:
-    """Write the output folder of a design study; parameters and errors as in `write_table`."""
-    drawn = plots and exit_code != EXIT_INTERRUPTED
-    writers = (
-        write_design_yaml,
-        tables.write_design_csv,
-        *_plot_writers("design", drawn, picture_format),
-    )
-    return write_folder(result, folder, writers, sidecar.design_fields, command, exit_code)
 
 
 def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:

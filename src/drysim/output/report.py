@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 import drysim
 from drysim import wording
 from drysim.approach import EXACT
+from drysim.console import design as design_summary
 from drysim.console import fit as fit_summary
 from drysim.console import many, summaries
 from drysim.console.summaries import SummaryRow
@@ -34,9 +35,10 @@ from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import sidecar
 from drysim.output.folder import MARKER, PICTURES, REPORT_FILE, SCENARIO_FILE, read_sidecar
 from drysim.output.sidecar import Provenance
-from drysim.study import compare, ensemble, fit, sweep
+from drysim.study import compare, design, ensemble, fit, sweep
 from drysim.study.case import prepare
 from drysim.study.compare import Comparison
+from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
 from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome, format_metric_ranges, format_metrics
@@ -51,7 +53,7 @@ Fields = dict[str, Any]
 Lines = Iterator[tuple[str, str]]
 Advance = Callable[[int], None]
 AnyResult = Any
-"""Outcome, Ensemble, Table, Comparison or FitResult."""
+"""Outcome, Ensemble, Table, Comparison, FitResult or DesignResult."""
 
 TEMPLATE = "report.html.jinja"
 
@@ -75,6 +77,7 @@ CAPTIONS = {
     "comparison": "Motion where the first approach has its largest error, and transmissibility "
     "of all",
     "fit": "Measured and fitted motion, and the residuals between them",
+    "design": "Objective of the designs over the varied keys, or front of two objectives",
     "profiles": "Rise of the sum of squares over each fitted value",
 }
 """What a picture shows."""
@@ -142,6 +145,19 @@ def _solve_comparison(scenario: Scenario, fields: Fields, advance: Advance) -> A
     return compare.compare(scenario, names, finished=lambda batch: advance(len(batch)))
 
 
+def _solve_design(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
+    """Solve a design study."""
+    return design.solve(design.prepare_design(scenario), sweep.on_threads(None), None, advance)
+
+
+def _design_rows(result: DesignResult) -> Iterator[SummaryRow]:
+    """Yield the best design, the front and the variants."""
+    yield from design_summary.best_rows(result)
+    if len(result.front) > 1:
+        yield from design_summary.front_rows(result)
+    yield from design_summary.variant_rows(result)
+
+
 def _fit_rows(result: FitResult) -> Iterator[SummaryRow]:
     """Yield fitted values, errors and laws."""
     yield from fit_summary.parameter_rows(result)
@@ -206,6 +222,17 @@ KINDS = {
         sidecar.fit_fields,
         lambda scenario, fields, advance: fit.fit(scenario, finished=advance),
     ),
+    "design": Kind(
+        "a design study",
+        DesignResult,
+        attrgetter("source"),
+        ROOM_OF_MANY,
+        (("design", _itself),),
+        lambda result: design_summary.design_scene(result.case),
+        _design_rows,
+        sidecar.design_fields,
+        _solve_design,
+    ),
 }
 """The kinds of result that have a report, by name."""
 
@@ -213,8 +240,8 @@ KINDS = {
 def kind_of(fields: Fields) -> str:
     """Return the name of the kind of a result, by its drysim.json."""
     numerics = fields["numerics"]
-    if "fit" in fields:
-        return "fit"
+    if found := next((name for name in ("fit", "design") if name in fields), ""):
+        return found
     if "ensemble" in fields:
         return "ensemble"
     if "yardstick" in numerics:
@@ -233,13 +260,13 @@ class Note(NamedTuple):
     sentence: str
 
 
-def report(result: Outcome | Ensemble | Table | Comparison | FitResult) -> str:
+def report(result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult) -> str:
     """Return the report of a result: one page of HTML that needs no other file.
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or Comparison or FitResult
-        Of `run`, `sweep`, `compare` or `fit`.
+    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult
+        Of `run`, `sweep`, `compare`, `fit` or `design`.
 
     Returns
     -------
@@ -254,7 +281,9 @@ def report(result: Outcome | Ensemble | Table | Comparison | FitResult) -> str:
     kind = next((one for one in KINDS.values() if isinstance(result, one.of)), None)
     if kind is None:
         sentence = f"a report needs a result, not {type(result).__name__}"
-        raise UsageError(sentence, "pass what drysim.run, sweep, compare or fit returned")
+        raise UsageError(
+            sentence, "pass what drysim.run, sweep, compare, fit or design returned"
+        )
     judged = result.table if isinstance(result, Comparison) else result
     fields = kind.fields(result, Provenance("", judged.exit_code(), {}))
     scenario = kind.scenario(result)
@@ -288,7 +317,7 @@ def page(
         The content of scenario.yaml.
     scenario : Scenario, optional
         The same, if it can be read.
-    result : Outcome or Ensemble or Table or Comparison or FitResult, optional
+    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult, optional
         What the pictures show.
     plots : bool, optional
         Whether to draw pictures.
@@ -391,6 +420,8 @@ def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
     if "best" in fields:
         for name, words in summaries.sidecar_best(fields):
             yield None, f"{name}: {words}"
+    if "design" in fields:
+        yield None, f"best design: {summaries.sidecar_design(fields['design'])}"
     count = len(fields["warnings"])
     yield (
         None,
@@ -473,6 +504,7 @@ def evidence(fields: Fields) -> Lines:
         yield "approach", f"{approach}. {meanings(approach, APPROACH)}"
     if "method" in numerics:
         yield "method", numerics["method"]
+    if "starts" in numerics:
         agree, total = (numerics["starts"][name] for name in ("agree", "total"))
         yield "starts", f"{agree} of {total} starting points led to this solution."
     if why := numerics.get("why"):
@@ -639,6 +671,7 @@ def count_parts(fields: Fields) -> int:
     """Return the number of cases, seeds or starts that are solved again for a report."""
     numerics = fields["numerics"]
     count = numerics.get("starts", {}).get("total") or numerics.get("cases", 1)
+    count = numerics.get("evaluations", count)
     return count if isinstance(count, int) else 1
 
 

@@ -34,8 +34,8 @@ from drysim.study.design import (
     DesignResult,
     Region,
     evaluations_of,
-    format_metric,
 )
+from drysim.study.outcome import format_metric
 from drysim.study.search import Surrogate
 from drysim.wording import format_unit
 

@@ -158,7 +158,7 @@ _VARY_SCHEMA = {
             "to": {"type": ["number", "string"], "description": "Upper bound."},
             "scale": {
                 "enum": ["linear", "log"],
-                "description": "Scale on which designs are spread: linear (the default) or log.",
+                "description": "Scale on which designs are spread, linear by default.",
             },
         },
         "required": ["from", "to"],

@@ -25,13 +25,13 @@ import drysim
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, STROKE_USED, UNITS, Values
+from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, STROKE_USED, Values
 from drysim.scenario.axes import Axis, count_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design, VariedKey
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import Case, case_error, prepare, require_scenario
-from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.outcome import exit_code, format_metric, format_repr, html_table
 from drysim.study.run import unused_spectra_warnings
 from drysim.study.search import (
     GAP_SHARES,
@@ -57,10 +57,7 @@ from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_thr
 from drysim.study.table import STROKE_LIMIT
 from drysim.wording import (
     describe_point,
-    display_unit,
-    format_interval,
     format_number,
-    format_unit,
 )
 
 if TYPE_CHECKING:
@@ -353,13 +350,6 @@ class DesignResult:
     def exit_code(self, strict: bool = False) -> int:
         """Return 0, or 1 if no design is admissible; `strict` counts a warning as well."""
         return exit_code(self.checks, self.warnings, strict)
-
-
-def format_metric(name: str, value: float, half_width: float | None = None) -> str:
-    """Return a metric with its unit, lengths in a suitable one, and its interval over seeds."""
-    factor, unit = display_unit(format_unit(UNITS[name]), value)
-    width = None if half_width is None else factor * half_width
-    return format_interval(factor * value, width, unit)
 
 
 def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:

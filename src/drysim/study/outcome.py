@@ -11,7 +11,9 @@ import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
 from drysim.metrics.table import UNITS
 from drysim.wording import (
+    display_unit,
     format_count,
+    format_interval,
     format_length,
     format_number,
     format_unit,
@@ -119,6 +121,13 @@ def format_metrics(metrics: Metrics) -> str:
         if metrics.get(name) is not None
     ]
     return ", ".join([*known, f"peak |x_r| {format_length(metrics.get('x_r_peak'))}"])
+
+
+def format_metric(name: str, value: float, half_width: float | None = None) -> str:
+    """Return a metric with its unit, lengths in a suitable one, and its interval over seeds."""
+    factor, unit = display_unit(format_unit(UNITS[name]), value)
+    width = None if half_width is None else factor * half_width
+    return format_interval(factor * value, width, unit)
 
 
 def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
