@@ -415,13 +415,14 @@ def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
             "The scenario has no checks, so it states no requirement: whether the numbers are "
             "good enough is for the reader to decide.",
         )
-    for sentence in (*main_numbers(fields), *fields.get("verdict", ())):
-        yield None, sentence
+    if "design" in fields:
+        yield None, f"Best design: {summaries.sidecar_design(fields['design'])}."
+    else:
+        yield from ((None, sentence) for sentence in main_numbers(fields))
+    yield from ((None, sentence) for sentence in fields.get("verdict", ()))
     if "best" in fields:
         for name, words in summaries.sidecar_best(fields):
             yield None, f"{name}: {words}"
-    if "design" in fields:
-        yield None, f"best design: {summaries.sidecar_design(fields['design'])}"
     count = len(fields["warnings"])
     yield (
         None,

@@ -464,7 +464,8 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
     }
     numerics = {
         **result.numerics,
-        "method": "radial basis functions, constrained; fixed seeds",
+        "method": "surrogate model of objectives and limits (radial basis functions), refined "
+        "by exact solutions under the same base motion",
         "evaluations": len(result.candidates),
         "converged": result.converged,
         "cases": sum(row.seeds for one in result.candidates for row in one.rows),
