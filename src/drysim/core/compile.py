@@ -37,6 +37,10 @@ MAX_PLAIN_STEPS = 200_000
 COLD_CACHE_FACTOR = 10
 """Multiple of `MAX_PLAIN_STEPS` that justifies compiling kernels not yet cached: 20 s, once."""
 
+ZERO = 0
+"""A number that kernels pass to others as `int(ZERO)`: numba compiles a kernel once more for
+each literal integer among its arguments."""
+
 CHECKSUM_BYTES = 32
 """Length of the SHA-256 checksum at the start of a cached file."""
 

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import (
     CONTACT,
     IMPACT,
@@ -404,7 +404,7 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
     full = capacity - MODES_LOG_RESERVE
     turns_end, no_waves = ends_at_turns(law), waves.size == 0
     affine = no_waves and law.step == 0.0
-    stalled = 0
+    stalled = int(ZERO)
     # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
     # interval to interval instead, as in `sampled.march`.
     a_carried = math.nan

@@ -39,7 +39,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import (
     CONTACT,
     RELEASE,
@@ -421,7 +421,8 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
     follows at once. One deflected beyond the limit, as rounding of a periodic orbit may
     produce, has yielded: x_0 moves.
     """
-    set_phases(waves, plant, coulomb_limits(law, 1), 0.0, 0)
+    d = int(ZERO)
+    set_phases(waves, plant, coulomb_limits(law, d), 0.0, d)
     load, load_d = load_at(law, waves, load_ramp_at(law, 0.0), 0.0)
     u_dd = base_motion(waves, base.u_0, base.slope, 0.0)[0]
     origin, xi, end_stop = end_stop_coordinates(law, x_r, v_r)
@@ -826,7 +827,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
     if law.variation > 0.0 or law.step > 0.0:
         share = law.up.F_fk / law.k_t
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
-        return first_root(segment, waves, law, excess, 0, 0.0, h)
+        return first_root(segment, waves, law, excess, int(ZERO), 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, segment.x_r, 0.0
     stop, x = stop_under_waves(segment, waves, law, d, h)

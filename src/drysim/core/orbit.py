@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, inlined, merged
+from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import sign
 from drysim.core.forcing import (
     OMEGA,
@@ -83,11 +83,6 @@ beyond the limits; excursions as in `excursions`. ANSWER_COLUMNS is the number o
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
 """Status of a scene. The last three have no orbit: endless events without progress in time,
 a state that is not finite, and more events per repetition than the log holds."""
-
-
-INTERVAL, NO_EVENTS = 0, 0
-"""Arguments of `march_sines`: the only interval, and the number of events in the log. Kernels
-pass them by `int`, because numba compiles a kernel anew for each literal integer."""
 
 
 class SineScene(NamedTuple):
@@ -199,7 +194,7 @@ def scene_waves(scene, values, law):
 def measure_orbit(scene, x_r, v_r, length, limits, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     plant, law, waves, log = scene
-    interval = Interval(int(INTERVAL), 0.0, length, 0.0, 0.0)
+    interval = Interval(int(ZERO), 0.0, length, 0.0, 0.0)
     state = initial_slip_state(plant, law, waves, x_r, v_r, log)
     reached, x, v, _, count, _ = march_sines(plant, law, waves, interval, state, log)
     answer[TIME] = reached
@@ -497,8 +492,8 @@ def period_map(scene, period, state):
     events = 0
     peak = abs(x_r)
     while begin < period:
-        interval = Interval(int(INTERVAL), 0.0, period, 0.0, 0.0)
-        state = SlipState(begin, x_r, v_r, d, int(NO_EVENTS), math.inf)
+        interval = Interval(int(ZERO), 0.0, period, 0.0, 0.0)
+        state = SlipState(begin, x_r, v_r, d, int(ZERO), math.inf)
         begin, x_r, v_r, d, count, _ = march_sines(plant, law, waves, interval, state, log)
         if count < 0:
             return PeriodState(x_r, v_r, d), -1, peak

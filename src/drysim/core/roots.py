@@ -374,11 +374,6 @@ def stop_time(segment, waves, law, direction, h):
     return stop_under_waves(segment, waves, law, direction, h)[0]
 
 
-NO_ZEROS = 0
-"""Argument of `first_root`, passed by `int`: numba compiles a kernel anew for each literal
-integer."""
-
-
 @compiled
 def stop_under_waves(segment, waves, law, d, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity, and x_r there.
@@ -580,7 +575,7 @@ WINDOW_RADIANS = 32.0
 """Length of the first search window, in radians of the fastest wave."""
 
 RISING, FALLING = 1, -1
-"""Sides on which F_L breaks the contact, passed by `int` as `NO_ZEROS` is."""
+"""Sides on which F_L breaks the contact, passed by `int` as `compile.ZERO` is."""
 
 
 class Stuck(NamedTuple):

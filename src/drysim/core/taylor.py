@@ -34,7 +34,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.dynamic_friction import (
     AT_LIMIT,
     branch_exit,
@@ -470,7 +470,7 @@ def evaluate_series(solution, series, t, out):
     A mass on bristles is never stuck: at rest its direction is 1.
     """
     (plant, law, _, _, dt), segments = solution
-    i, known, last = 0, -1, 0
+    i, known, last = int(ZERO), -1, 0
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
         if known != i:
@@ -745,7 +745,7 @@ def rebuild_quasi_steady(plant, law, series, start, iterations):
         series.w[n] = 0.0
     for _ in range(iterations):
         quasi_steady_iteration(plant, law, series, start, 1.0, Tolerances(0.0, 0.0))
-        update_deflection_rate(plant, law, series, ORDER, 1.0, 1.0, Tolerances(1.0, 1.0))
+        update_deflection_rate(plant, law, series, int(ORDER), 1.0, 1.0, Tolerances(1.0, 1.0))
 
 
 @compiled

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.core.compile import compiled, inlined, merged
+from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import motion_direction, sign
 from drysim.core.forcing import (
     COSINE,
@@ -334,8 +334,8 @@ class Columns(NamedTuple):
 def evaluate_segments(solution, t, out):
     """Write a motion at ascending times t [s] to `Columns`."""
     (plant, law, waves, _, dt), segments = solution
-    i, known = 0, -1
-    part = resume_segment(solution, 0)
+    i = known = int(ZERO)
+    part = resume_segment(solution, i)
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
         if known != i:
@@ -441,10 +441,10 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
     plant, law, waves, t, kind, x_r, v_first = solution
     x_out, v_out = out
     last = first + len(d_out)
-    filled = 0
+    filled = at_rest = int(ZERO)
     event = last_event_index(t, first * dt)
     n = first
-    set_phases(waves, plant, law, t[0], 0)
+    set_phases(waves, plant, law, t[0], at_rest)
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
@@ -511,7 +511,7 @@ def sample_elastic_grid(solution, first, dt, tables, out):
     (plant, law, waves, _, _), segments = solution
     slip_table, hold_table = tables
     last = first + len(out.x_r)
-    n, filled_slip, filled_hold = first, 0, 0
+    n, filled_slip, filled_hold = first, int(ZERO), int(ZERO)
     for i in range(len(segments.s)):
         until = last
         if i + 1 < len(segments.s):
@@ -561,7 +561,7 @@ def write_segment(plant, law, waves, segment, block, table, out):
     x, v = transient_state(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
     set_phases(waves, plant, law, start * dt, d)
     row, rows = n - start, end - n
-    of_wave = wave_coefficients(waves, 0) if waves.size > 0 else (0.0, 0.0)
+    of_wave = wave_coefficients(waves, int(ZERO)) if waves.size > 0 else (0.0, 0.0)
     write_motion(table, row, rows, (x, v, g - w * x), of_wave, at, out)
     for i in range(1, waves.size):
         add_wave_response(table, i, row, rows, wave_coefficients(waves, i), at, out)
@@ -881,7 +881,7 @@ def integrate_coulomb_segments(solution, begin, end):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi > lo:
             base = segment_base(u_dd, dt, segments, i)
-            state, d = (segments.x_r[i], segments.v_r[i]), segments.d[i]
+            state, d = (segments.x_r[i], segments.v_r[i]), sign(segments.d[i])
             part = resume_slip_or_stick(plant, law, waves, d, state, base)
             sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
     return sums
