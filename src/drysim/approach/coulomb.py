@@ -89,6 +89,7 @@ from drysim.core.model import (
     State,
     Totals,
     integrate_base_squares,
+    limit_force,
 )
 from drysim.core.modes import SegmentBase
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
@@ -578,7 +579,7 @@ class BlockMarch:
         state = SampledState(0, *self.checkpoints[number], 1, math.inf)
         write_first_row(out, (state.x_r, state.v_r, state.d))
         log = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT)
-        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state.x_r
+        F_L = limit_force(self.plant, state.x_r, float(u_dd[0]))
         write_first_row(log, (0, 0.0, state.d, state.x_r, F_L))
         kernel_input = as_engine_array(u_dd)
         scene = sampled_scene(self.plant, self.law, kernel_input, dt)

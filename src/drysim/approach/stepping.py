@@ -32,6 +32,7 @@ from drysim.core.model import (
     Totals,
     base_acceleration,
     interpolate_displacement,
+    limit_force,
 )
 from drysim.errors import SolverError
 
@@ -124,7 +125,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Event
     # A direct change between +1 and -1 is a reversal, coded ±2.
     reverses = (d[n[1:]] != 0) & (d[n[1:] - 1] != 0)
     kind[1:][reverses] *= 2
-    return Events(n * dt, kind, x_r[n], plant.m * u_dd[n] + plant.k_x * x_r[n])
+    return Events(n * dt, kind, x_r[n], limit_force(plant, x_r[n], u_dd[n]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,10 +43,10 @@ from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import (
     CONTACT,
     RELEASE,
+    direction_from_rest,
     limit_force,
     motion_direction,
     sign,
-    stick_limit,
 )
 from drysim.core.forcing import (
     IN_PHASE,
@@ -498,9 +498,11 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
     if not sticks:
         pull += contact_force(law, mode, x_r, x_0, load)
     F_L = plant.m * u_dd + pull
-    d, wall = -sign(F_L), wall_side(law, mode, xi)
-    hold = side_of(law, d).F_fs * load if sticks else 0.0
-    if abs(F_L) <= stick_limit(hold, pull) or (d != 0 and d == wall):
+    hold, wall = 0.0, wall_side(law, mode, xi)
+    if sticks:
+        hold = side_of(law, -sign(F_L)).F_fs * load
+    d = direction_from_rest(F_L, hold, pull)
+    if d == wall:
         d = AT_REST
     if sticks:
         return mode_of(d, d, mode.end_stop, mode.origin)

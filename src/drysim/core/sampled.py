@@ -42,9 +42,9 @@ from drysim.core.events import (
     SLIP,
     STICK,
     decision_margin,
+    direction_from_rest,
     limit_force,
     record_event,
-    sign,
     stick_limit,
 )
 from drysim.core.oscillator import (
@@ -483,10 +483,10 @@ def step_through_events(plant, law, steps, u_dd, state, log):
     while count < full:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
-            if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
+            d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
+            if d == 0:
                 return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest)
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
-            d = -sign(F_L)
             F_L = -d * law.F_fs
             meets = (F_L - limit_force(plant, x_r, u_0)) / (plant.m * slope)
             begin = min(max(meets, begin), h)
@@ -506,13 +506,10 @@ def step_through_events(plant, law, steps, u_dd, state, log):
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
         closest = min(closest, decision_margin(F_L, law.F_fs))
-        if abs(F_L) <= stick_limit(law.F_fs, plant.k_x * x_r):
-            d = 0
-            count = record_event(log, count, n, begin, STICK, x_r, F_L)
-        else:
-            d = -sign(F_L)
-            a = -(F_L + d * law.F_fk) * per_m
-            count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
+        d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
+        a = -(F_L + d * law.F_fk) * per_m
+        kind = STICK if d == 0 else d * REVERSAL
+        count = record_event(log, count, n, begin, kind, x_r, F_L)
     return SampledState(n + 1, x_r, v_r, d, a, -1, closest)
 
 
