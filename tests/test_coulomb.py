@@ -424,7 +424,7 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     whole = StickSlip().solve(*scene)
     monkeypatch.setattr(coulomb, "MAX_CACHED", 0)
     monkeypatch.setattr(coulomb, "BLOCK_SIZE", CHUNK)
-    parts = StickSlip().solve_in_blocks(*scene)
+    parts = StickSlip().solve(*scene, whole=False)
     assert len(parts.trajectory.march.checkpoints) > 10
     assert np.array_equal(parts.x_r, whole.x_r)
     assert np.array_equal(parts.events.t, whole.events.t)
@@ -481,7 +481,7 @@ def small(monkeypatch):
 @pytest.mark.parametrize("duration", [None, 14.0, 13.9987])
 def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
     scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, duration)
-    whole, parted = StickSlip().solve(*scene), StickSlip().solve_in_blocks(*scene)
+    whole, parted = StickSlip().solve(*scene), StickSlip().solve(*scene, whole=False)
     assert (
         len(parted.trajectory.march.checkpoints)
         > 20
@@ -501,8 +501,8 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
 
 
 def test_part_without_points_is_not_taken_for_the_whole(motion, small):
-    response = StickSlip().solve_in_blocks(
-        PARTS_PLANT, LAWS["friction"], motion, START, STEP, None
+    response = StickSlip().solve(
+        PARTS_PLANT, LAWS["friction"], motion, START, STEP, None, whole=False
     )
     assert len(response.points(slice(0, 0)).x_r) == 0
     assert len(response.x_r) == len(response) == LENGTH
@@ -514,7 +514,7 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
     window = (0.7003, 9.7)
     whole, parted = (
         measure(response.trajectory, window, StrokeLimits(0.004, 0.004))
-        for response in (StickSlip().solve(*scene), StickSlip().solve_in_blocks(*scene))
+        for response in (StickSlip().solve(*scene), StickSlip().solve(*scene, whole=False))
     )
     for name, value in whole.items():
         if name == "energy_residual":
@@ -528,7 +528,7 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
 @pytest.mark.parametrize("law", LAWS)
 def test_parts_under_sines_are_those_of_the_whole(law, small):
     sines = Sines((1.0, 0.7), (1.3, 4.1), (0.0, 0.4))
-    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0)
+    parted = StickSlip().solve(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0, whole=False)
     parts = [parted.points(part) for part in parted.parts()]
     whole = parted.grid.part(0, len(parted))
     assert len(parts) > 20
@@ -545,7 +545,7 @@ def test_blocks_begin_where_a_march_may_be_handed_over():
 
 
 def test_any_stretch_of_a_march_can_be_had(motion, small):
-    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    parted = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP, whole=False)
     x_r = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP).x_r
     for first, last in [
         (0, 1),
@@ -558,14 +558,14 @@ def test_any_stretch_of_a_march_can_be_had(motion, small):
 
 
 def test_viscous_by_parts_has_nothing_stuck(motion, small):
-    parted = Viscous().solve_in_blocks(
-        PARTS_PLANT, LAWS["friction"], motion, State(0.0, 0.0), STEP
+    parted = Viscous().solve(
+        PARTS_PLANT, LAWS["friction"], motion, State(0.0, 0.0), STEP, whole=False
     )
     assert all((parted.points(part).d == 1).all() for part in parted.parts())
 
 
 def test_excursion_across_parts_is_one(motion, small):
-    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    parted = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP, whole=False)
     whole = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
     limit = 0.3 * response.largest_magnitude(whole, "x_r").value
     over = np.abs(whole.x_r) >= limit

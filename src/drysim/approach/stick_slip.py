@@ -65,6 +65,8 @@ class ExactApproach(ApproachBase):
         start: AnyState,
         step: float,
         duration: float | None = None,
+        *,
+        whole: bool = True,
     ) -> Response:
         """Return the response from t = 0 to `duration` [s], or to the end of the samples.
 
@@ -76,31 +78,16 @@ class ExactApproach(ApproachBase):
             Step of the output grid [s]; not used for samples, which have their own.
         duration : float or None
             Length of the run [s]; optional for samples.
+        whole : bool
+            Whether to keep all of a long motion over samples in memory, or one block of it.
 
         Raises
         ------
         SolverError
             If events do not advance in time, or the motion is not finite.
         """
-        law = self.effective_law(law)
         response: Response = exact_solvers().solve(
-            plant, law, motion, start, step, duration, True
-        )
-        return response
-
-    def solve_in_blocks(
-        self,
-        plant: Plant,
-        law: AnyLaw,
-        motion: Sines | Samples,
-        start: AnyState,
-        step: float,
-        duration: float | None = None,
-    ) -> Response:
-        """Return the response as `solve` does, with only one block of a long one in memory."""
-        law = self.effective_law(law)
-        response: Response = exact_solvers().solve(
-            plant, law, motion, start, step, duration, False
+            plant, self.effective_law(law), motion, start, step, duration, whole
         )
         return response
 

@@ -92,9 +92,10 @@ def solve(case: Case) -> Outcome:
 def march_from_start(case: Case) -> SolvedMotion:
     """Compute the motion from the start state to the end of the window."""
     approach = case.approach
-    solve = approach.solve_in_blocks if isinstance(approach, ExactApproach) else approach.solve
-    scene = (case.plant, case.law, case.motion, case.start)
-    return solve(*scene, case.step, case.window[1]), case.window, ()
+    scene = (case.plant, case.law, case.motion, case.start, case.step, case.window[1])
+    if isinstance(approach, ExactApproach):
+        return approach.solve(*scene, whole=False), case.window, ()
+    return approach.solve(*scene), case.window, ()
 
 
 def periodic_motion(case: Case) -> SolvedMotion:
