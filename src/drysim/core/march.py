@@ -34,9 +34,7 @@ from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import (
     CONTACT,
     IMPACT,
-    LIFT,
     MAX_EVENTS_PER_STEP,
-    RELEASE,
     REVERSAL,
     SLIP,
     STICK,
@@ -70,7 +68,6 @@ from drysim.core.modes import (
     ARRIVAL,
     AT_REST,
     CHATTERING,
-    FREE,
     HOLD,
     LEAVING,
     REGULAR,
@@ -83,7 +80,6 @@ from drysim.core.modes import (
     SegmentBase,
     bumper_force,
     chatter_time,
-    closing_contact,
     contact_force,
     encode_mode,
     end_of_hold,
@@ -91,7 +87,7 @@ from drysim.core.modes import (
     ends_at_turns,
     force_rate_bound,
     is_rigid_slip,
-    limit_side,
+    leave_rest,
     load_at,
     mode_equation,
     mode_from_rest,
@@ -99,6 +95,7 @@ from drysim.core.modes import (
     next_end_stop_transition,
     origin_of,
     pass_end_stop,
+    pass_zero_load,
     rebound,
     rest_exit_time,
     return_accelerations,
@@ -536,14 +533,9 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
                 kind = STICK if contact == HOLD else contact * SLIP
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif d == AT_REST and step == stop:
-                poised, start, kind = 0, LEAVING, direction * RELEASE
-                if law.k_t > 0.0 and contact == HOLD:
-                    poised = limit_side(law, x_r - x_0, load)
-                if law.k_t == 0.0 and contact == HOLD:
-                    contact, poised, start = direction, direction, REGULAR
-                    kind = direction * SLIP
+                mode, kind = leave_rest(law, mode, direction, x_r - x_0, load)
+                if abs(kind) == SLIP:
                     F_L = -direction * side_of(law, direction).F_fs * load
-                mode = Mode(contact, direction, mode.end_stop, mode.origin, poised, start)
                 count = record_event(log, count, then, ends, kind, x_r, F_L)
             elif step in (transition, stop):
                 if step == transition and mode.end_stop == APART:
@@ -580,27 +572,11 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
                     if law.k_t == 0.0 or mode.direction == AT_REST:
                         kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
                         count = record_event(log, count, then, ends, kind, x_r, F_L)
-            elif contact == FREE:
-                x_0 = x_r
-                if law.k_t > 0.0:
-                    contact = closing_contact(law, v_r, law.up.F_fk * load_d)
-                elif v_r != 0.0:
-                    contact = sign(v_r)
-                else:
-                    contact = HOLD
-                mode = mode_of(contact, d, mode.end_stop, mode.origin)
-                if law.k_t == 0.0 and v_r == 0.0:
-                    mode = mode_from_rest(plant, law, mode, x_0, xi, u, 0.0)
-                elif law.k_t == 0.0:
-                    mode = mode_of(contact, contact, mode.end_stop, mode.origin)
-                kind = STICK if mode.contact == HOLD else mode.contact * SLIP
-                count = record_event(log, count, then, ends, kind, x_r, F_L)
             else:
                 x_0 = x_r
-                mode = mode_of(FREE, d, mode.end_stop, mode.origin)
-                if d == AT_REST:
-                    mode = mode_from_rest(plant, law, mode, x_0, xi, u, 0.0)
-                count = record_event(log, count, then, ends, LIFT, x_r, F_L)
+                state = ModeState(mode, xi, v_r, x_0)
+                mode, kind = pass_zero_load(plant, law, state, u, load_d)
+                count = record_event(log, count, then, ends, kind, x_r, F_L)
         elif mode.poised != 0 or mode.entry != REGULAR:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         n, s, stalled = next_time(n, s, step, length, t, stalled)

@@ -42,7 +42,10 @@ from typing import Any, NamedTuple
 from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import (
     CONTACT,
+    LIFT,
     RELEASE,
+    SLIP,
+    STICK,
     direction_from_rest,
     limit_force,
     motion_direction,
@@ -954,6 +957,18 @@ def rest_exit_time(plant, law, waves, state, base, ramp, left):
     return break_away_time(stuck, waves, left)
 
 
+@compiled
+def leave_rest(law, mode, d, stretch, load):
+    """Return mode and event kind after a mass at rest breaks away in direction d.
+
+    `stretch` is x_r less that at which an elastic contact carries no force [m].
+    """
+    if law.k_t == 0.0 and mode.contact == HOLD:
+        return Mode(d, d, mode.end_stop, mode.origin, d, REGULAR), d * SLIP
+    poised = limit_side(law, stretch, load) if mode.contact == HOLD else 0
+    return Mode(mode.contact, d, mode.end_stop, mode.origin, poised, LEAVING), d * RELEASE
+
+
 # End stops: resets.
 
 
@@ -1119,6 +1134,28 @@ def load_at(law, waves, ramp, s):
     """Return the relative normal force [-] at time s, and its derivative [1/s]."""
     swing, swing_d, _ = relative_normal_force(law, waves, s)
     return ramp.load * swing + ramp.rate * s, swing_d + ramp.rate
+
+
+@compiled
+def pass_zero_load(plant, law, state, u_dd, load_d):
+    """Return mode and event kind after the normal force passes zero at the rate load_d [1/s].
+
+    Separated surfaces close; others separate. x_0 of the state is x_r then.
+    """
+    mode, xi, v_r, x_0 = state
+    d = mode.direction
+    contact, rests = int(FREE), d == AT_REST
+    if mode.contact == FREE and law.k_t > 0.0:
+        contact, rests = closing_contact(law, v_r, law.up.F_fk * load_d), False
+    elif mode.contact == FREE:
+        contact, rests = sign(v_r), v_r == 0.0
+        d = d if rests else contact
+    after = mode_of(contact, d, mode.end_stop, mode.origin)
+    if rests:
+        after = mode_from_rest(plant, law, after, x_0, xi, u_dd, 0.0)
+    if after.contact == FREE:
+        return after, LIFT
+    return after, STICK if after.contact == HOLD else after.contact * SLIP
 
 
 @compiled
