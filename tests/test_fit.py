@@ -682,6 +682,13 @@ def test_value_that_ends_at_zero_is_named(tmp_path):
     )
 
 
+def test_kinetic_friction_is_at_most_the_static_limit_of_the_file(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
+    result = fit_twin(tmp_path, SEAT + friction("static: 17"), keys("friction.kinetic"))
+    assert values_of(result)["friction.kinetic"] == pytest.approx(17.0)
+    assert only(result, "at-bound") == "friction.kinetic ends at 17 N, its largest value"
+
+
 def test_free_start_without_value_needs_no_room_between_stops(tmp_path):
     write_twin(tmp_path, SEAT + STICKY, seconds=4.0)
     stops = "stroke: {limit: 100 mm, stops: {restitution: 0.3}}\n"

@@ -1315,6 +1315,9 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
         elif free.low == 0.0 and is_near(p.value, 0.0, scale):
             sentence = f"{p.key} ends at 0, its least value: this record shows none of it"
             yield WarningMessage("at-bound", sentence)
+        elif is_near(p.value, free.high, scale):
+            end = format_number(p.value, format_unit(free.unit))
+            yield WarningMessage("at-bound", f"{p.key} ends at {end}, its largest value")
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
         yield WarningMessage("not-determined", f"{about}{note}")
@@ -1342,7 +1345,9 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
 
 def is_near(value: float, bound: float | None, scale: float) -> bool:
     """Return whether a value is at a bound; the least squares stay inside by a little."""
-    return bound is not None and abs(value - bound) <= 1e-6 * max(abs(bound), scale)
+    if bound is None or not np.isfinite(bound):
+        return False
+    return abs(value - bound) <= 1e-6 * max(abs(bound), scale)
 
 
 def lag_correlation(one: LawFit, name: str) -> float:

@@ -47,6 +47,12 @@ MIN_SAMPLES = 50
 BYTES_PER_SAMPLE = 3000.0
 """Memory of a fit for each measured sample; measured: 2,600 with four parameters."""
 
+STATIC_KEYS = {
+    "friction.kinetic": "friction.static",
+    "friction.mu_kinetic": "friction.mu_static",
+}
+"""Key of the static limit, which is never below kinetic friction, by that of the latter."""
+
 UNCERTAIN, OUTSIDE = 2, 3
 """Modes of a sample between two modes, and of one that a delay moves out of the motion."""
 
@@ -155,12 +161,10 @@ class FitModel:
     def point(self, values: Floats) -> dict[str, float]:
         """Return values by key; the static limit is kept at or above kinetic friction."""
         point = dict(zip((one.key for one in self.parameters), values.tolist(), strict=True))
-        for static, kinetic in (("static", "kinetic"), ("mu_static", "mu_kinetic")):
-            over = f"friction.{static}"
+        for under, over in STATIC_KEYS.items():
             if over in point:
-                least = point.get(
-                    f"friction.{kinetic}", getattr(self.scenario.friction, kinetic, None)
-                )
+                kinetic = under.partition(".")[2]
+                least = point.get(under, getattr(self.scenario.friction, kinetic, None))
                 if isinstance(least, float):
                     point[over] = max(point[over], least)
         return point
@@ -445,6 +449,10 @@ def model_of_law(
         if key == "friction.static_ratio":
             low = max(low, 1.0)
         high = ends[1] if one.high is None else min(one.high, ends[1])
+        above = STATIC_KEYS.get(key, "")
+        if above and above not in under.fit.free:  # at most the static limit of the file
+            limit = getattr(under.friction, above.partition(".")[2], None)
+            high = min(high, limit) if isinstance(limit, float) else high
         start = one.start
         if start is None and key not in missing and not key.startswith("start."):
             start = found.here(key)
