@@ -332,6 +332,10 @@ def write_transmissibility_csv(table: Table, folder: Path) -> None:
     write_cases(folder / "transmissibility.csv", case_columns(table), table.rows)
 
 
+OBJECTIVE_COLUMNS = ("objective", "second_objective")
+"""Columns of the objectives of a design over all its conditions, each in its own unit."""
+
+
 def write_design_csv(result: DesignResult, folder: Path) -> None:
     """Write design.csv: every evaluated design, under each of its conditions."""
     rows = [row for one in result.candidates for row in one.rows]
@@ -350,10 +354,10 @@ def write_design_csv(result: DesignResult, folder: Path) -> None:
         *(key_column(key, unit) for key, unit in keys.items()),
         *(key_column(axis.key, axis.unit) for axis in result.case.scenario.sweep),
         *(
-            of_design(
-                f"objective_{name}", METRIC_UNITS[name], [one.objectives[i] for one in designs]
+            of_design(name, METRIC_UNITS[metric], [one.objectives[i] for one in designs])
+            for i, (name, metric) in enumerate(
+                zip(OBJECTIVE_COLUMNS, result.design.minimise, strict=False)
             )
-            for i, name in enumerate(result.design.minimise)
         ),
         of_design("excess", "-", [max(one.excess, default=0.0) for one in designs]),
         of_design("admissible", "-", [one.is_admissible for one in designs], whole=True),
