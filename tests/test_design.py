@@ -382,3 +382,40 @@ def test_search_that_is_not_finished_says_so(tmp_path):
     assert not result.converged
     assert [warning.slug for warning in result.warnings] == ["search-not-finished"]
     assert result.exit_code(strict=True) == 1
+
+
+RECORD = """
+oscillator: {mass: 75, stiffness: 7500, damping: 300}
+excitation: {kind: record, file: floor-1.csv, column: u, time: t}
+"""
+
+
+def write_floor(file: Path, seed: int, duration: float) -> None:
+    """Write a record of smoothed noise."""
+    t = np.arange(0.0, duration, 0.01)
+    u = np.convolve(np.random.default_rng(seed).normal(size=len(t)), np.ones(10) / 10, "same")
+    lines = [f"{a:.2f},{b:.6f}" for a, b in zip(t, u, strict=True)]
+    file.write_text("t [s],u [m/s2]\n" + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def test_design_is_judged_by_the_worst_of_several_records(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for seed, duration in ((1, 10.0), (2, 14.0)):
+        write_floor(tmp_path / f"floor-{seed}.csv", seed, duration)
+    design = f"vary: {{{DAMPING}}}\n  minimise: a_x\n  over: {{excitation.file: floor-?.csv}}"
+    result = drysim.design(loaded(tmp_path, RECORD, design))
+    assert [one.file for one in result.inputs] == ["floor-1.csv", "floor-2.csv"]
+    alone = [
+        drysim.run(drysim.load("study.yaml", {**result.best.values, "excitation.file": file}))
+        for file in ("floor-1.csv", "floor-2.csv")
+    ]
+    worst = max(one.metrics["a_x"] for one in alone)
+    assert result.best.objectives[0] == pytest.approx(worst, rel=1e-12)
+    assert result.optimum is None
+    # The written scenario finds the records from its own folder.
+    assert command("design", "study.yaml", "--quiet", "--no-plots").code == 0
+    written = "out/study-design/scenario.yaml"
+    assert command("design", written, "--quiet", "--no-plots", "--out", "out/again").code == 0
+    done = command("design", "study.yaml", "--set", "design.over.excitation.file=[floor-9.csv]")
+    assert done.code == 2
+    assert "design.over.excitation.file.0: floor-9.csv: the record does not exist" in done.err

@@ -214,7 +214,7 @@ def test_record_of_another_layout_is_told_from_the_others(drysim, runs, old, new
     words = " ".join(answer.out.split())
     assert f"{runs[4]}:1:" in words
     assert fault in words
-    assert "; all files of a sweep are read with the same keys of `excitation`" in words
+    assert "; all files are read with the same keys of `excitation`" in words
     assert f"which suit `{runs[0]}`: give this file the same columns and units, or" in words
 
 

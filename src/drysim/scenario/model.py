@@ -356,10 +356,12 @@ class Scenario(FromFile):
             words["fit"]["measured"]["file"] = measured.file_from(relative_to)
         if isinstance(self.excitation, Record) and relative_to is not None:
             words["excitation"]["file"] = self.excitation.file_from(relative_to)
-            for axis in self.sweep:
+            conditions = self.design.conditions.axes if self.design else ()
+            for axis in (*self.sweep, *conditions):
                 if axis.key == FILE_KEY:
                     records = [self.excitation.with_file(file) for file in axis.values]
-                    words["sweep"][FILE_KEY] = [one.file_from(relative_to) for one in records]
+                    block = words["design"]["over"] if axis in conditions else words["sweep"]
+                    block[FILE_KEY] = [one.file_from(relative_to) for one in records]
         if self.friction is not None:
             words["friction"] = _friction_dict(self, self.friction, relative_to)
         for key in self.missing_values:

@@ -216,6 +216,12 @@ def swept_files(scenario: Scenario) -> Sequence[str]:
     return next((axis.values for axis in scenario.sweep if axis.key == FILE_KEY), ())
 
 
+def files_location(scenario: Scenario) -> KeyPath:
+    """Return the keys under which a scenario lists the records that its sweep varies."""
+    axis = next(axis for axis in scenario.sweep if axis.key == FILE_KEY)
+    return axis.location or (SWEEP_KEY, FILE_KEY)
+
+
 def read_swept(
     scenario: Scenario, files: Sequence[str], i: int
 ) -> tuple[tuple[WarningMessage, ...], tuple[Input, ...]]:
@@ -238,15 +244,15 @@ def read_swept(
         assert isinstance(one.excitation, Record), "only records have files"
         problem, header = fault.problem, 1 + (one.excitation.skip or 0)
         if not one.excitation.path.exists():
-            keys = (SWEEP_KEY, FILE_KEY, i)
+            keys = (*files_location(scenario), i)
             sentence = f"{'.'.join(map(str, keys))}: {problem}"
             raise case_error(scenario, sentence, keys) from None
         if i == 0 or problem.line > header:  # a sample, not the columns
             raise
         sentence = (
-            f"{problem.sentence}; all files of a sweep are read with the same keys of "
+            f"{problem.sentence}; all files are read with the same keys of "
             f"`excitation`, which suit `{files[0]}`: give this file the same columns and "
-            f"units, or leave it out of {SWEEP_KEY}.{FILE_KEY}"
+            f"units, or leave it out of {'.'.join(map(str, files_location(scenario)))}"
         )
         raise RecordError(replace(problem, sentence=sentence), fault.hint) from None
     assert isinstance(motion, Samples), "a record is sampled"
