@@ -56,13 +56,13 @@ def rms_acceleration(points):
     ids=["three minima", "white noise", "four keys", "kink at a bound"],
 )
 def test_least_value_is_found_within_100_evaluations(objective, dimensions, least, tolerance):
-    found, converged = search(functions(objective), dimensions, 1, 100)
+    found, converged = search(functions(objective), dimensions, [0.0], 100)
     assert converged
     assert found.objectives[found.best, 0] == pytest.approx(least, rel=tolerance)
 
 
 def test_best_point_lies_within_the_limit_and_next_to_it():
-    found, converged = search(functions(lambda u: 3.0 + u.sum(axis=1), ring), 2, 1, 100)
+    found, converged = search(functions(lambda u: 3.0 + u.sum(axis=1), ring), 2, [-np.inf], 100)
     corner = 0.5 - 0.25 / np.sqrt(2.0)
     assert converged
     assert found.constraints[found.best, 0] <= 0.0
@@ -70,7 +70,9 @@ def test_best_point_lies_within_the_limit_and_next_to_it():
 
 
 def test_least_excess_is_found_where_no_point_is_admissible():
-    found, converged = search(functions(branin, lambda u: 0.5 + u[:, 0] + u[:, 1]), 2, 1, 100)
+    found, converged = search(
+        functions(branin, lambda u: 0.5 + u[:, 0] + u[:, 1]), 2, [-np.inf], 100
+    )
     assert converged
     assert not found.admissible.any()
     assert found.excess.min() == pytest.approx(0.5, abs=1e-3)
@@ -80,19 +82,19 @@ def test_failed_evaluations_are_passed_over():
     def fails_left(points):
         return np.where(points[:, 0] < 0.3, np.nan, branin(points))
 
-    found, _ = search(functions(fails_left), 2, 1, 120)
+    found, _ = search(functions(fails_left), 2, [-np.inf], 120)
     assert found.objectives[found.best, 0] == pytest.approx(0.397887, rel=1e-3)
 
 
 def test_search_of_failures_only_uses_up_its_evaluations():
-    found, converged = search(functions(lambda u: np.full(len(u), np.nan)), 2, 1, 30)
+    found, converged = search(functions(lambda u: np.full(len(u), np.nan)), 2, [-np.inf], 30)
     assert len(found.points) == 30
     assert not converged
 
 
 @pytest.mark.parametrize("limit", [1, 5, 18])
 def test_no_more_points_are_evaluated_than_allowed(limit):
-    found, converged = search(functions(branin), 2, 1, limit)
+    found, converged = search(functions(branin), 2, [-np.inf], limit)
     assert len(found.points) == limit
     assert not converged
 
@@ -105,7 +107,7 @@ def two_distances(points):
 
 def test_front_of_two_squared_distances_covers_its_closed_form():
     # On the line at share s: s² D and (1 - s)² D with D the squared distance of the ends.
-    found, converged = search(functions(two_distances), 2, 2, 300)
+    found, converged = search(functions(two_distances), 2, [0.0, 0.0], 300)
     front, square = found.objectives[found.front], 0.6**2 + 0.4**2
     share = np.linspace(0.0, 1.0, 20_001)
     exact = np.stack([share**2, (1.0 - share) ** 2], axis=1) * square
@@ -116,7 +118,7 @@ def test_front_of_two_squared_distances_covers_its_closed_form():
 
 
 def test_front_keeps_the_limits():
-    found, _ = search(functions(two_distances, lambda u: 0.5 - u[:, 1]), 2, 2, 150)
+    found, _ = search(functions(two_distances, lambda u: 0.5 - u[:, 1]), 2, [0.0, 0.0], 150)
     assert (found.points[found.front, 1] >= 0.5).all()
 
 
@@ -135,3 +137,22 @@ def test_added_area_is_the_growth_of_the_dominated_area():
         several = np.vstack([front, point])
         grown = dominated_area(several[pareto(several)], corner)
         assert added == pytest.approx(grown - dominated_area(front, corner), abs=1e-12)
+
+
+def test_search_ends_at_the_least_possible_value():
+    found, converged = search(
+        functions(lambda u: np.maximum(u[:, 0] - 0.5, 0.0)), 2, [0.0], 200
+    )
+    assert converged
+    assert found.objectives[found.best, 0] == 0.0
+    assert len(found.points) < 60
+
+
+def test_points_on_a_line_are_no_error():
+    def rounded(points):
+        on_line = points.copy()
+        on_line[:, 1] = 0.5
+        return Evaluations(on_line, on_line[:, :1], np.empty((len(points), 0)))
+
+    found, _ = search(rounded, 2, [0.0], 40)
+    assert len(found.points) == 40

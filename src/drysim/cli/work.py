@@ -153,19 +153,30 @@ def run_design(
 ) -> int:
     """Compute, write and show a design study, which can be interrupted and resumed."""
     from drysim.console import many, terminal
-    from drysim.study.design import design_of, solve
+    from drysim.scenario.design import MAX_EVALUATIONS
+    from drysim.study.design import Study, design_of
     from drysim.study.store import Store, work_identity
 
     with mode.lock(folder, resume, "designs") as locked:
-        store = Store(locked.partial / "designs", work_identity(case.scenario), resume)
-        total = design_of(case.scenario).evaluations
+        # The number of evaluations may be raised: the first designs stay the same.
+        block = design_of(case.scenario)
+        any_number = block.model_copy(update={"evaluations": MAX_EVALUATIONS})
+        identity = work_identity(case.scenario.copy_with({"design": any_number}))
+        store = Store(locked.partial / "designs", identity, resume)
+        total = block.evaluations
         with terminal.progress(total, "designs", mode.quiet) as advance:
 
             def count(designs: int) -> None:
                 advance(designs)
                 process.raise_if_interrupted()
 
-            result = solve(case, execute, store, count)
+            study = Study(case, execute, store, count)
+            try:
+                result = study.solve()
+            except KeyboardInterrupt:
+                if not study.candidates:
+                    raise
+                result = study.partial()
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
         fields = write(result, locked, exit_code=code)
     if not result.complete:

@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 VALUE_WIDTH = 17
 """Width of the values."""
 
+MIN_CHANGE = 0.01
+"""Relative change below which a variant counts as unchanged [%]."""
+
 MAX_SHOWN_FRONT = 9
 """Designs of a front that are printed, evenly spaced; all are in design.csv."""
 
@@ -146,8 +149,10 @@ def describe_variant(result: DesignResult, variant: Variant) -> tuple[str, str]:
         return "–", variant.candidate.status
     remarks = []
     if least:
-        remarks.append(f"{100.0 * (value / least - 1.0):+.2g} %")
+        change = 100.0 * (value - least) / abs(least)
+        words = f"{'+' * (change > 0.0)}{format_number(change, '%', 2)}"
+        remarks.append(words if abs(change) >= MIN_CHANGE else "unchanged")
     if variant.candidate.excess and not variant.candidate.is_admissible:
         worst = max(range(len(result.limits)), key=variant.candidate.excess.__getitem__)
-        remarks.append(f"exceeds {result.limits[worst]}")
+        remarks.append(f"violates {result.limits[worst]}")
     return f"{name} {format_metric(name, value)}", "; ".join(remarks)

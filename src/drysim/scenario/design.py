@@ -60,8 +60,8 @@ class VaryRange(Block):
     high: NumberOrText = Field(alias="to")
     """Upper bound, above the lower one."""
     scale: Literal["linear", "log"] | None = None
-    """Scale on which designs are spread: linear (the default), or log where the bounds differ
-    by a factor of 10 or more."""
+    """Scale on which designs are spread, linear by default; log suits bounds that differ by a
+    factor of 10 or more."""
 
 
 class VariedKey(NamedTuple):
@@ -236,7 +236,7 @@ class Design(Block):
         for axis in self.conditions.axes:
             if axis.key in varied:
                 raise InvalidValue("is varied as well; remove one of them", "over", axis.key)
-            if axis.key == SEED_KEY:
+            if axis.key in (SEED_KEY, "excitation.seeds"):
                 raise InvalidValue(
                     "is not a condition; use excitation.seeds for several seeds",
                     "over", axis.key,

@@ -319,10 +319,13 @@ def read_design(reading: Reading) -> dict[str, Any]:
     known = numeric_keys(reading.model, reading.words)
     found: dict[str, Any] = {}
     vary, over = block.get("vary"), block.get("over")
+    before = len(reading.problems)
     if isinstance(vary, Mapping) and vary:
         found["vary"] = _read_vary(reading, known, (DESIGN_KEY, "vary"), vary)
     if isinstance(over, Mapping) and over.keys() - {TAKE_KEY}:
         found["over"] = _read_conditions(reading, known, (DESIGN_KEY, "over"), over)
+    if len(reading.problems) > before:  # nothing more is said of these blocks
+        reading.reported |= {(DESIGN_KEY, "vary"), (DESIGN_KEY, "over")}
     return found
 
 

@@ -12,7 +12,7 @@ be told apart from the best one with these seeds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import floor, inf, isfinite, isnan, log, log10, nan
@@ -25,8 +25,8 @@ import drysim
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, STROKE_USED, Values
-from drysim.scenario.axes import Axis, count_points
+from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
+from drysim.scenario.axes import Axis, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design, VariedKey
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
@@ -45,6 +45,7 @@ from drysim.study.search import (
     search,
 )
 from drysim.study.statistics import (
+    FAILED,
     OK,
     Batch,
     Row,
@@ -56,6 +57,7 @@ from drysim.study.statistics import (
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_threads
 from drysim.study.table import STROKE_LIMIT
 from drysim.wording import (
+    Point,
     describe_point,
     format_number,
 )
@@ -75,6 +77,9 @@ SAME = 0.01
 MIN_RELAXATION = 1e-3
 """Relative gain without a limit from which the limit binds."""
 
+LEAST_EXCESS = 1e-200
+"""Relative excess of a value that is equal to a strict limit."""
+
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
 
@@ -88,6 +93,9 @@ NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 NEAR_COUNT = 1000
 """Points around the best design that are compared with it: their spread as shares of the box,
 and their number."""
+
+FILE_WARNINGS = ("will-not-move", "sweep-changes-nothing")
+"""Warnings about a single case, or about the axes of a sweep."""
 
 FRICTION, STIFFNESS = "friction", "stiffness"
 """Names of the groups of keys that are changed together."""
@@ -158,7 +166,7 @@ class Binding(NamedTuple):
     ----------
     limit : Check
     objective : float
-        Least objective that the surrogate model promises without the limit.
+        Objective of a design that exceeds only this limit.
     """
 
     limit: Check
@@ -297,9 +305,14 @@ class DesignResult:
         """Half-width of the 95 % interval of each objective of the shown design over seeds."""
         if self.shown is None:
             return (None,) * len(self.design.minimise)
-        take = np.mean if self.design.conditions.take == MEAN else worst_condition
-        series = (take(seed_values(self.shown, name), axis=0) for name in self.design.minimise)
-        return tuple(interval(one.tolist())[1] if len(one) > 1 else None for one in series)
+        widths = []
+        for name in self.design.minimise:
+            values = seed_values(self.shown, name)
+            several = values[int(np.argmax(values.mean(axis=1)))]
+            if self.design.conditions.take == MEAN:
+                several = values.mean(axis=0)
+            widths.append(interval(several.tolist())[1] if len(several) > 1 else None)
+        return tuple(widths)
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -397,12 +410,19 @@ def prepare_design(scenario: Scenario) -> Case:
         check_metric(
             scenario, name, ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
         )
+    for i, check in enumerate(() if found.within is not None else scenario.checks):
+        if check.conditions:
+            sentence = f"checks.{i} has a condition, but limits hold for every design"
+            raise case_error(scenario, f"{sentence}; give design.within", ("checks", i))
     for i, check in enumerate(found.within or ()):
         check_metric(scenario, check.metric, ("within", i))
-    return prepare(
+    case = prepare(
         scenario.copy_with({"sweep": found.conditions.axes, "reference": None}),
         swept=bool(found.conditions.axes),
     )
+    # Warnings about the values of the file do not apply to the designs.
+    others = (one for one in case.warnings if one.slug not in FILE_WARNINGS)
+    return replace(case, warnings=tuple(others))
 
 
 def check_metric(scenario: Scenario, name: str, at: tuple[str | int, ...]) -> None:
@@ -449,28 +469,7 @@ def solve(
     advance : callable, optional
         Called with the number of new designs.
     """
-    study = Study(case, execute, store, advance)
-    block = study.design
-    try:
-        found, converged = search(
-            study.evaluate, len(block.vary), len(block.minimise), block.evaluations
-        )
-        result = DesignResult(case.scenario, case, tuple(study.candidates), converged)
-        if result.closest is None:
-            first = study.candidates[0]
-            note = next(row.note or row.status for row in first.rows if row.status != OK)
-            raise SolverError(f"no design has numbers; the first: {note}")
-        assert result.shown is not None, "some design has numbers"
-        result = replace(result, variants=tuple(study.variants(result.shown)))
-    except KeyboardInterrupt:
-        if not study.candidates:
-            raise
-        return DesignResult(case.scenario, case, tuple(study.candidates), complete=False)
-    if result.best is not None and len(block.minimise) == 1:
-        limits = tuple(binding_limits(result, found))
-        flat, optimum = flat_region(result, found), optimum_region(result, found)
-        result = replace(result, optimum=optimum, flat=flat, binding=limits)
-    return replace(result, warnings=tuple(design_warnings(result)))
+    return Study(case, execute, store, advance).solve()
 
 
 @dataclass
@@ -500,14 +499,59 @@ class Study:
         """The design block."""
         return design_of(self.case.scenario)
 
+    def solve(self) -> DesignResult:
+        """Return the result of the study.
+
+        Raises
+        ------
+        SolverError
+            When no design has numbers.
+        """
+        block = self.design
+        least = [
+            -inf if METRICS_BY_NAME[name].kind == SIGNED else 0.0 for name in block.minimise
+        ]
+        found, converged = search(self.evaluate, len(block.vary), least, block.evaluations)
+        result = replace(self.partial(), converged=converged, complete=True)
+        if result.shown is None:
+            first = self.candidates[0]
+            note = next(row.note or row.status for row in first.rows if row.status != OK)
+            raise SolverError(f"no design has numbers; the first: {note}")
+        result = replace(result, variants=tuple(self.variants(result.shown)))
+        if result.best is not None and len(block.minimise) == 1:
+            result = replace(
+                result,
+                optimum=optimum_region(result, found),
+                flat=flat_region(result, found),
+                binding=tuple(self.binding_limits(result, found)),
+            )
+        return replace(result, warnings=tuple(design_warnings(result)))
+
+    def partial(self) -> DesignResult:
+        """Return the designs that an interrupted study has evaluated."""
+        scenario = self.case.scenario
+        return DesignResult(scenario, self.case, tuple(self.candidates), complete=False)
+
     def evaluate(self, points: Floats) -> Evaluations:
-        """Evaluate designs at points of the unit cube; their values are rounded."""
+        """Evaluate designs at points of the unit cube; their values are rounded.
+
+        Raises
+        ------
+        SolverError
+            When a metric is not known for the motion of any design.
+        """
         values = [round_values(self.design.vary, point) for point in points]
         keys = {one.key: one.unit for one in self.design.vary}
         rows = self.rows(self.case.scenario, keys, values)
         for one, several in zip(values, rows, strict=True):
             number = len(self.candidates) + 1
             self.candidates.append(make_candidate(self.case.scenario, number, one, several))
+        wanted = (*self.design.minimise, *(one.metric for one in limits_of(self.case.scenario)))
+        solved = [row for several in rows for row in several if row.status == OK]
+        for name in dict.fromkeys(wanted):
+            if solved and all(row.metrics.get(name) is None for row in solved):
+                sentence = f"{name} is not known for the motion of any of the first designs"
+                raise SolverError(f"{sentence}; minimise or limit another metric")
         return evaluations_of(self.case.scenario, self.candidates[-len(values) :])
 
     def rows(
@@ -524,16 +568,19 @@ class Study:
         points : sequence of mapping
             Values of these keys for each design.
         """
+        conditions = scenario.sweep
+        under = list(iter_points(conditions))
+        faults = [invalid_note(scenario, under, point) for point in points]
+        sound = [point for point, fault in zip(points, faults, strict=True) if not fault]
         zipped = tuple(
             Axis(key, unit, values, list(values), "zip", location=(DESIGN_KEY, "vary", key))
             for key, unit in keys.items()
-            for values in [tuple(point[key] for point in points)]
+            for values in [tuple(point[key] for point in sound)]
         )
-        conditions = scenario.sweep
-        scenario = scenario.copy_with({"sweep": (*conditions, *zipped)})
-        case = replace(self.case, scenario=scenario)
-        each, begun = count_points(conditions) if conditions else 1, self.first
-        choose_engine(case, [scenario], count=each * self.design.evaluations)
+        swept = scenario.copy_with({"sweep": (*conditions, *zipped)})
+        case = replace(self.case, scenario=swept)
+        each, begun = len(under), self.first
+        choose_engine(case, [swept], count=each * self.design.evaluations)
         done = 0
 
         def count(batch: Batch) -> None:
@@ -541,22 +588,29 @@ class Study:
             before, done = done // each, done + len(batch)
             self.advance(done // each - before)
 
-        rows = [
-            row
-            for _, batch in self.execute([scenario], case, self.store, count, begun)
-            for row in batch
-        ]  # fmt: skip
+        rows: list[Row] = []
+        if sound:
+            batches = self.execute([swept], case, self.store, count, begun)
+            rows = [row for _, batch in batches for row in batch]
         self.first = begun + len(rows)
-        return [tuple(rows[i : i + each]) for i in range(0, len(rows), each)]
+        solved = iter([tuple(rows[i : i + each]) for i in range(0, len(rows), each)])
+        return [
+            tuple(lost_row(scenario, {**one, **point}, fault) for one in under)
+            if fault
+            else next(solved)
+            for point, fault in zip(points, faults, strict=True)
+        ]
 
     def variants(self, shown: Candidate) -> Iterator[Variant]:
         """Yield the design of the file, and variants of the shown one."""
         scenario = self.case.scenario
         known, conditions = known_values(scenario), {axis.key for axis in scenario.sweep}
-        given = {key: value for key, (value, _) in known.items() if key not in conditions}
+        given = {key: one.value for key, one in known.items() if key not in conditions}
         best = {**given, **shown.values}
+        forces = [key for key, one in known.items() if one.is_friction and best.get(key, 1.0)]
         groups = {
-            name: [key for key in keys if best.get(key)] for name, keys in groups_of(best)
+            FRICTION: [] if conditions & {*forces} else forces,
+            STIFFNESS: [key for key in STIFFNESS_KEYS if best.get(key)],
         }
         points = {"as given": given}
         for name, keys in groups.items():
@@ -564,52 +618,80 @@ class Study:
                 factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
                 changed = {key: value * factors.get(key, 1.0) for key, value in best.items()}
                 points[f"{name} {100 * change:+.0f} %"] = changed
-        units = {key: known[key][1] for key in best}
+        units = {key: known[key].unit for key in best}
         for (name, point), rows in zip(
             points.items(), self.rows(scenario, units, [*points.values()]), strict=True
         ):
             values = {key: point[key] for key in shown.values}
             yield Variant(name, make_candidate(scenario, 0, values, rows))
-        if groups[FRICTION] and scenario.stops is None:
-            units = {key: unit for key, unit in units.items() if not is_friction(key)}
+        if forces and scenario.stops is None:
+            used = {k: unit for k, unit in units.items() if not k.startswith("friction.")}
             viscous = scenario.with_approach("viscous")
-            (rows,) = self.rows(viscous, units, [{key: best[key] for key in units}])
+            (rows,) = self.rows(viscous, used, [{key: best[key] for key in used}])
             yield Variant("no dry friction", make_candidate(scenario, 0, shown.values, rows))
 
+    def binding_limits(self, result: DesignResult, found: Evaluations) -> Iterator[Binding]:
+        """Yield the limits without which a design is better, as a solved design shows."""
+        surrogate, best = Surrogate.of(found), result.best
+        if surrogate is None or best is None:
+            return
+        predicted = surrogate.at(candidates(np.random.default_rng(SEED), found, 1))
+        holds, least = predicted.constraints <= 0.0, best.objectives[0]
+        better = least - MIN_RELAXATION * abs(least)
+        keys = {one.key: one.unit for one in self.design.vary}
+        for i, limit in enumerate(result.limits):
+            inside = np.delete(holds, i, axis=1).all(axis=1)
+            values = np.where(inside, predicted.objectives[:, 0], inf)
+            if (at := int(np.argmin(values))) is not None and values[at] < better:
+                point = round_values(self.design.vary, predicted.points[at])
+                (rows,) = self.rows(self.case.scenario, keys, [point])
+                relaxed = make_candidate(self.case.scenario, 0, point, rows)
+                if relaxed.objectives[0] < better:
+                    yield Binding(limit, relaxed.objectives[0])
 
-def known_values(scenario: Scenario) -> dict[str, tuple[float, str]]:
-    """Return the values in the file, and the units, of what a study varies by itself.
+
+def invalid_note(
+    scenario: Scenario, conditions: Sequence[Point], point: Mapping[str, float]
+) -> str:
+    """Return why the values of a design contradict each other; empty if they do not."""
+    try:
+        for one in conditions:
+            scenario.at({**one, **point})
+    except ScenarioError as fault:
+        return fault.problems[0].sentence
+    return ""
+
+
+def lost_row(scenario: Scenario, point: Point, note: str) -> Row:
+    """Return the row of a case that cannot be solved."""
+    return Row(point, scenario.label, nan, nan, {}, FAILED, note)
+
+
+class KnownValue(NamedTuple):
+    """A value in the file, its unit, and whether it is a friction force or coefficient."""
+
+    value: float
+    unit: str
+    is_friction: bool
+
+
+def known_values(scenario: Scenario) -> dict[str, KnownValue]:
+    """Return the values in the file of what a study varies by itself, by key.
 
     These are the keys of the design block, the friction forces and the stiffness.
     """
-    words = scenario.resolved()
-    numeric = numeric_keys(type(scenario), words)
+    numeric = numeric_keys(type(scenario), scenario.resolved())
     varied = {one.key for one in design_of(scenario).vary}
     found = {}
     for key, entry in numeric.items():
-        wanted = key in varied or key in STIFFNESS_KEYS or is_friction(key)
-        if entry is None or not (wanted and entry.present):
+        if entry is None or not entry.present or (value := entry.here(key)) is None:
             continue
-        force = entry.unit == "N" or "mu_" in key
-        if (value := entry.here(key)) is None or (
-            is_friction(key) and key not in varied and not force
-        ):
-            continue
-        found[key] = (value, entry.header)
+        block, option, *_ = f"{key}.".split(".")
+        force = entry.unit == "N" or option in ("mu_kinetic", "mu_static")
+        is_friction = block == "friction" and option not in ("normal", *LAWS) and force
+        if key in varied or key in STIFFNESS_KEYS or is_friction:
+            found[key] = KnownValue(value, entry.header, is_friction)
     return found
-
-
-def is_friction(key: str) -> bool:
-    """Return whether a key is one of the friction law of the file."""
-    return key.startswith("friction.") and key.split(".")[1] not in ("normal", *LAWS)
-
-
-def groups_of(keys: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """Return the keys that are changed together, with the name of each group."""
-    return [
-        (FRICTION, [key for key in keys if is_friction(key)]),
-        (STIFFNESS, [key for key in keys if key in STIFFNESS_KEYS]),
-    ]
 
 
 def round_values(vary: Sequence[VariedKey], point: Floats) -> dict[str, float]:
@@ -618,7 +700,8 @@ def round_values(vary: Sequence[VariedKey], point: Floats) -> dict[str, float]:
     for one, share in zip(vary, point.tolist(), strict=True):
         exact = float(one.law.quantile(np.array(share)))
         if one.is_log:
-            value = float(f"{exact:.{DIGITS}g}")
+            digits = DIGITS - min(0, floor(log10(log(one.high / one.low))))
+            value = float(f"{exact:.{digits}g}")
         else:
             value = round(exact, DIGITS - 1 - floor(log10(one.high - one.low)))
         values[one.key] = min(max(value, one.low), one.high)
@@ -657,16 +740,24 @@ def make_candidate(
 
 
 def max_excess(limit: Check, rows: Sequence[Row]) -> float:
-    """Return the largest excess over a limit, relative to it; NaN where it is not known."""
-    found = [limit.excess(limited_value(limit, row)) for row in rows]
-    return nan if any(map(isnan, found)) else max(found) / (abs(limit.limit) or 1.0)
+    """Return the largest excess over a limit, relative to it; NaN where it is not known.
+
+    It is above 0 exactly where the limit does not hold, also at the limit itself.
+    """
+    values = [limited_value(limit, row) for row in rows]
+    if any(map(isnan, values)):
+        return nan
+    worst = max(float(limit.excess(value)) for value in values) / (abs(limit.limit) or 1.0)
+    kept = all(map(limit.holds, values))
+    return worst if kept else max(worst, LEAST_EXCESS)
 
 
 def limited_value(limit: Check, row: Row) -> float:
     """Return the value that a limit applies to: a mean over seeds, or the stroke of each."""
     values = row.over.values.get(STROKE_USED) if row.over else None
     if limit is STROKE_LIMIT and values:
-        return max(map(number_of, values))
+        known = [number_of(value) for value in values]
+        return nan if any(map(isnan, known)) else max(known)
     return number_of(row.metrics.get(limit.metric))
 
 
@@ -707,11 +798,6 @@ def seed_values(candidate: Candidate, name: str) -> Floats:
     return np.array(several, dtype=float)
 
 
-def worst_condition(values: Floats, axis: int) -> Floats:
-    """Return the values of the seeds under the condition with the greatest mean."""
-    return np.asarray(values[int(np.argmax(values.mean(axis=1)))])
-
-
 def points_near(point: Floats) -> Floats:
     """Return a point of the unit cube and points around it at all distances."""
     random = np.random.default_rng(SEED)
@@ -728,18 +814,20 @@ def make_region(vary: Sequence[VariedKey], low: Floats, high: Floats, points: Fl
     return Region({key: (a, b) for (key, a), b in ends}, points)
 
 
-def flat_region(result: DesignResult, found: Evaluations) -> Region:
-    """Return the admissible designs within 1 % of the best, by the surrogate model."""
+def flat_region(result: DesignResult, found: Evaluations) -> Region | None:
+    """Return the admissible designs within 1 % of the best, by the surrogate model.
+
+    None if there are too few designs for the model.
+    """
     vary, best = result.design.vary, result.best
     assert best is not None, "only an admissible design has a region"
-    points = points_near(np.array(shares_of(vary, best.values)))
     if (surrogate := Surrogate.of(found)) is None:
-        points = points[:1]
-    else:
-        predicted, least = surrogate.at(points), best.objectives[0]
-        same = predicted.objectives[:, 0] <= least + SAME * abs(least)
-        same &= (predicted.constraints <= 0.0).all(axis=1)
-        points = points[same | (np.arange(len(points)) == 0)]
+        return None
+    points = points_near(np.array(shares_of(vary, best.values)))
+    predicted, least = surrogate.at(points), best.objectives[0]
+    same = predicted.objectives[:, 0] <= least + SAME * abs(least)
+    same &= (predicted.constraints <= 0.0).all(axis=1)
+    points = points[same | (np.arange(len(points)) == 0)]
     return make_region(vary, points.min(axis=0), points.max(axis=0), points)
 
 
@@ -760,7 +848,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     names = (design.minimise[0], *(limit.metric for limit in limits))
     series = np.array(
         [
-            [seed_values(one, name) for name in names] if one.is_known else None
+            [seed_values(one, name) for name in names]
             for one in result.candidates
             if one.is_known
         ]
@@ -783,14 +871,20 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     means = objective(found_values.mean(axis=-1))
     error = abs(objective(without.at(points).objectives.reshape(shape).mean(axis=-1)) - means)
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
+    beyond = [  # the stroke limit holds with each seed, so it is judged before resampling
+        (~limit.holds(found_values[:, i])).any(axis=1).astype(float)
+        for i, limit in enumerate(limits, 1)
+        if limit is STROKE_LIMIT
+    ]
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
-        resampled = found_values @ (np.bincount(drawn, minlength=seeds) / seeds)
+        weights = np.bincount(drawn, minlength=seeds) / seeds
+        resampled = found_values @ weights
         holds = np.ones(len(points), dtype=bool)
+        for one in beyond:
+            holds &= one @ weights == 0.0
         for i, limit in enumerate(limits, 1):
-            level = resampled[:, i]
-            if limit is STROKE_LIMIT:
-                level = found_values[:, i][:, :, drawn].max(axis=-1)
-            holds &= (limit.excess(level) <= 0.0).all(axis=1)
+            if limit is not STROKE_LIMIT:
+                holds &= limit.holds(resampled[:, i]).all(axis=1)
         if not holds.any():
             continue
         reached = np.where(holds, objective(resampled), np.inf)
@@ -805,22 +899,6 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     ends = np.quantile(lows, 0.025, axis=0), np.quantile(highs, 0.975, axis=0)
     low, high = (np.clip(centre + widening * (end - centre), 0.0, 1.0) for end in ends)
     return make_region(vary, np.minimum(low, centre), np.maximum(high, centre), points[optimal])
-
-
-def binding_limits(result: DesignResult, found: Evaluations) -> Iterator[Binding]:
-    """Yield the limits without which the surrogate model promises a better design."""
-    surrogate, best = Surrogate.of(found), result.best
-    if surrogate is None or best is None:
-        return
-    predicted = surrogate.at(candidates(np.random.default_rng(SEED), found, 1))
-    holds, least = predicted.constraints <= 0.0, best.objectives[0]
-    for i, limit in enumerate(result.limits):
-        inside = np.delete(holds, i, axis=1).all(axis=1)
-        if not inside.any():
-            continue
-        objective = float(predicted.objectives[inside, 0].min())
-        if objective < least - MIN_RELAXATION * abs(least):
-            yield Binding(limit, objective)
 
 
 def keys_at_bounds(result: DesignResult) -> dict[str, str]:
@@ -848,8 +926,8 @@ def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
         yield WarningMessage("designs-lost", sentence, {"designs": len(lost)})
     if not result.converged:
         sentence = (
-            f"the search ended at design.evaluations, {result.design.evaluations}, while "
-            "better designs were still being found; allow more"
+            f"the search ended at design.evaluations, {result.design.evaluations}, before it "
+            "converged; allow more"
         )
         yield WarningMessage(
             "search-not-finished", sentence, {"evaluations": result.design.evaluations}

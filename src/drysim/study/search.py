@@ -24,7 +24,7 @@ evaluations for smooth functions, one after another, and give neither a front no
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -148,30 +148,39 @@ class Surrogate:
     interpolate : RBFInterpolator
     objectives : int
         Number of objectives, which come first.
+    least : sequence of float
+        Least possible value of each objective; none without.
     """
 
     interpolate: RBFInterpolator
     objectives: int
+    least: Sequence[float] = ()
 
     @classmethod
-    def of(cls, found: Evaluations) -> Surrogate | None:
+    def of(cls, found: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:
         """Return the interpolants of evaluations; None if there are too few."""
         from scipy.interpolate import RBFInterpolator
 
         points, first = np.unique(found.points[found.known], axis=0, return_index=True)
         if len(points) < points.shape[1] + 2:
             return None
+        if np.linalg.matrix_rank(points - points[0]) < points.shape[1]:
+            return None  # the points are on a line or in a plane
         values = np.hstack(found[1:])[found.known][first]
-        return cls(RBFInterpolator(points, values, kernel="cubic"), found.objectives.shape[1])
+        interpolate = RBFInterpolator(points, values, kernel="cubic")
+        return cls(interpolate, found.objectives.shape[1], least)
 
     def at(self, points: Floats) -> Evaluations:
         """Return the interpolated values at points."""
         values = self.interpolate(points)
-        return Evaluations(points, values[:, : self.objectives], values[:, self.objectives :])
+        objectives, constraints = np.split(values, [self.objectives], axis=1)
+        if self.least:
+            objectives = np.maximum(objectives, self.least)
+        return Evaluations(points, objectives, constraints)
 
 
 def search(
-    evaluate: Evaluate, dimensions: int, objectives: int, limit: int
+    evaluate: Evaluate, dimensions: int, least: Sequence[float], limit: int
 ) -> tuple[Evaluations, bool]:
     """Return the evaluations of a search, and whether it ended because nothing can be gained.
 
@@ -180,19 +189,19 @@ def search(
     evaluate : callable
         Evaluates new points.
     dimensions : int
-    objectives : int
-        1, or 2 for a Pareto front.
+    least : sequence of float
+        Least possible value of each objective: one, or two for a Pareto front.
     limit : int
         Largest number of evaluations.
     """
-    random = np.random.default_rng(SEED)
+    random, objectives = np.random.default_rng(SEED), len(least)
     starts = 1 << (STARTS_PER_KEY * dimensions - 1).bit_length()
     found = evaluate(
         Points("sobol", starts, dimensions, SEED).at(np.arange(min(starts, limit)))
     )
     rounds = 0
     while len(found.points) < limit:
-        surrogate = Surrogate.of(found)
+        surrogate = Surrogate.of(found, least)
         points = candidates(random, found, objectives)
         distances = nearest(points, found.points)
         promised = np.inf
