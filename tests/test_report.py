@@ -18,7 +18,7 @@ from drysim.errors import UsageError
 from drysim.manual.words import explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
-from drysim.output.folder import PICTURES
+from drysim.output.folder import PICTURES, save_report
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 VOID = {"meta", "br"}
@@ -291,6 +291,21 @@ def test_without_its_record_a_report_says_why_it_has_no_pictures(
     assert METRICS_BY_NAME["T_a"].about in page.text
 
 
+def test_spaces_that_do_not_break_a_line_stay_in_the_text():
+    assert report.visible("30\u00a0N,\u202f5 mm\u202e\u2028") == (
+        "30\u00a0N,\u202f5 mm\\u202e\\u2028"
+    )
+
+
+def test_draft_of_a_killed_report_blocks_no_later_one(tmp_path):
+    (tmp_path / "page.html.new").write_text("a draft")
+    save_report(tmp_path / "page.html", "first")
+    save_report(tmp_path / "page.html", "second")
+    assert (tmp_path / "page.html").read_text() == "second"
+    assert (tmp_path / "page.html.new").read_text() == "a draft"
+    assert len([*tmp_path.iterdir()]) == 2
+
+
 # What has no report: exit code 2, nothing written.
 
 
@@ -316,6 +331,7 @@ def nested(folder):
 
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
+    "no folder": (shutil.rmtree, "of `drysim run`, `sweep`, `compare`, `fit` or `design`"),
     "not a result": (unmark, "no such file or directory"),
     "no JSON": (lambda folder: spoil(folder, '{"format": 1, '), "has no finished result"),
     "nested": (nested, "has no finished result"),

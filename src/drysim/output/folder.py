@@ -30,6 +30,7 @@ import stat
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
@@ -507,7 +508,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
         When the folder has none.
     """
     file = folder / MARKER
-    hint = "name an output folder of `drysim run`, `sweep` or `compare`"
+    hint = "name an output folder of `drysim run`, `sweep`, `compare`, `fit` or `design`"
     try:
         fields = json.loads(file.read_text(encoding="utf-8"), parse_constant=_no_number)
     except OSError as fault:
@@ -569,14 +570,12 @@ def is_report(file: Path) -> bool:
 
 def save_report(file: Path, page: str) -> None:
     """Write a report outside of its result, atomically."""
-    draft = file.with_name(f"{file.name}.new")
+    # The name is unique: a draft that a kill left behind is in nobody's way.
+    draft = file.with_name(f"{file.name}.{token_hex(8)}.new")
     with translate_os_errors(file):
         try:
-            with draft.open("xb") as stream:
-                stream.write(page.encode())
+            draft.write_bytes(page.encode())
             os.replace(draft, file)
-        except FileExistsError:
-            raise
         except BaseException:
             draft.unlink(missing_ok=True)
             raise

@@ -19,6 +19,7 @@ from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from unicodedata import category
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -372,12 +373,18 @@ def page(
     return text
 
 
+SPACE = "Zs"
+"""Unicode category of spaces, also those that do not break a line."""
+
+
 def visible(value: Any) -> Any:
     """Return text with its control characters, also those of direction, as escape sequences."""
     if type(value) is not str:  # markup of the page itself stays
         return value
     return "".join(
-        one if one.isprintable() or one == "\n" else one.encode("unicode_escape").decode()
+        one
+        if one.isprintable() or one == "\n" or category(one) == SPACE
+        else one.encode("unicode_escape").decode()
         for one in value
     )
 
