@@ -623,3 +623,28 @@ def test_numbers_of_a_block_read_back_to_the_last_bit(tally_many, tmp_path):
     for name, column in batch.metrics.items():
         assert np.array_equal(column, again.metrics[name], equal_nan=True)
     assert list(again) == list(batch)
+
+
+@pytest.mark.parametrize("key", ["damping", "kinetic", "static"])
+def test_steady_sweep_over_a_value_of_one_direction_gives_the_single_cases(tmp_path, key):
+    pair, plain = "{extension: 40, compression: 60}", {"kinetic": 30, "static": 60}
+    plain |= {"damping": 500, key: pair}
+    block = "oscillator" if key == "damping" else "friction"
+    file = tmp_path / "directed.yaml"
+    file.write_text(
+        f"""\
+drysim: 1
+oscillator: {{mass: 75, stiffness: 7500, damping: {plain["damping"]}}}
+friction: {{law: coulomb, kinetic: {plain["kinetic"]}, static: {plain["static"]}}}
+excitation: {{kind: sines, components: [{{amplitude: 1, frequency: 1.6}}]}}
+solver: {{step: 5e-3}}
+measure: {{steady: true}}
+sweep: {{{block}.{key}.extension: [42, 50]}}
+"""
+    )
+    rows = list(sweep(load(file)).rows)
+    assert [row.status for row in rows] == [OK, OK]
+    for row in rows:
+        single = run(load(file, row.point)).metrics
+        assert row.metrics["T_a"] == pytest.approx(single["T_a"], rel=1e-9)
+    assert rows[0].metrics["T_a"] != rows[1].metrics["T_a"]

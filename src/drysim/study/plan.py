@@ -67,6 +67,7 @@ from drysim.study.statistics import (
     with_seed,
 )
 from drysim.system import map_in_order, worker_count
+from drysim.units import ByDirection
 from drysim.wording import Point
 
 ORBITS_PER_RANGE = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
@@ -309,8 +310,15 @@ def can_solve_together(scenario: Scenario) -> bool:
         and scenario.stops is None
         and isinstance(scenario.solver.member(), ExactApproach)
         and isinstance(scenario.excitation, Harmonic | SineSum)
+        and not isinstance(scenario.oscillator.damping, ByDirection)
         and (
-            friction is None or (isinstance(friction, Coulomb) and not _may_lift_off(scenario))
+            friction is None
+            or (
+                isinstance(friction, Coulomb)
+                and not isinstance(friction.kinetic, ByDirection)
+                and not isinstance(friction.static, ByDirection)
+                and not _may_lift_off(scenario)
+            )
         )
     )
 
