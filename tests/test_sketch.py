@@ -48,3 +48,13 @@ def test_values_that_vary_are_left_out(scenario):
     assert "$b$ varied" in shown
     assert "friction varied" in shown
     assert "$k_x$ 7500 N/m" in shown
+
+
+@pytest.mark.parametrize("key", ["natural_frequency", "mass"])
+def test_spring_and_damper_vary_with_what_they_follow_from(scenario, key):
+    oscillator = {"mass": 2, "natural_frequency": 3, "damping_ratio": 0.2}
+    study = scenario(SEAT, {"oscillator": oscillator})
+    shown = words(sketch.draw(study, [f"oscillator.{key}"]))
+    assert "$k_x$ varied" in shown
+    assert "$b$ varied" in shown
+    assert ("mass $m$ varied" in shown) is (key == "mass")

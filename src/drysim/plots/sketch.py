@@ -78,7 +78,7 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
     axes.set_ylim(0, HEIGHT)
     long = right - first + 1.6
     axes.add_patch(Rectangle((first - 0.8, MASS), long, 1.4, facecolor="#c9d8ea", **EDGE))
-    mass = _label("mass $m$", "oscillator.mass", scenario, varied, " ")
+    mass = _label("mass $m$", "mass", scenario, varied, " ")
     axes.text(middle, 5.0, mass, size=12, **CENTRED)
     axes.add_patch(Rectangle((first - 1.2, 0.7), long + 0.8, 0.35, facecolor="#8a8a8a", **EDGE))
     rests = scenario is not None and scenario.excitation.kind == "rest"
@@ -103,10 +103,10 @@ def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[Part]
         yield Part("contact", "friction $F_{fk}$, $F_{fs}$")
         return
     plant, law = scenario.oscillator.plant(), scenario.law()
-    if plant.k_x > 0 or "oscillator.stiffness" in varied:
-        yield Part("spring", _label("$k_x$", "oscillator.stiffness", scenario, varied))
-    if plant.b > 0 or law.damping or any("damping" in key for key in varied):
-        yield Part("damper", _label("$b$", "oscillator.damping", scenario, varied))
+    if plant.k_x > 0 or _names(("stiffness", "natural_frequency"), varied):
+        yield Part("spring", _label("$k_x$", "stiffness", scenario, varied))
+    if plant.b > 0 or law.damping or _names(("damping", "damping_ratio"), varied):
+        yield Part("damper", _label("$b$", "damping", scenario, varied))
     if law.F_fs > 0 or any(key.startswith("friction.") for key in varied):
         name = "elastic contact" if law.is_elastic else "contact"
         yield Part(name, _friction_label(law, varied))
@@ -125,21 +125,40 @@ def _label(
     varied: Collection[str],
     separator: str = "\n",
 ) -> str:
-    """Return a symbol with the value of its key."""
+    """Return a symbol with the value of a key of the oscillator."""
     if scenario is None:
         return symbol
     plant, damping = scenario.oscillator.plant(), scenario.law().damping
     value = {
-        "oscillator.mass": lambda: format_number(plant.m, "kg"),
-        "oscillator.stiffness": lambda: format_number(plant.k_x, "N/m"),
-        "oscillator.damping": lambda: (
+        "mass": lambda: format_number(plant.m, "kg"),
+        "stiffness": lambda: format_number(plant.k_x, "N/m"),
+        "damping": lambda: (
             format_number(plant.b, "N·s/m")
             if damping is None
             else f"{format_number(damping[0])} and\n{format_number(damping[1], 'N·s/m')}"
         ),
     }[key]()
-    swept = any(one.startswith(key) for one in varied)
+    swept = _is_varied(key, scenario, varied)
     return f"{symbol}{separator}{'varied' if swept else value}"
+
+
+FOLLOWS_FROM = {
+    "natural_frequency": ("natural_frequency", "mass"),
+    "damping_ratio": ("damping_ratio", "stiffness", "natural_frequency", "mass"),
+}
+"""What determines stiffness or damping where a file states this key instead."""
+
+
+def _is_varied(key: str, scenario: Scenario, varied: Collection[str]) -> bool:
+    """Whether a value of the oscillator varies, by its key or by one that it follows from."""
+    stated = {"stiffness": "natural_frequency", "damping": "damping_ratio"}.get(key, key)
+    is_stated = key != stated and getattr(scenario.oscillator, stated) is not None
+    return _names((key, *(FOLLOWS_FROM[stated] if is_stated else (stated,))), varied)
+
+
+def _names(keys: Collection[str], varied: Collection[str]) -> bool:
+    """Whether some of the keys of the oscillator vary, or parts of them."""
+    return any(f"{one}.".startswith(f"oscillator.{key}.") for one in varied for key in keys)
 
 
 def _friction_label(law: AnyLaw, varied: Collection[str]) -> str:
