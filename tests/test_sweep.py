@@ -315,7 +315,7 @@ def test_every_case_is_the_ensemble_of_that_case_alone(noisy):
         many = run(load(noisy, alone))
         assert row.seeds == 5
         assert row.metrics == many.metrics
-        assert row.over.T_a == tuple(one.metrics["T_a"] for one in many.rows)
+        assert row.over.values["T_a"] == [one.metrics["T_a"] for one in many.rows]
         assert row.half_widths["T_a"] == many.statistics["T_a"].half_width
 
 
@@ -385,13 +385,15 @@ def test_the_number_of_seeds_may_be_swept(noisy):
     table = sweep(load(noisy, {"sweep": {"excitation.seeds": [2, 8]}, "reference": None}))
     assert [row.seeds for row in table.rows] == [2, 8]
     # Few seeds are solved one by one, many by blocks: rounding may tell.
-    assert table[0].over.T_a == pytest.approx(table[1].over.T_a[:2], rel=1e-13)
+    assert table[0].over.values["T_a"] == pytest.approx(
+        table[1].over.values["T_a"][:2], rel=1e-13
+    )
 
 
 def test_deviations_are_paired_by_seed(drysim, noisy, tmp_path):
     made = compare(load(noisy, {"sweep": None, "reference": None}), ["smooth", "stick-slip"])
     smooth, exact, _ = made.table.rows
-    pairs = zip(smooth.over.T_a, exact.over.T_a, strict=True)
+    pairs = zip(smooth.over.values["T_a"], exact.over.values["T_a"], strict=True)
     paired = interval([own / theirs - 1 for own, theirs in pairs])
     assert made.off(smooth) == paired
     apart = np.hypot(

@@ -684,7 +684,7 @@ class Payload:
     first: int
 
     @classmethod
-    def of(cls, scenario: Scenario, sweep: str, first: int) -> Self:
+    def of(cls, scenario: Scenario, sweep: str, first: int = 0) -> Self:
         """Return the payload of a scenario."""
         words, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
