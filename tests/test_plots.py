@@ -1135,3 +1135,15 @@ def test_numbers_below_a_single_case_do_not_touch(tmp_path):
         assert low < 20 < high
         ticks = zip(panel.get_xticks(), panel.get_xticklabels(), strict=True)
         assert apart([label.get_window_extent() for at, label in ticks if low <= at <= high])
+
+
+@pytest.mark.parametrize(
+    ("text", "typeset"),
+    [
+        ("T_a 1.2, F_fk 3 N", "$T_{a}$ 1.2, $F_{fk}$ 3 N"),
+        ("peak |x_r| 5 mm", "peak |$x_{r}$| 5 mm"),
+        ("x_r_min -1 mm, x_dd_peak", "x_r_min -1 mm, x_dd_peak"),
+    ],
+)
+def test_only_whole_words_are_typeset_as_symbols(text, typeset):
+    assert style._typeset(text) == typeset

@@ -20,7 +20,7 @@ import numpy as np
 from drysim.approach.solution import Floats
 from drysim.metrics.table import UNITS
 from drysim.plots import style
-from drysim.plots.style import PEAK_STROKE, Style, stroke_metric
+from drysim.plots.style import PEAK_STROKE, X_DD, Style, stroke_metric
 from drysim.plots.sweep import (
     BEST_STYLE,
     EMPTY_COLOR,
@@ -47,7 +47,7 @@ CURVE_POINTS, MAP_POINTS = 400, 120
 """Points of a curve, and along one side of a map."""
 
 SHOWN_RANGE = 3.0
-"""Largest objective that is shown, as a multiple of the median of the evaluated designs."""
+"""Shown range of the objective above its least value, as a multiple of that to the median."""
 
 LEVELS, SHOWN_SHARE = 20, 0.98
 """Levels of a map, and the share of the admissible values between them."""
@@ -117,7 +117,7 @@ def heading(result: DesignResult) -> style.Heading:
 
 def heading_name(name: str) -> str:
     """Return the name of a metric in a heading, which typesets symbols."""
-    return "peak |x_r|" if name == PEAK_STROKE else name
+    return {PEAK_STROKE: "peak |x_r|", X_DD.name: "peak |ẍ|"}.get(name, name)
 
 
 def label_of(one: VariedKey) -> str:
@@ -160,10 +160,11 @@ def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) ->
         predicted, x = surrogate.at(shares), one.law.quantile(shares[:, 0])
         axes.plot(x, scale * predicted.objectives[:, 0], **CURVE_STYLE)
         outside = predicted.excess > 0.0
-        axes.fill_between(
-            x, 0.0, 1.0, where=outside, transform=axes.get_xaxis_transform(),
-            color=EXCLUDED_COLOR, linewidth=0.0, zorder=0, label="exceeds a limit",
-        )  # fmt: skip
+        if outside.any():
+            axes.fill_between(
+                x, 0.0, 1.0, where=outside, transform=axes.get_xaxis_transform(),
+                color=EXCLUDED_COLOR, linewidth=0.0, zorder=0, label="exceeds a limit",
+            )  # fmt: skip
     draw_designs(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
     for region, drawn, words in regions(result):
         axes.axvspan(*region.ends[one.key], **drawn, label=words)
@@ -175,8 +176,8 @@ def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) ->
     axes.set_ylabel(label)
     known = scale * values_of(result, name)
     known = known[np.isfinite(known)]
-    top = min(known.max(), SHOWN_RANGE * float(np.median(known)))
     low = known.min()
+    top = min(known.max(), low + SHOWN_RANGE * (float(np.median(known)) - low))
     axes.set_ylim(low - 0.05 * (top - low or 1.0), top + 0.05 * (top - low or 1.0))
 
 

@@ -471,6 +471,6 @@ def text_width(text: str, **font: Any) -> float:
 
 
 def _typeset(text: str) -> str:
-    """Typeset m, b, F_fk and the like as mathematical symbols."""
-    text = re.sub(r"\b([A-Za-zσ])_(\w+)", r"$\1_{\2}$", text)
+    """Typeset m, b, F_fk and the like as mathematical symbols; x_r_min is none."""
+    text = re.sub(r"\b([A-Za-zσ])_([^\W_]+)\b", r"$\1_{\2}$", text)
     return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)
