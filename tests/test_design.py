@@ -178,7 +178,7 @@ def test_all_seeds_are_the_same_for_every_design_and_give_intervals(tmp_path):
 
 def test_stroke_limit_holds_with_every_seed(tmp_path):
     design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
-    result = drysim.design(loaded(tmp_path, NOISE, design, **{"stroke.limit": "25 mm"}))
+    result = drysim.design(loaded(tmp_path, NOISE, design, **{"stroke.limit": "12 mm"}))
     assert result.best is not None
     (row,) = result.best.rows
     assert max(row.over.values["stroke_used"]) <= 1.0
@@ -525,3 +525,13 @@ def test_more_evaluations_may_be_allowed_to_an_interrupted_study(
     assert done.code == 0, done.err
     rows = Path("out/study-design/design.csv").read_text("utf-8").splitlines()
     assert len(rows) == 1 + 28
+
+
+def test_stroke_limit_that_is_replaced_and_exceeded_is_warned_of(tmp_path):
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT\n  within: [x_r_peak < 12 mm]"
+    result = drysim.design(loaded(tmp_path, NOISE, design, **{"stroke.limit": "12 mm"}))
+    slugs = [warning.slug for warning in result.warnings]
+    assert "stroke-violated" in slugs
+    assert "check-undecided" in slugs
+    assert result.exit_code() == 0
+    assert result.exit_code(strict=True) == 1

@@ -19,11 +19,12 @@ from drysim.console.summaries import (
 )
 from drysim.console.terminal import print_line, stdout
 from drysim.scenario.design import WORST
-from drysim.study.design import DesignResult, Variant, keys_at_bounds
+from drysim.study.design import DesignResult, Variant, keys_at_bounds, number_of
 from drysim.study.outcome import format_metric
 from drysim.study.statistics import max_seeds
 from drysim.wording import (
     describe_axis,
+    describe_case,
     format_count,
     format_number,
     format_unit,
@@ -49,12 +50,7 @@ def show_design(result: DesignResult, folder: Path | None = None) -> None:
     console = stdout()
     show_title(console, result.source)
     show_scene(console, design_scene(result.case))
-    state = "nothing more to be gained" if result.converged else "the limit of evaluations"
-    if not result.complete:
-        state = "interrupted"
-    admissible = sum(one.is_admissible for one in result.candidates)
-    count = format_count(len(result.candidates), "design")
-    print_labelled(console, "evaluated", f"{count}, {admissible} admissible; {state}")
+    print_labelled(console, "evaluated", describe_search(result))
     if result.best is None:
         print_line(console)
         fault = "no design keeps all limits; below is the one that exceeds them least"
@@ -67,6 +63,16 @@ def show_design(result: DesignResult, folder: Path | None = None) -> None:
     show_verdicts(console, result.checks, result.case.scenario.sweep)
     show_folder(console, folder if result.complete else None)
     show_warnings(result.warnings)
+
+
+def describe_search(result: DesignResult) -> str:
+    """Describe how many designs were evaluated, and why the search ended."""
+    state = "nothing more to be gained" if result.converged else "the limit of evaluations"
+    if not result.complete:
+        state = "interrupted"
+    admissible = sum(one.is_admissible for one in result.candidates)
+    count = format_count(len(result.candidates), "design")
+    return f"{count}, {admissible} admissible; {state}"
 
 
 def design_scene(case: Case) -> Iterator[tuple[str, str]]:
@@ -90,8 +96,10 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
         how = "the worst counts" if block.conditions.take == WORST else "the mean counts"
         yield "over", f"{'; '.join(map(describe_axis, block.conditions.axes))}; {how}"
     varied_keys = {*keys, *(axis.key for axis in block.conditions.axes)}
+    forces = any(key.startswith("friction.") for key in varied_keys)
+    shared = dict.fromkeys(wording.ALL_SHARED, not forces)
     law = scenario.law()
-    yield from wording.describe_scene(scenario, case.plant, law, varied_keys)
+    yield from wording.describe_scene(scenario, case.plant, law, varied_keys, shared)
     yield "base", scenario.excitation.describe_cases(case.motion, [*varied_keys])
     if (seeds := max_seeds(scenario)) > 1:
         yield "seeds", f"{seeds}, the same for every design"
@@ -117,10 +125,13 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
         result.design.minimise, shown.objectives, result.half_widths, strict=True
     ):
         text = format_metric(name, value, half_width)
-        remark = f"mean of {shown.rows[0].seeds} seeds" if half_width is not None else ""
-        if len(result.front) > 1:
-            remark = "; ".join(filter(None, ["knee of the front", remark]))
-        yield SummaryRow(name, text, remark)
+        remarks = ["knee of the front"] * (len(result.front) > 1)
+        remarks += [f"mean of {shown.rows[0].seeds} seeds"] * (half_width is not None)
+        if result.design.conditions.axes and result.design.conditions.take == WORST:
+            worst = max(shown.rows, key=lambda row: number_of(row.metrics.get(name)))
+            point = {axis.key: worst.point[axis.key] for axis in result.design.conditions.axes}
+            remarks.append(f"at {describe_case(point, result.design.conditions.axes)}")
+        yield SummaryRow(name, text, "; ".join(remarks))
     for limit, objective in result.binding:
         name = result.design.minimise[0]
         least = f"{name} about {format_metric(name, objective)}"

@@ -551,7 +551,7 @@ def check_report(file: Path, folder: Path) -> None:
         elif folder.resolve() in file.resolve().parents:
             sentence = f"{file} would be a file in {folder} that is not part of the result"
             raise OutputError(sentence, f"name it {folder / REPORT_FILE}, or another folder")
-        elif _exists(file) and not is_report(file):
+        elif _exists(file) and not (file.is_file() and is_report(file)):
             sentence = f"{file} was not written by `drysim report`; it stays as it is"
             raise OutputError(sentence, "choose another file with --out")
         if not file.parent.is_dir():

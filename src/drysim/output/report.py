@@ -151,6 +151,12 @@ def _solve_design(scenario: Scenario, fields: Fields, advance: Advance) -> AnyRe
     return design.solve(design.prepare_design(scenario), sweep.on_threads(None), None, advance)
 
 
+def _design_scene(result: DesignResult) -> Lines:
+    """Yield what was varied, minimised and kept, and how many designs were evaluated."""
+    yield from design_summary.design_scene(result.case)
+    yield "evaluated", design_summary.describe_search(result)
+
+
 def _design_rows(result: DesignResult) -> Iterator[SummaryRow]:
     """Yield the best design, the front and the variants."""
     yield from design_summary.best_rows(result)
@@ -229,7 +235,7 @@ KINDS = {
         attrgetter("source"),
         ROOM_OF_MANY,
         (("design", _itself),),
-        lambda result: design_summary.design_scene(result.case),
+        _design_scene,
         _design_rows,
         sidecar.design_fields,
         _solve_design,
@@ -423,7 +429,8 @@ def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
             "good enough is for the reader to decide.",
         )
     if "design" in fields:
-        yield None, f"Best design: {summaries.sidecar_design(fields['design'])}."
+        words = summaries.sidecar_design(fields["design"])
+        yield None, f"Best design: {words}." if fields["design"]["best"] else f"{words}."
     else:
         yield from ((None, sentence) for sentence in main_numbers(fields))
     yield from ((None, sentence) for sentence in fields.get("verdict", ()))

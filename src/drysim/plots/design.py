@@ -293,4 +293,5 @@ def draw_front(result: DesignResult) -> Figure:
             below.plot([best[0]], [result.best.values[one.key]], **BEST_STYLE, label="knee")
         set_key_axis(below, one, "y")
         below.set_xlabel(labels[0])
+        set_ticks(below.xaxis)
     return figure

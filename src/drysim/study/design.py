@@ -529,8 +529,8 @@ class Study:
 
     def partial(self) -> DesignResult:
         """Return the designs that an interrupted study has evaluated."""
-        scenario = self.case.scenario
-        return DesignResult(scenario, self.case, tuple(self.candidates), complete=False)
+        source = self.case.scenario.copy_with({"sweep": ()})  # which has the conditions
+        return DesignResult(source, self.case, tuple(self.candidates), complete=False)
 
     def evaluate(self, points: Floats) -> Evaluations:
         """Evaluate designs at points of the unit cube; their values are rounded.
@@ -901,6 +901,28 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     return make_region(vary, np.minimum(low, centre), np.maximum(high, centre), points[optimal])
 
 
+def limit_warnings(result: DesignResult) -> Iterator[WarningMessage]:
+    """Warn of limits within the interval of a mean, and of a stroke limit that is exceeded."""
+    for verdict in result.checks:
+        if result.best is not None and verdict.undecided:
+            sentence = (
+                f"`{verdict.check}` is undecided for the best design: the limit lies within "
+                "the 95 % confidence interval of the mean, and single seeds may exceed it; use "
+                "a stricter limit, or the stroke limit, which holds with every seed"
+            )
+            yield WarningMessage("check-undecided", sentence, {"value": verdict.value or 0.0})
+    shown = result.best
+    if shown is None or result.source.stroke is None or STROKE_LIMIT in result.limits:
+        return
+    used = np.array([seed_values(shown, STROKE_USED)]).ravel()
+    if (beyond := int((used > 1.0).sum())) and result.source.stops is None:
+        sentence = (
+            f"the best design exceeds the stroke limit in {beyond} of {len(used)} motions: "
+            "design.within replaces it; leave design.within out to keep it with every seed"
+        )
+        yield WarningMessage("stroke-violated", sentence, {"motions": beyond})
+
+
 def keys_at_bounds(result: DesignResult) -> dict[str, str]:
     """Return the keys of the best design that are at a bound, and which: `lower` or `upper`."""
     if result.best is None:
@@ -924,6 +946,7 @@ def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
             f") and were passed over; the first is at {result.place(lost[0])}"
         )
         yield WarningMessage("designs-lost", sentence, {"designs": len(lost)})
+    yield from limit_warnings(result)
     if not result.converged:
         sentence = (
             f"the search ended at design.evaluations, {result.design.evaluations}, before it "
