@@ -176,13 +176,13 @@ def test_all_seeds_are_the_same_for_every_design_and_give_intervals(tmp_path):
     assert 0.95 * low < grid.point["oscillator.damping"] < 1.05 * high
 
 
-def test_stroke_limit_holds_with_every_seed(tmp_path):
+def test_stroke_limit_holds_with_every_seed_over_the_window(tmp_path):
     design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
     result = drysim.design(loaded(tmp_path, NOISE, design, **{"stroke.limit": "12 mm"}))
     assert result.best is not None
     (row,) = result.best.rows
-    assert max(row.over.values["stroke_used"]) <= 1.0
-    assert row.metrics["violations"] == 0
+    assert 0.9 < max(row.over.values["stroke_used"]) <= 1.0
+    assert row.metrics["stroke_used"] < max(row.over.values["stroke_used"])
 
 
 def test_variants_show_what_friction_and_stiffness_do(tmp_path):
