@@ -47,7 +47,8 @@ CURVE_POINTS, MAP_POINTS = 400, 120
 """Points of a curve, and along one side of a map."""
 
 SHOWN_RANGE = 3.0
-"""Shown range of the objective above its least value, as a multiple of that to the median."""
+"""Largest objective that is shown, as a multiple of the median of the evaluated designs; that
+of negative ones is as far above the median."""
 
 LEVELS, SHOWN_SHARE = 20, 0.98
 """Levels of a map, and the share of the admissible values between them."""
@@ -176,8 +177,8 @@ def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) ->
     axes.set_ylabel(label)
     known = scale * values_of(result, name)
     known = known[np.isfinite(known)]
-    low = known.min()
-    top = min(known.max(), low + SHOWN_RANGE * (float(np.median(known)) - low))
+    low, median = known.min(), float(np.median(known))
+    top = min(known.max(), median + (SHOWN_RANGE - 1.0) * abs(median))
     axes.set_ylim(low - 0.05 * (top - low or 1.0), top + 0.05 * (top - low or 1.0))
 
 
