@@ -179,6 +179,18 @@ def test_fit_is_reported_and_solved_again(drysim, tmp_path):
     assert "numbers agree to" in Page(Path("out/report.html").read_text("utf-8")).text
 
 
+def test_sketch_of_a_design_study_leaves_out_what_its_conditions_vary(result):
+    study = """design:
+  vary: {oscillator.damping: {from: 100, to: 1000, scale: log}}
+  minimise: T_a
+  over: {oscillator.mass: [60, 80]}
+"""
+    _, page = result(SEAT + study, "design")
+    model = re.search(r'id="model-title">([^<]*)', page)
+    assert model is not None
+    assert "75 kg" not in model[1]
+
+
 def test_reports_are_equal_byte_by_byte(result, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     assert result(NOISY)[1] == result(NOISY)[1]

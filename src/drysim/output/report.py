@@ -346,6 +346,8 @@ def page(
         keep_trailing_newline=True,
     )
     varied = [axis["key"] for axis in fields["numerics"].get("swept", ())]
+    if "design" in fields and scenario is not None and scenario.design is not None:
+        varied = [axis.key for axis in scenario.design.conditions.axes]
     files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
     text = environment.get_template(TEMPLATE).render(
         fields=fields,
