@@ -41,6 +41,7 @@ def lazy_getattr(package: str, modules: Mapping[str, str]) -> Callable[[str], An
 __version__ = "0.1.0"
 
 __all__ = [
+    "BranchesResult",
     "Comparison",
     "DesignResult",
     "DrysimError",
@@ -55,6 +56,7 @@ __all__ = [
     "Table",
     "UsageError",
     "__version__",
+    "branches",
     "compare",
     "design",
     "fit",
@@ -76,6 +78,7 @@ __getattr__ = lazy_getattr(
         "drysim.output.report": "report",
         "drysim.plots": "plot",
         "drysim.scenario": "Scenario load",
+        "drysim.study.branches": "BranchesResult branches",
         "drysim.study.compare": "Comparison compare",
         "drysim.study.design": "DesignResult design",
         "drysim.study.ensemble": "Ensemble run",

@@ -25,13 +25,14 @@ Source
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from drysim.approach.continuation import Image, Repetition
 from drysim.approach.scene import (
     LOG_LENGTH,
     SAMPLES_PER_CALL,
@@ -247,6 +248,24 @@ class SineTrajectory(EventDriven):
         squares = base_square_integrals(self.motion, self.waves, begin, end)
         return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
 
+    def jacobian(self) -> tuple[float, float]:
+        """Return trace and determinant of the derivative of the final state by the first one.
+
+        With the period of the excitation as length, its eigenvalues are the Floquet
+        multipliers.
+        """
+        events = self.turning_points
+        t, kind, x_r, F_L = map(
+            as_engine_array, (events.t, events.kind, events.x_r, events.F_L)
+        )
+        log = EventLog(as_engine_array(np.zeros(len(kind), np.int64)), t, kind, x_r, F_L)
+        scene = orbit.SineScene(self.plant, self.law, self.waves, log)
+        rate = orbit.velocity_scale_rate(self.plant, self.end)
+        # The first event is the state at the start.
+        found = orbit.period_map_jacobian(scene, self.end, rate, kind[0], 1, len(kind))
+        a, b, c, e = found
+        return a + e, a * e - b * c
+
     @cached_property
     def solution(self) -> EventSolution:
         """The solution as kernels take it."""
@@ -304,23 +323,144 @@ def solve_orbits(scenes: Floats) -> Floats:
     ndarray, shape (n, ANSWER_COLUMNS)
         One answer per row, columns as defined there.
     """
-    answers = as_engine_array(np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan))
-    max_waves = (scenes.shape[1] - orbit.SINES) // 3 + 1
+    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
+    return fill_answers(scenes, answers, MAX_PERIODS)
+
+
+def measure_orbits(scenes: Floats, periods: Floats) -> Floats:
+    """Compute the metrics of known orbits, as `solve_orbits` does.
+
+    Parameters
+    ----------
+    scenes : ndarray, shape (n, SINES + 3 sines)
+        One scene per row; its start is on the orbit.
+    periods : ndarray, shape (n,)
+        Periods of the excitation per repetition of each orbit.
+
+    Returns
+    -------
+    ndarray, shape (n, ANSWER_COLUMNS)
+    """
+    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
+    answers[:, orbit.MULTIPLE] = periods
+    return fill_answers(scenes, answers, 0)
+
+
+def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
+    """Call the kernel `solve_orbits`; parameters as there. Returns the answers."""
+    filled = as_engine_array(answers)
     orbit.solve_orbits(
         as_engine_array(np.ascontiguousarray(scenes)),
-        answers,
-        as_engine_array(np.zeros(WAVE_COLUMNS * max_waves)),
+        filled,
+        scene_buffer(scenes.shape[1]),
         period_buffers(),
-        MAX_PERIODS,
+        most,
         empty_log(LOG_LENGTH),
     )
-    return np.asarray(answers)
+    return np.asarray(filled)
+
+
+def scene_buffer(columns: int) -> Any:
+    """Return the work space of kernels for the waves of a scene with so many columns."""
+    return as_engine_array(np.zeros(WAVE_COLUMNS * ((columns - orbit.SINES) // 3 + 1)))
 
 
 def period_buffers() -> orbit.PeriodStarts:
     """Return buffers for the states at the start of the latest periods."""
     x_r, v_r = (as_engine_array(np.zeros(orbit.MAX_MULTIPLE)) for _ in range(2))
     return orbit.PeriodStarts(x_r, v_r)
+
+
+# Return map along a parameter, for the continuation of orbits.
+
+
+PROBES = 7
+"""Values of the parameter at which columns are compared with an affine function."""
+
+AFFINE_TOLERANCE = 8.0 * np.finfo(float).eps
+"""Relative difference up to which they count as equal: rounding."""
+
+
+class SceneRows:
+    """Scenes of `orbit.solve_orbits` as a function of one parameter.
+
+    Most columns of a scene are affine in the parameter, or do not depend on it. Where all are,
+    a row is computed from two of them, about a hundred times faster than from the scenario.
+
+    Parameters
+    ----------
+    exact : callable
+        Returns the rows for an array of values.
+    low, high : float
+        Range of the parameter.
+    """
+
+    def __init__(self, exact: Callable[[Floats], Floats], low: float, high: float) -> None:
+        self.exact = exact
+        probes = np.linspace(low, high, PROBES)
+        rows = exact(probes)
+        self.has_one_sine = rows.shape[1] == orbit.SINES + 3
+        first, last = rows[0], rows[-1]
+        changes = first != last
+        self.slope, self.base = np.zeros(len(first)), first.copy()
+        self.slope[changes] = (last[changes] - first[changes]) / (high - low)
+        self.base[changes] -= self.slope[changes] * low
+        size = np.abs(rows).max(axis=0)
+        # Rounding of the offset of a column that is proportional to the parameter.
+        self.base[np.abs(self.base) <= AFFINE_TOLERANCE * size] = 0.0
+        same = [self.affine(value) for value in probes.tolist()]
+        with np.errstate(invalid="ignore"):
+            self.is_affine = not (np.abs(same - rows) > AFFINE_TOLERANCE * size).any()
+
+    def affine(self, value: float) -> Floats:
+        """Return the row whose columns are affine in the parameter, except the period."""
+        row: Floats = self.base + self.slope * value
+        if self.has_one_sine:
+            row[orbit.PERIOD] = 1.0 / row[orbit.SINES + 1]
+        return row
+
+    def at(self, value: float) -> Floats:
+        """Return the row of a value."""
+        return self.affine(value) if self.is_affine else self.exact(np.array([value]))[0]
+
+
+class CoulombReturnMap:
+    """Return map of a scene with Coulomb friction under sines, for `continuation`.
+
+    Parameters
+    ----------
+    rows : SceneRows
+    value : callable
+        Returns the value of the parameter at p, from 0 to 1.
+    """
+
+    def __init__(self, rows: SceneRows, value: Callable[[float], float]) -> None:
+        self.rows, self.value = rows, value
+        self.log, self.buffer = empty_log(LOG_LENGTH), scene_buffer(len(rows.base))
+        self.image = as_engine_array(np.zeros(orbit.IMAGE_COLUMNS))
+
+    def speed(self, p: float) -> float:
+        """Return the scale of v_r/x_r [1/s]."""
+        return math.tau / float(self.rows.at(self.value(p))[orbit.PERIOD])
+
+    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
+        """Return the image of a state; None where the motion cannot be solved."""
+        row = self.rows.at(self.value(p))
+        length = float(row[orbit.PERIOD]) * (0.5 if repetition.half else repetition.periods)
+        x_r, v_r = state.tolist()
+        orbit.solve_repetition(
+            as_engine_array(row), self.buffer, length, x_r, v_r, self.log, self.image
+        )
+        x, v, a, b, c, e, stops, reversals, peak = map(float, self.image)
+        if stops < 0.0 or not math.isfinite(x + v + a + b + c + e):
+            return None
+        sign = -1.0 if repetition.half else 1.0
+        return Image(
+            sign * np.array([x, v]),
+            sign * np.array([[a, b], [c, e]]),
+            (int(stops), int(reversals)),
+            peak,
+        )
 
 
 # Samples: known at every sample and at every event between samples.

@@ -297,6 +297,12 @@ class Trajectory(Protocol):
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""
 
+    def jacobian(self) -> tuple[float, float] | None:
+        """Return trace and determinant of the derivative of the final state by the first one.
+
+        None where it is not known in closed form.
+        """
+
 
 class HasTurningPoints(Protocol):
     """Trajectory with known turning points."""
@@ -318,6 +324,10 @@ class EventDriven:
     def chatter(self, begin: float, end: float) -> float:
         """Return 0: there is no step to chatter with."""
         return 0.0
+
+    def jacobian(self) -> tuple[float, float] | None:
+        """Return None: only a trajectory under sines has it in closed form."""
+        return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,6 +175,10 @@ class FixedStepTrajectory:
         )
         return Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
 
+    def jacobian(self) -> tuple[float, float] | None:
+        """Return None: the derivative of the motion is not known in closed form."""
+        return None
+
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""
         sign = np.sign(self.points.v_r[self._window_slice(begin, end)])

@@ -402,6 +402,42 @@ def design(
         return work.run_design(case, execute, folder, mode, write, show_design, resume, strict)
 
 
+def branches(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.Out = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Follow all periodic motions, stable or not, along a key."""
+    from drysim.cli import work
+    from drysim.output.folder import check_writable
+    from drysim.scenario.load import load
+    from drysim.study.branches import prepare_branches, solve
+
+    mode = OutputMode(as_json, quiet)
+    case = prepare_branches(load(scenario, changes or []))
+    folder = out or Path("out", f"{case.scenario.name}-branches")
+    check_writable(folder)
+    if dry_run:
+        return work.show_grid_plan(case, folder, [case.scenario.label], mode)
+    from drysim import output
+    from drysim.console.branches import show_branches
+
+    result = solve(case)
+    code = result.exit_code(strict)
+    how = output_options(context, no_plots, picture_format)
+    fields = output.write_branches(result, folder, exit_code=code, **how)
+    return mode.report(
+        fields, partial(show_branches, result, folder), result.warnings, folder, code
+    )
+
+
 def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:
     """Return the scenario to compare: the given file, ./scenario.yaml, or the gallery's."""
     if file is not None:

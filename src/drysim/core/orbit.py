@@ -34,7 +34,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
-from drysim.core.events import sign
+from drysim.core.events import REVERSAL, STICK, sign
 from drysim.core.forcing import (
     OMEGA,
     PHASE,
@@ -73,12 +73,15 @@ phase [rad] of each sine."""
 (
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
     X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, LOWEST, HIGHEST, UPCROSSINGS,
-    ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, ANSWER_COLUMNS,
-) = range(27)  # fmt: skip
+    ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, TRACE, DETERMINANT,
+    ANSWER_COLUMNS,
+) = range(29)  # fmt: skip
 """Columns of an answer: status; time reported with a failure [s]; periods per repetition,
 closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
 repetition; its integrals as in `Totals`; extremes of x_r [m], upcrossings of zero and entries
-beyond the limits; excursions as in `excursions`. ANSWER_COLUMNS is the number of columns."""
+beyond the limits; excursions as in `excursions`; trace and determinant of the Jacobian of the
+repetition, whose eigenvalues are the Floquet multipliers. ANSWER_COLUMNS is the number of
+columns."""
 
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
 """Status of a scene. The last three have no orbit: endless events without progress in time,
@@ -151,14 +154,19 @@ def solve_orbits(scenes, answers, values, past, most, log):
         Work space, as are `past` and `log`.
     past : PeriodStarts
     most : int
-        Number of periods after which a scene counts as not converged.
+        Number of periods after which a scene counts as not converged. With 0 the starts are on
+        orbits that are only measured, and `answers` holds their periods per repetition.
     log : EventLog
     """
     for i in range(len(scenes)):
         row, answer = scenes[i], answers[i]
         plant, law = plant_and_law(row)
         scene = SineScene(plant, law, scene_waves(row, values, law), log)
-        found = find_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
+        if most > 0:
+            found = find_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
+        else:
+            state = PeriodState(row[X_R], row[V_R], int(ZERO))
+            found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True)
         state, multiple = found.state, found.multiple
         answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), found.closure
         answer[RUN_UP], answer[RUN_UP_PEAK] = found.periods * row[PERIOD], found.peak
@@ -228,6 +236,10 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
             answer[T_FIRST],
             answer[TIME_BEYOND],
         ) = excursions(solution, answer[X_END], length, limits, True)
+    rate = velocity_scale_rate(plant, length)
+    # The first event is the state at the start.
+    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, 1, count)
+    answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
 
 
 # Fixed points of the period map and of its powers.
@@ -445,7 +457,7 @@ def uniqueness_and_distance(scene, length, state):
     if state.d == 0 and event_spread(log, events, state.x_r) <= REST_SPREAD * peak:
         return True, 0.0
     rate = velocity_scale_rate(plant, length)
-    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, events)
+    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, int(ZERO), events)
     gap_x, gap_v = end.x_r - state.x_r, end.v_r - state.v_r
     if plant.k_x == 0.0:
         a, b, gap_x = 0.0, 0.0, 0.0
@@ -503,6 +515,51 @@ def period_map(scene, period, state):
     return PeriodState(x_r, v_r, d), events, max(peak, abs(x_r))
 
 
+(
+    X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, STOPS, REVERSALS, PEAK, IMAGE_COLUMNS,
+) = range(10)  # fmt: skip
+"""Columns of an image: state after a repetition [m, m/s], its derivatives with respect to the
+state before, stops and immediate reversals, largest |x_r| at an event or an end [m]."""
+
+
+@compiled
+def solve_repetition(row, values, length, x_r, v_r, log, image):
+    """Propagate a state through a time and differentiate its image.
+
+    Parameters
+    ----------
+    row : array, shape (SINES + 3 sines,)
+        A scene, as in `solve_orbits`.
+    values : array
+        Work space, as in `solve_orbits`.
+    length : float
+        Time [s].
+    x_r, v_r : float
+        State at t = 0 [m, m/s].
+    log : EventLog
+        Written: the events.
+    image : array, shape (IMAGE_COLUMNS,)
+        Written, columns as named above; STOPS is negative without progress in time or if the
+        log is full.
+    """
+    plant, law = plant_and_law(row)
+    scene = SineScene(plant, law, scene_waves(row, values, law), log)
+    d = initial_slip_state(plant, law, scene.waves, x_r, v_r, log).d
+    end, events, peak = period_map(scene, length, PeriodState(x_r, v_r, d))
+    image[X_IMAGE], image[V_IMAGE], image[PEAK] = end.x_r, end.v_r, peak
+    image[STOPS], image[REVERSALS] = -1.0, 0.0
+    if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
+        return
+    a, b, c, e = period_map_jacobian(scene, length, 1.0, d, int(ZERO), events)
+    image[X_BY_X], image[X_BY_V], image[V_BY_X], image[V_BY_V] = a, b, c, e
+    image[STOPS] = 0.0
+    for i in range(events):
+        if log.kind[i] == STICK:
+            image[STOPS] += 1.0
+        elif abs(log.kind[i]) == REVERSAL:
+            image[REVERSALS] += 1.0
+
+
 @compiled
 def velocity_scale_rate(plant, period):
     """Return the rate that scales velocities to displacements [1/s]."""
@@ -520,7 +577,7 @@ def newton_step(scene, period, rate, before, image, events):
     state : PeriodState
         The new state; the image if it is not trusted.
     """
-    a, b, c, e = period_map_jacobian(scene, period, rate, image.d, events)
+    a, b, c, e = period_map_jacobian(scene, period, rate, image.d, int(ZERO), events)
     if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
         return False, image
     gap_x, gap_v = image.x_r - before.x_r, image.v_r - before.v_r
@@ -556,11 +613,11 @@ def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
 
 
 @compiled
-def period_map_jacobian(scene, period, rate, d, events):
+def period_map_jacobian(scene, period, rate, d, first, events):
     """Return the Jacobian of the period map at a state, from the events of one period.
 
-    `period_map` has written the events to the log; the period starts in direction d. `rate` is
-    the scale of `velocity_scale_rate`.
+    The events are the rows `first` to `events` - 1 of the log; the period starts in direction
+    d. `rate` is the scale of `velocity_scale_rate`.
 
     Returns
     -------
@@ -579,7 +636,7 @@ def period_map_jacobian(scene, period, rate, d, events):
     w = plant.k_x / plant.m
     a, c, b, e = 1.0, 0.0, 0.0, 1.0 if d != 0 else 0.0
     begin = 0.0
-    for i in range(events + 1):
+    for i in range(first, events + 1):
         until = log.s[i] if i < events else period
         if d != 0:
             y, y_d, _, _ = flow(damping, w, until - begin)

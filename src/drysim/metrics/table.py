@@ -83,6 +83,9 @@ class Measured:
         On the end stops in the window.
     bumper_energies : tuple of float
         Elastic energy of the end stops at both ends of the window [J].
+    jacobian : tuple of float, or None
+        Trace and determinant of the Jacobian of a periodic orbit, the derivative of the state
+        after a repetition by the state before it; None where unknown.
     weighted : Weighted or None
         Frequency-weighted accelerations.
     settings : Measure or None
@@ -108,6 +111,7 @@ class Measured:
     excursions: Excursions | None = None
     impacts: Impacts | None = None
     bumper_energies: tuple[float, float] = (0.0, 0.0)
+    jacobian: tuple[Any, Any] | None = None
     weighted: Weighted | None = None
     settings: Any = None
 
@@ -153,6 +157,27 @@ class Measured:
         begin, end = self.bumper_energies
         first = mechanical_energy(self.plant, self.begin) + begin
         return mechanical_energy(self.plant, self.end) + end - first
+
+    @cached_property
+    def multipliers(self) -> tuple[Any, Any]:
+        """Floquet multipliers of a periodic orbit, the larger modulus first.
+
+        They are the eigenvalues of the Jacobian.
+        """
+        trace, determinant = (np.asarray(value, complex) for value in self.jacobian or ())
+        root = np.sqrt(0.25 * trace * trace - determinant)
+        # The sum without cancellation, and the other one by the product of both.
+        first = 0.5 * trace + np.where(trace.real >= 0.0, root, -root)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            second = np.where(first == 0.0, 0.0, determinant / first)
+        return first, second
+
+    @cached_property
+    def stable(self) -> Any:
+        """1 where disturbances of a periodic orbit die out or the mass stays stuck, else 0."""
+        modulus = np.abs(self.multipliers[0])
+        stuck = np.asarray(self.totals.stuck) >= self.length
+        return plain(np.where(np.isnan(modulus), np.nan, stuck | (modulus < STABLE_MODULUS)))
 
     @cached_property
     def friction_loss(self) -> Any:
@@ -226,11 +251,15 @@ class Need(NamedTuple):
 
 LIMITS = Need("limits", "a stroke limit", ("stroke.limit",))
 STOPS = Need("impacts", "end stops", ("stroke.stops",))
+ORBIT = Need("jacobian", "a steady state of Coulomb friction", ("measure.steady",))
 WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
 EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
 
 STROKE_USED = "stroke_used"
 """Metric by which the stroke limit is judged."""
+
+STABLE_MODULUS = 1.0 - 1e-9
+"""Modulus of a Floquet multiplier below which an orbit attracts its neighbours."""
 
 DAY_OF_WORK = 8 * 3600.0
 """Reference duration of daily exposures [s]."""
@@ -585,6 +614,45 @@ METRICS = (
         lambda m: m.closure,
         in_tables=True,
     ),
+    Metric(
+        "multiplier_1",
+        "-",
+        "modulus of the larger Floquet multiplier: a disturbance of the orbit becomes as many "
+        "times larger per repetition",
+        lambda m: plain(np.abs(m.multipliers[0])),
+        (ORBIT,),
+    ),
+    Metric(
+        "multiplier_1_phase",
+        "rad",
+        "phase of the larger Floquet multiplier",
+        lambda m: plain(np.angle(m.multipliers[0])),
+        (ORBIT,),
+        SIGNED,
+    ),
+    Metric(
+        "multiplier_2",
+        "-",
+        "modulus of the smaller Floquet multiplier",
+        lambda m: plain(np.abs(m.multipliers[1])),
+        (ORBIT,),
+    ),
+    Metric(
+        "multiplier_2_phase",
+        "rad",
+        "phase of the smaller Floquet multiplier",
+        lambda m: plain(np.angle(m.multipliers[1])),
+        (ORBIT,),
+        SIGNED,
+    ),
+    Metric(
+        "stable",
+        "-",
+        "1 if disturbances of the orbit die out or the mass stays stuck, else 0",
+        lambda m: m.stable,
+        (ORBIT,),
+        COUNT,
+    ),
 )
 
 FIT_METRICS = (
@@ -679,6 +747,7 @@ def measure(
             excursions=excursions(trajectory, path, limits, repeats) if limits else None,
             impacts=impacts(trajectory, window, repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
+            jacobian=trajectory.jacobian() if repeats else None,
             weighted=weighted,
             settings=settings,
         )
@@ -694,6 +763,11 @@ def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, f
 
 
 # Arithmetic on numbers or columns, where the two need different functions.
+
+
+def plain(value: Any) -> Any:
+    """Return a float for an array without dimensions."""
+    return float(value) if np.ndim(value) == 0 else np.asarray(value, float)
 
 
 def sqrt(value: Any) -> Any:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCases
     from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
+    from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
     from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
@@ -44,7 +45,9 @@ if TYPE_CHECKING:
     from drysim.study.table import Table
 
 
-def write_scenario_yaml(result: Outcome | Ensemble | Table, folder: Path) -> None:
+def write_scenario_yaml(
+    result: Outcome | Ensemble | Table | BranchesResult, folder: Path
+) -> None:
     """Write scenario.yaml: all defaults explicit, can be run again as it is."""
     _write_yaml(result.scenario, folder, SCENARIO_FILE)
 
@@ -327,6 +330,25 @@ def write_design(
         exit_code,
         _report_writer(report, plots),
     )
+
+
+def write_branches(
+    result: BranchesResult,
+    folder: Path,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+) -> dict[str, Any]:
+    """Write the output folder of branches; parameters and errors as in `write_run`."""
+    writers = (
+        write_scenario_yaml,
+        tables.write_branches_csv,
+        tables.write_bifurcations_csv,
+        *_plot_writers("branches", plots, picture_format),
+    )
+    return write_folder(result, folder, writers, sidecar.branches_fields, command, exit_code)
 
 
 def _report_writer(

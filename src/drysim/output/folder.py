@@ -68,13 +68,14 @@ PICTURES = {
     "bench": {"speed_error": "speed_error.draw"},
     "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},
     "design": {"design": "design.draw"},
+    "branches": {"branches": "branches.draw"},
 }
 """Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
 that draws it, as module and name. It returns no figure if there is nothing to draw."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
-    r"|fit|residuals|design|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
+    r"|fit|residuals|design|branches|bifurcations|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
     rf"\.({PNG}|{SVG}|{PDF})"
     r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml|report\.html"

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
     from drysim.scenario.model import Scenario
+    from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
     from drysim.study.design import Candidate, DesignResult
     from drysim.study.ensemble import Ensemble
@@ -102,7 +103,7 @@ def _spectra_fields(found: Spectra) -> Fields:
 
 
 def sidecar_fields(
-    result: Outcome | Ensemble | Table | BenchCase | FitResult | DesignResult,
+    result: Outcome | Ensemble | Table | BenchCase | FitResult | DesignResult | BranchesResult,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],
     metrics: Mapping[str, Any],
@@ -113,7 +114,7 @@ def sidecar_fields(
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or BenchCase or FitResult or DesignResult
+    result : Outcome, Ensemble, Table, BenchCase, FitResult, DesignResult or BranchesResult
         What was computed.
     motion : Sines or Samples or None
         The base motion; None if it differs from case to case.
@@ -474,6 +475,40 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
     return sidecar_fields(
         result, result.motion, numerics, result.metrics, provenance, design=found
     )
+
+
+def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for branches."""
+    found = {
+        "key": result.axis.key,
+        "unit": result.axis.unit,
+        "own_value": result.own,
+        "starts": result.starts,
+        "branches": [
+            {
+                "branch": one.number,
+                "kind": one.kind,
+                "periods": one.periods,
+                "points": len(one.values),
+                "lowest": float(one.values.min()),
+                "highest": float(one.values.max()),
+                "stable_points": int(one.stable.sum()),
+                "ends": list(one.ends),
+            }
+            for one in result.branches
+        ],
+        "bifurcations": [one._asdict() for one in result.bifurcations],
+        "motions": [
+            {"branch": one.branch.number, **one._asdict()} | {"branch": one.branch.number}
+            for one in result.motions
+        ],
+    }
+    numerics = {
+        **result.numerics,
+        "method": "pseudo-arclength continuation of exact periodic orbits",
+        "points": sum(len(one.values) for one in result.branches),
+    }
+    return sidecar_fields(result, result.motion, numerics, {}, provenance, branches=found)
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:

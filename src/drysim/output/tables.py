@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from drysim.approach.solution import EVENT_NAMES, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
-from drysim.metrics.table import LIMITS, METRICS, STOPS, WEIGHTING
+from drysim.metrics.table import LIMITS, METRICS, METRICS_BY_NAME, ORBIT, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import FILE_KEY
 from drysim.scenario.blocks import SEED_KEY
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCases
     from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
+    from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
     from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
@@ -257,6 +258,70 @@ SEEDS_COLUMN = Column(
 )
 
 
+BRANCH_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share")
+"""Metrics of the points of a branch."""
+
+
+def write_branches_csv(result: BranchesResult, folder: Path) -> None:
+    """Write branches.csv: every point of every branch, in the order along it."""
+    branches, metrics = result.branches, [METRICS_BY_NAME[name] for name in BRANCH_METRICS]
+    headers = [
+        "branch [-]",
+        f"{result.axis.key} [{result.axis.unit}]",
+        *(f"{metric.name} [{metric.unit}]" for metric in metrics),
+        "stops_per_period [-]",
+        "symmetric [-]",
+        "periods [-]",
+        "stable [-]",
+        *(f"multiplier_{i}{part}" for i in (1, 2) for part in (" [-]", "_phase [rad]")),
+    ]
+
+    def blocks() -> Iterator[bytes]:
+        for one in branches:
+            count = len(one.values)
+
+            def same(value: float, count: int = count) -> NDArray[np.float64]:
+                return np.full(count, float(value))
+
+            parts = [
+                part
+                for i in (0, 1)
+                for part in (abs(one.multipliers[:, i]), np.angle(one.multipliers[:, i]))
+            ]
+            yield format_rows(
+                [
+                    same(one.number),
+                    one.values,
+                    *(one.metrics[name] for name in BRANCH_METRICS),
+                    one.stops,
+                    same(one.symmetric),
+                    same(one.periods),
+                    one.stable.astype(float),
+                    *parts,
+                ]
+            )
+
+    write_csv(folder / "branches.csv", headers, blocks())
+
+
+def write_bifurcations_csv(result: BranchesResult, folder: Path) -> None:
+    """Write bifurcations.csv: where motions appear, vanish or change, by value of the key."""
+    headers = [
+        "bifurcation",
+        "branch [-]",
+        f"{result.axis.key} [{result.axis.unit}]",
+        "stops_before [-]",
+        "stops_after [-]",
+        "x_r_peak [m]",
+    ]
+    found = result.bifurcations
+    numbers = np.array(
+        [(one.branch, one.value, *one.stops, one.x_r_peak) for one in found]
+    ).reshape(-1, 5)
+    columns: list[Values] = [[one.kind.encode() for one in found], *numbers.T.copy()]
+    write_csv(folder / "bifurcations.csv", headers, [format_rows(columns)] if found else [])
+
+
 def requested_metrics(scenario: Scenario) -> list[str]:
     """Return the metrics of a scenario, without those of what it does not have."""
     return [
@@ -268,9 +333,10 @@ def requested_metrics(scenario: Scenario) -> list[str]:
 
 
 def optional_metrics(table: Table) -> tuple[str, ...]:
-    """Return the metrics of weighting, end stops, sides and shocks; they follow all others."""
+    """Return the metrics of orbits, weighting, end stops, sides and shocks; they come last."""
     asked = requested_metrics(table.scenario)
     groups = (
+        [metric.name for metric in METRICS if ORBIT in metric.needs],
         [metric.name for metric in METRICS if WEIGHTING in metric.needs],
         [metric.name for metric in METRICS if STOPS in metric.needs and not metric.by_side],
         [metric.name for metric in METRICS if metric.by_side],

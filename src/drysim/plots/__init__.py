@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from drysim.study.branches import BranchesResult
 from drysim.study.compare import Comparison
 from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
@@ -16,26 +17,28 @@ if TYPE_CHECKING:
 
 
 def plot(
-    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult,
+    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult | BranchesResult,
 ) -> Figure:
     """Return the main picture of a result as a figure of matplotlib.
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult
-        Of `run`, `sweep`, `compare`, `fit` or `design`.
+    result : Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or BranchesResult
+        Of `run`, `sweep`, `compare`, `fit`, `design` or `branches`.
 
     Returns
     -------
     matplotlib.figure.Figure
         As the commands write it: the motion of a run, distributions over seeds,
-        transmissibilities of a sweep, approaches side by side, measured and fitted motion, or
-        the objective of designs.
+        transmissibilities of a sweep, approaches side by side, measured and fitted motion,
+        the objective of designs, or branches of periodic motions.
         `figure.savefig` writes it.
     """
-    from drysim.plots import comparison, design, ensemble, fit, response, style, sweep
+    from drysim.plots import branches, comparison, design, ensemble, fit, response, style, sweep
 
     with style.picture_style():
+        if isinstance(result, BranchesResult):
+            return branches.draw(result)
         if isinstance(result, Comparison):
             return comparison.draw(result)
         if isinstance(result, DesignResult):

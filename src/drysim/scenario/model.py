@@ -571,7 +571,7 @@ def asks_for(scenario: Scenario, need: Need) -> bool:
     """Return whether a scenario states what some metrics need."""
     paths = (key.split(".") for key in need.keys)
     found = (getattr(getattr(scenario, block), name, None) for block, name in paths)
-    return any(value is not None for value in found)
+    return any(value is not None and value is not False for value in found)
 
 
 def asks_for_peak_acceleration(scenario: Scenario) -> bool:

@@ -481,6 +481,7 @@ def orbit_metrics(
             np.where(first >= 0.0, first, np.nan),
             result[o.TIME_BEYOND],
         ),
+        jacobian=(result[o.TRACE], result[o.DETERMINANT]),
     )
     with np.errstate(invalid="ignore"):
         found = {

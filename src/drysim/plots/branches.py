@@ -1,0 +1,121 @@
+"""Plot branches.png: transmissibility and stroke of all periodic motions along a key.
+
+Stable parts of a branch are solid, unstable ones dashed; every bifurcation has a mark.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim.plots import style
+from drysim.plots.style import T_A, PlottedMetric, Style, stroke_metric
+from drysim.plots.sweep import axis_label, set_ticks
+from drysim.study.branches import (
+    Bifurcation,
+    Branch,
+    BranchesResult,
+    describe_branch,
+    describe_motions,
+)
+from drysim.wording import describe_scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLORS = ("#1f4e79", "#b4540a", "#2e7d32", "#6a3d9a", "#a6761d", "#c2185b", "#00838f")
+"""Colours of the branches; they are told apart in grey by their places and marks."""
+
+LINE_WIDTHS = {True: 2.0, False: 1.2}
+
+MARKS: dict[str, Style] = {
+    "fold": {"marker": ">", "markersize": 7},
+    "symmetry breaking": {"marker": "D", "markersize": 6},
+    "period doubling": {"marker": "s", "markersize": 6},
+    "grazing": {"marker": "o", "markersize": 5, "markerfacecolor": "white"},
+    "unlocking": {"marker": "X", "markersize": 8},
+    "continuum": {"marker": "*", "markersize": 10},
+}
+"""Marks of the bifurcations."""
+
+OWN_STYLE: Style = {"color": "0.45", "linewidth": 1.0, "linestyle": (0, (1, 2)), "zorder": 0}
+
+
+def draw(result: BranchesResult) -> Figure:
+    """Draw the branches of a scenario."""
+    peak = max((float(one.metrics["x_r_peak"].max()) for one in result.branches), default=0.0)
+    panels = (T_A, stroke_metric(peak))
+    figure, grid = style.panel_grid(len(panels), 1, row_height=3.4)
+    axes: list[Axes] = []
+    for i, metric in enumerate(panels):
+        axes.append(figure.add_subplot(grid[i, 0], sharex=axes[0] if axes else None))
+        draw_panel(axes[-1], result, metric)
+        axes[-1].set_title(metric.full_title)
+        axes[-1].set_ylabel(metric.symbol)
+    axes[-1].set_xlabel(axis_label(result.axis))
+    for panel in axes:
+        set_ticks(panel.xaxis)
+    case = result.case
+    scene = describe_scene(result.scenario, case.plant, case.law, {result.axis.key})
+    heading = style.make_heading(
+        result.scenario,
+        describe_motions(result),
+        "; ".join(words for _, words in scene),
+        result.scenario.excitation.describe_cases(case.motion, [result.axis.key]),
+    )
+    style.finish_figure(figure, heading)
+    return figure
+
+
+def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> None:
+    """Draw one metric of all branches with their bifurcations."""
+    if result.is_log:
+        axes.set_xscale("log")
+    for branch in result.branches:
+        draw_branch(axes, branch, metric)
+    for one in result.bifurcations:
+        branch = result.branches[one.branch - 1]
+        axes.plot(
+            one.value,
+            metric_at(branch, one, metric),
+            linestyle="none",
+            color="black",
+            zorder=4,
+            label=one.kind,
+            **MARKS[one.kind],
+        )
+    if result.own is not None:
+        axes.axvline(result.own, label="value in the scenario", **OWN_STYLE)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.25)
+
+
+def draw_branch(axes: Axes, branch: Branch, metric: PlottedMetric) -> None:
+    """Draw a branch: its stable parts solid, its unstable ones dashed."""
+    values = branch.metrics[metric.name] * metric.scale
+    color = COLORS[(branch.number - 1) % len(COLORS)]
+    changes = np.flatnonzero(np.diff(branch.stable)) + 1
+    begins, ends = [0, *changes.tolist()], [*changes.tolist(), len(values)]
+    for begin, end in zip(begins, ends, strict=True):
+        stable = bool(branch.stable[begin])
+        words = describe_branch(branch)
+        axes.plot(
+            # Neighbouring parts share a point, so that no gap is left.
+            branch.values[begin : end + 1],
+            values[begin : end + 1],
+            color=color,
+            linewidth=LINE_WIDTHS[stable],
+            linestyle="-" if stable else (0, (4, 2)),
+            label=words if stable else f"{words}, unstable",
+        )
+
+
+def metric_at(branch: Branch, bifurcation: Bifurcation, metric: PlottedMetric) -> float:
+    """Return a metric at a bifurcation, from the point of the branch that is nearest."""
+    span = float(np.ptp(branch.values)) or 1.0
+    size = float(np.nanmax(branch.metrics["x_r_peak"])) or 1.0
+    away = abs(branch.values - bifurcation.value) / span
+    away += abs(branch.metrics["x_r_peak"] - bifurcation.x_r_peak) / size
+    return float(branch.metrics[metric.name][int(np.argmin(away))] * metric.scale)

@@ -1,0 +1,607 @@
+"""Branches: all periodic motions along one key, stable and unstable, with their bifurcations.
+
+A march in time shows the motion that one start leads to. Here the motions reached from many
+starts are continued along the first key of the sweep (`approach.continuation`). With F_fs =
+F_fk and a linear spring two motions never move apart, so a single start finds the only branch;
+without a damper there may be continua at single frequencies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import drysim
+from drysim.core import compile
+from drysim.core.model import Input, Sines
+from drysim.errors import WarningMessage
+from drysim.excitation.harmonic import Harmonic
+from drysim.metrics.checks import Verdict
+from drysim.scenario.axes import Axis
+from drysim.scenario.model import Scenario
+from drysim.scenario.reading import numeric_keys
+from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
+from drysim.study.sweep import describe_numerics
+from drysim.wording import format_count, format_length, format_number, format_unit
+
+Floats = NDArray[np.float64]
+
+SEED_VALUES = 17
+"""Values of the key at which the motions from all starts are found."""
+
+START_SIZES, START_ANGLES = (0.3, 1.0, 2.0), 8
+"""Starts besides rest: amplitudes, as multiples of the motion without friction (but at most
+`LARGEST_START` times the static one), and phases."""
+
+LARGEST_START = 20.0
+
+MAX_BRANCHES = 40
+
+UNLOCKING_TOLERANCE = 1e-13
+"""Width, as a share of the range, to which the value is located at which a stuck mass starts to
+slide."""
+
+LOCKED, UNLOCKING, GRAZING = "locked", "unlocking", "grazing"
+
+SWEEP_KEY_MODELS = ("oscillator", "friction", "excitation")
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A branch of periodic motions.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    periods : int
+        Periods of the excitation per repetition.
+    symmetric : bool
+        Whether the motion repeats after half a period with the opposite sign.
+    is_locked : bool
+        Whether the mass sticks all the time, as it does from rest.
+    values : ndarray, shape (n,)
+        Values of the key along the branch, in SI.
+    stops : ndarray, shape (n,)
+        Stops per period of the excitation, without immediate reversals.
+    multipliers : ndarray, shape (n, 2)
+        Floquet multipliers of a repetition, complex.
+    stable : ndarray, shape (n,)
+    metrics : mapping
+        Metrics as columns, shape (n,).
+    ends : tuple of str
+        Why it ends on either side: `range`, `loop`, `merged`, `grazing`, `unlocking` or
+        `limit`.
+    """
+
+    number: int
+    periods: int
+    symmetric: bool
+    is_locked: bool
+    values: Floats
+    stops: Floats
+    multipliers: NDArray[np.complex128]
+    stable: NDArray[np.bool_]
+    metrics: Mapping[str, Floats]
+    ends: tuple[str, str]
+
+    @property
+    def kind(self) -> str:
+        """The kind of motion in words."""
+        if self.is_locked:
+            return LOCKED
+        if self.periods > 1:
+            return f"period {self.periods}"
+        return "symmetric" if self.symmetric else "unsymmetric"
+
+
+class Bifurcation(NamedTuple):
+    """A point at which motions appear, vanish or change their kind.
+
+    Attributes
+    ----------
+    kind : str
+    branch : int
+        Number of the branch.
+    value : float
+        Value of the key, in SI.
+    stops : tuple of float
+        Stops per period on either side, in the order of the branch.
+    x_r_peak : float
+        Largest |x_r| [m].
+    """
+
+    kind: str
+    branch: int
+    value: float
+    stops: tuple[float, float]
+    x_r_peak: float
+
+
+class Motion(NamedTuple):
+    """A periodic motion at the value of the key in the scenario."""
+
+    branch: Branch
+    stable: bool
+    T_a: float
+    x_r_peak: float
+
+
+@dataclass(frozen=True, eq=False)
+class BranchesResult:
+    """All periodic motions that were found along a key.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        With the sweep block.
+    case : Case
+    axis : Axis
+        The key that varies.
+    own : float or None
+        Its value in the scenario, if that is in the range.
+    branches : tuple of Branch
+    bifurcations : tuple of Bifurcation
+        By value of the key.
+    motions : tuple of Motion
+        The motions at `own`, the stable ones first.
+    starts : int
+        Starts from which motions were sought.
+    warnings : tuple of WarningMessage
+    """
+
+    scenario: Scenario
+    case: Case
+    axis: Axis
+    own: float | None
+    branches: tuple[Branch, ...]
+    bifurcations: tuple[Bifurcation, ...]
+    motions: tuple[Motion, ...]
+    starts: int
+    warnings: tuple[WarningMessage, ...]
+
+    @property
+    def is_log(self) -> bool:
+        """Whether the key varies on a log scale."""
+        return is_log(self.axis)
+
+    @property
+    def checks(self) -> tuple[Verdict, ...]:
+        """No checks: they hold for the motion of a run, or for the cases of a sweep."""
+        return ()
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """Records of the base motion: none under sines."""
+        return self.case.inputs
+
+    @property
+    def motion(self) -> Sines:
+        """Base motion of the scenario."""
+        assert isinstance(self.case.motion, Sines), "only sines have orbits"
+        return self.case.motion
+
+    @property
+    def numerics(self) -> dict[str, object]:
+        """Core, reason, engine and step of the solutions."""
+        return describe_numerics(self.case)
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Return 0; 1 with `strict` if there are warnings."""
+        return exit_code((), self.warnings, strict)
+
+    def place(self, value: float) -> str:
+        """Return a value of the key as text."""
+        return format_number(value, format_unit(self.axis.unit), 6)
+
+    def __repr__(self) -> str:
+        """Return the number of branches in one line."""
+        return format_repr(
+            "BranchesResult",
+            self.scenario.name,
+            f"{len(self.branches)} branches",
+            format_count(len(self.bifurcations), "bifurcation"),
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the bifurcations as HTML, for notebooks."""
+        rows = [
+            (one.kind, format_number(one.value, digits=10), f"branch {one.branch}")
+            for one in self.bifurcations
+        ]
+        return html_table(repr(self), ("bifurcation", self.axis.key, ""), rows, ())
+
+    def plot(self) -> Any:
+        """Return the picture of the branches, a figure of matplotlib."""
+        return drysim.plot(self)
+
+
+def branches(scenario: Scenario) -> BranchesResult:
+    """Follow all periodic motions along the first key of a scenario's sweep.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a steady sine as base motion, Coulomb friction or none, and a range of one key of
+        the oscillator, the friction or the excitation as sweep.
+
+    Returns
+    -------
+    BranchesResult
+
+    Raises
+    ------
+    ScenarioError
+        When the scenario has no such range, or no steady sine and Coulomb friction.
+    UsageError
+        When `scenario` is not a Scenario.
+    """
+    return solve(prepare_branches(scenario))
+
+
+def prepare_branches(scenario: Scenario) -> Case:
+    """Return the case of a scenario whose branches can be followed; errors as `branches`."""
+    require_scenario(scenario)
+    approaches_of(scenario)  # requires a sweep
+    axis = scenario.sweep[0]
+    if not isinstance(scenario.excitation, Harmonic):
+        sentence = (
+            f"branches needs base motion that is a sine (`kind: harmonic`), not "
+            f"{scenario.excitation.kind}: only periodic motions have branches"
+        )
+        raise case_error(scenario, sentence, ("excitation", "kind"))
+    numbers = [value for value in axis.values if isinstance(value, int | float)]
+    if axis.key.split(".")[0] not in SWEEP_KEY_MODELS or len({*numbers}) < 2:
+        sentence = (
+            f"branches follows the first key of the sweep, {axis.key}, which must be a range "
+            "of numbers of oscillator, friction or excitation"
+        )
+        raise case_error(scenario, sentence, ("sweep", axis.key))
+    alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": ()})
+    if not can_solve_together(alone):
+        sentence = (
+            "branches needs a steady state (`measure.steady`) with Coulomb friction or none, "
+            "under stick-slip or viscous, without end stops, weighting or values by direction"
+        )
+        raise case_error(scenario, sentence, ("sweep", axis.key))
+    case = prepare(alone)
+    # The start and the reference of the scenario do not matter.
+    return replace(case, warnings=())
+
+
+def solve(case: Case) -> BranchesResult:
+    """Follow the branches of a prepared case."""
+    scenario = case.scenario
+    axis = scenario.sweep[0]
+    compile.choose_engine(compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS + 1)
+    study = Study(scenario, axis)
+    return study.solve(case)
+
+
+class Study:
+    """Search for the branches of a scenario along an axis."""
+
+    def __init__(self, scenario: Scenario, axis: Axis) -> None:
+        from drysim.approach.coulomb import SceneRows
+
+        self.scenario, self.axis = scenario, axis
+        self.low, self.high = float(min(axis.values)), float(max(axis.values))
+        self.is_log = is_log(axis)
+        friction = scenario.active_friction
+        self.symmetric = getattr(friction, "normal_variation", None) is None
+        self.rows = SceneRows(self.exact_rows, self.low, self.high)
+
+    def exact_rows(self, values: Floats) -> Floats:
+        """Return the rows of the orbit kernel for many values of the key."""
+        return scene_array(self.scenario, {self.axis.key: values}, len(values))[0]
+
+    def value(self, p: float) -> float:
+        """Return the value of the key at a share of its range."""
+        if self.is_log:
+            return self.low * math.pow(self.high / self.low, p)
+        return self.low + (self.high - self.low) * p
+
+    def share(self, value: float) -> float:
+        """Return the share of the range at a value of the key."""
+        if self.is_log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    def solve(self, case: Case) -> BranchesResult:
+        """Find seeds, follow the branches through them, and measure all points."""
+        from drysim.approach.continuation import Continuation
+        from drysim.approach.coulomb import CoulombReturnMap
+
+        return_map = CoulombReturnMap(self.rows, self.value)
+        continuation = Continuation(return_map, return_map.speed)
+        shares = np.linspace(0.0, 1.0, SEED_VALUES)
+        seeds = self.seeds(shares)
+        found, complete = continuation.find_branches(seeds.orbits, self.symmetric, MAX_BRANCHES)
+        branches: list[Branch] = []
+        bifurcations: list[Bifurcation] = []
+        for number, low, high in self.locked_ranges(shares, seeds.stuck):
+            branch = self.locked_branch(number, low, high)
+            branches.append(branch)
+            bifurcations += [
+                Bifurcation(UNLOCKING, number, value, (0.0, 0.0), 0.0)
+                for value, end in zip((low, high), branch.ends, strict=True)
+                if end == UNLOCKING
+            ]
+        for one in found:
+            number = len(branches) + 1
+            branches.append(self.measured_branch(number, one))
+            per_period = (2.0 if one.repetition.half else 1.0) / one.repetition.periods
+            for kind, point, follower in one.bifurcations:
+                sides = [
+                    one.points[i].image.counts[0] * per_period
+                    for i in (max(follower - 1, 0), min(follower, len(one.points) - 1))
+                ]
+                bifurcations.append(
+                    Bifurcation(
+                        kind,
+                        number,
+                        self.value(point.p),
+                        (sides[0], sides[1]),
+                        point.image.peak,
+                    )
+                )
+        own = self.own_value()
+        motions = [] if own is None else [*self.motions_at(own, branches, found, continuation)]
+        return BranchesResult(
+            self.scenario,
+            case,
+            self.axis,
+            own,
+            tuple(branches),
+            tuple(sorted(bifurcations, key=lambda one: one.value)),
+            tuple(sorted(motions, key=lambda one: (not one.stable, one.x_r_peak))),
+            seeds.starts,
+            tuple(self.warnings(case, seeds, complete)),
+        )
+
+    def own_value(self) -> float | None:
+        """Return the value of the key in the scenario; None if it has none in the range."""
+        entry = numeric_keys(type(self.scenario), self.scenario.resolved()).get(self.axis.key)
+        value = entry.here(self.axis.key) if entry else None
+        return value if value is not None and self.low <= value <= self.high else None
+
+    # Motions reached from many starts
+
+    def seeds(self, shares: Floats) -> Seeds:
+        """Return the orbits reached from many starts at some shares of the range."""
+        from drysim.approach.coulomb import solve_orbits
+        from drysim.core import orbit as o
+        from drysim.core.forcing import V_R, X_R
+
+        scenes: list[Floats] = []
+        at: list[float] = []
+        for p in shares.tolist():
+            row = self.rows.at(self.value(p))
+            for state in starts(row):
+                scene = row.copy()
+                scene[[X_R, V_R]] = state
+                scenes.append(scene)
+                at.append(p)
+        found, stuck, lost = [], set(), 0
+        table = np.array(scenes)
+        for p, scene, answer in zip(at, table, solve_orbits(table), strict=True):
+            status = answer[o.STATUS]
+            if status != o.CONVERGED:
+                lost += status != o.NOT_UNIQUE
+                continue
+            length = answer[o.MULTIPLE] * scene[o.PERIOD]
+            if answer[o.STUCK] >= length * (1.0 - 1e-12):
+                # Only from rest: other positions at which the mass sticks are alike.
+                if not scene[[X_R, V_R]].any():
+                    stuck.add(p)
+                continue
+            peak = max(answer[o.HIGHEST], -answer[o.LOWEST])
+            state = answer[[o.X_BEGIN, o.V_BEGIN]].copy()
+            found.append((p, state, float(peak), int(answer[o.MULTIPLE])))
+        return Seeds(found, stuck, lost, len(scenes))
+
+    def locked_ranges(
+        self, shares: Floats, stuck: set[float]
+    ) -> Iterator[tuple[int, float, float]]:
+        """Yield number, first and last value of the ranges in which a mass at rest sticks."""
+        number, begin = 0, None
+        listed = [*shares.tolist()]
+        for i, p in enumerate(listed):
+            if p in stuck and begin is None:
+                begin = p if i == 0 else self.unlocking(listed[i - 1], p)
+            if begin is not None and (p not in stuck or i == len(listed) - 1):
+                end = p if p in stuck else self.unlocking(p, listed[i - 1])
+                number += 1
+                yield number, self.value(begin), self.value(end)
+                begin = None
+
+    def unlocking(self, moving: float, stuck: float) -> float:
+        """Return the share of the range between two at which a mass at rest begins to slide."""
+        while abs(moving - stuck) > UNLOCKING_TOLERANCE:
+            middle = 0.5 * (moving + stuck)
+            if middle in (moving, stuck):
+                break
+            if self.sticks(self.value(middle)):
+                stuck = middle
+            else:
+                moving = middle
+        return stuck
+
+    def sticks(self, value: float) -> bool:
+        """Whether a mass at rest sticks for ever."""
+        from drysim.core import orbit as o
+        from drysim.core.forcing import F_FS, M
+
+        row = self.rows.at(value)
+        return bool(row[F_FS] >= row[M] * row[o.SINES])
+
+    def locked_branch(self, number: int, low: float, high: float) -> Branch:
+        """Return the branch of a mass that sticks at x_r = 0."""
+        inside = [
+            value
+            for value in map(self.value, np.linspace(0.0, 1.0, SEED_VALUES))
+            if low < value < high
+        ]
+        values = np.array([low, *inside, high])
+        states = np.zeros((len(values), 2))
+        metrics = self.metrics_at(values, states, np.ones(len(values)))
+        ends = tuple(
+            "range" if math.isclose(value, end, rel_tol=1e-12) else UNLOCKING
+            for value, end in ((low, self.low), (high, self.high))
+        )
+        multipliers = np.tile(np.array([1.0 + 0j, 0j]), (len(values), 1))
+        return Branch(
+            number, 1, True, True, values, np.zeros(len(values)), multipliers,
+            np.ones(len(values), bool), metrics, (ends[0], ends[1]),
+        )  # fmt: skip
+
+    # Points of a branch
+
+    def measured_branch(self, number: int, found: Any) -> Branch:
+        """Return a branch with the metrics of its points."""
+        half, periods = found.repetition.half, found.repetition.periods
+        values = np.array([self.value(min(max(point.p, 0.0), 1.0)) for point in found.points])
+        states = np.array([point.state for point in found.points])
+        multipliers = np.array([point.multipliers for point in found.points])
+        order = np.argsort(-abs(multipliers), axis=1, kind="stable")
+        multipliers = np.take_along_axis(multipliers, order, axis=1)
+        if half:
+            multipliers = multipliers**2
+        stops = np.array([point.image.counts[0] for point in found.points], dtype=float)
+        return Branch(
+            number,
+            periods,
+            half,
+            False,
+            values,
+            stops * (2.0 if half else 1.0) / periods,
+            multipliers,
+            np.asarray((abs(multipliers) < 1.0).all(axis=1)),
+            self.metrics_at(values, states, np.full(len(values), float(periods))),
+            found.ends,
+        )
+
+    def metrics_at(self, values: Floats, states: Floats, periods: Floats) -> dict[str, Floats]:
+        """Return the metrics of orbits as columns."""
+        from drysim.approach.coulomb import measure_orbits
+        from drysim.core.forcing import V_R, X_R
+
+        scenes = self.exact_rows(values)
+        scenes[:, [X_R, V_R]] = states
+        results = measure_orbits(scenes, periods)
+        return orbit_metrics(scenes, results, np.zeros(len(values), np.int8))
+
+    def motions_at(
+        self, value: float, branches: list[Branch], found: Any, continuation: Any
+    ) -> Iterator[Motion]:
+        """Yield the motions at one value of the key."""
+        locked = [branch for branch in branches if branch.is_locked]
+        for branch in locked:
+            if branch.values[0] <= value <= branch.values[-1]:
+                yield Motion(branch, True, 1.0, 0.0)
+        p = self.share(value)
+        for branch, one in zip(branches[len(locked) :], found, strict=True):
+            for point in continuation.crossings(one, p):
+                periods = np.array([float(branch.periods)])
+                metrics = self.metrics_at(np.array([value]), point.state[None], periods)
+                stable = bool((abs(point.multipliers) < 1.0).all())
+                T_a, peak = float(metrics["T_a"][0]), float(metrics["x_r_peak"][0])
+                yield Motion(branch, stable, T_a, peak)
+
+    def warnings(self, case: Case, seeds: Seeds, complete: bool) -> Iterator[WarningMessage]:
+        """Yield the warnings about a search for branches."""
+        yield from case.warnings
+        if seeds.lost:
+            sentence = (
+                f"{seeds.lost} of {seeds.starts} starts did not settle on a periodic motion; "
+                "motions that are not periodic have no branch"
+            )
+            yield WarningMessage("starts-not-settled", sentence, {"starts": seeds.lost})
+        if not complete:
+            sentence = (
+                f"only the first {MAX_BRANCHES} branches were followed; take a smaller range"
+            )
+            yield WarningMessage("branches-left-out", sentence, {"branches": MAX_BRANCHES})
+
+
+def is_log(axis: Axis) -> bool:
+    """Return whether the values of an axis are given on a log scale."""
+    return isinstance(axis.words, dict) and axis.words.get("scale") == "log"
+
+
+def describe_branch(branch: Branch) -> str:
+    """Describe the motion on a branch, e.g. `symmetric, 2 stops per period`."""
+    if branch.is_locked:
+        return "locked from rest"
+    low, high = (
+        format_number(float(value)) for value in (branch.stops.min(), branch.stops.max())
+    )
+    if low == high == "0":
+        return f"{branch.kind}, no stops"
+    stops = low if low == high else f"{low} to {high}"
+    return f"{branch.kind}, {stops} stops per period"
+
+
+def describe_motions(result: BranchesResult) -> str:
+    """Describe the motions at the value of the key in the scenario."""
+    if result.own is None:
+        return ""
+    found = "; ".join(
+        f"{'stable' if one.stable else 'unstable'}, "
+        + (LOCKED if one.branch.is_locked else one.branch.kind)
+        + f": T_a {format_number(one.T_a, digits=4)}, stroke {format_length(one.x_r_peak)}"
+        for one in result.motions
+    )
+    return f"at {result.place(result.own)}: {found or 'none found'}"
+
+
+class Seeds(NamedTuple):
+    """Orbits reached from many starts.
+
+    Attributes
+    ----------
+    orbits : list of tuple
+        Share of the range, state, largest |x_r| [m] and periods of each orbit.
+    stuck : set of float
+        Shares of the range at which a mass at rest sticks.
+    lost : int
+        Number of starts that did not settle.
+    starts : int
+        Number of all starts.
+    """
+
+    orbits: list[tuple[float, Floats, float, int]]
+    stuck: set[float]
+    lost: int
+    starts: int
+
+
+def starts(row: Floats) -> list[tuple[float, float]]:
+    """Return the starts for a scene: rest, and states around it if other motions may exist.
+
+    With F_fs = F_fk and a damper the distance of two motions never grows, in the energy norm,
+    so all of them approach the same one.
+    """
+    from drysim.core import orbit as o
+    from drysim.core.forcing import F_FK, F_FS, K_X, B, M
+
+    rest = (0.0, 0.0)
+    if row[F_FS] == row[F_FK]:
+        return [rest]
+    omega = 2.0 * math.pi / row[o.PERIOD]
+    force = row[M] * row[o.SINES]
+    stiffness = abs(complex(row[K_X] - row[M] * omega**2, row[B] * omega))
+    size = force / max(stiffness, row[K_X] / LARGEST_START, 1e-300)
+    angles = 2.0 * math.pi * np.arange(START_ANGLES) / START_ANGLES
+    return [rest] + [
+        (share * size * math.cos(angle), share * size * omega * math.sin(angle))
+        for share in START_SIZES
+        for angle in angles.tolist()
+    ]
