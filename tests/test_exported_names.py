@@ -12,6 +12,7 @@ import drysim
 HEAVY = ("jinja2", "matplotlib", "numba", "pint", "scipy")
 
 NAMES = [
+    "BranchesResult",
     "Comparison",
     "DesignResult",
     "DrysimError",
@@ -26,6 +27,7 @@ NAMES = [
     "Table",
     "UsageError",
     "__version__",
+    "branches",
     "compare",
     "design",
     "fit",

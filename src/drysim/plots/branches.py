@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.plots import style
-from drysim.plots.style import T_A, PlottedMetric, Style, stroke_metric
+from drysim.plots.style import PEAK_STROKE, T_A, PlottedMetric, Style, stroke_metric
 from drysim.plots.sweep import axis_label, set_ticks
 from drysim.study.branches import (
     Bifurcation,
@@ -83,12 +83,15 @@ def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> Non
             linestyle="none",
             color="black",
             zorder=4,
+            clip_on=False,
             label=one.kind,
             **MARKS[one.kind],
         )
     if result.own is not None:
         axes.axvline(result.own, label="value in the scenario", **OWN_STYLE)
-    axes.set_ylim(bottom=0.0)
+    axes.margins(x=0.02, y=0.08)
+    if metric.name == PEAK_STROKE:
+        axes.set_ylim(bottom=0.0)
     axes.grid(alpha=0.25)
 
 

@@ -1,0 +1,270 @@
+"""Branches of periodic motions: multipliers, folds and other bifurcations, faults, files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drysim
+
+SCALED = """
+drysim: 1
+oscillator: {{mass: 1, stiffness: 1, damping_ratio: {zeta}}}
+friction: {{law: coulomb, kinetic: {phi}, static_ratio: {eta}}}
+excitation: {{kind: harmonic, frequency: {frequency}, amplitude: 1}}
+solver: {{step: 0.01}}
+"""
+PAPER = """
+drysim: 1
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}
+excitation: {kind: harmonic, frequency: HZ, rms: 0.5}
+solver: {step: 2.5e-3}
+sweep:
+  friction.static_ratio: {from: 1, to: 1.5, step: 0.1}
+"""
+
+
+@pytest.fixture
+def command(drysim):
+    """Return `drysim` as a function; the name of the fixture is that of the package."""
+    return drysim
+
+
+def scaled(folder: Path, beta, zeta, phi, eta, sweep: str = "") -> drysim.Scenario:
+    """Return a scene with m = k_x = 1 and base acceleration of amplitude 1."""
+    text = SCALED.format(frequency=repr(beta / math.tau), zeta=zeta, phi=phi, eta=eta)
+    file = folder / "scaled.yaml"
+    file.write_text(text + (f"sweep:\n  {sweep}\n" if sweep else ""), encoding="utf-8")
+    return drysim.load(file)
+
+
+def paper(folder: Path, hz: float) -> drysim.Scenario:
+    """Return the scene of the paper's Fig. 4 over the static ratio."""
+    file = folder / "paper.yaml"
+    file.write_text(PAPER.replace("HZ", str(hz)), encoding="utf-8")
+    return drysim.load(file)
+
+
+def bifurcations(result, kind):
+    """Return the values of the key at the bifurcations of a kind."""
+    return [one.value for one in result.bifurcations if one.kind == kind]
+
+
+# Multipliers of the orbit of a run
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi", "eta", "expected"),
+    [
+        (0.8, 0.05, 0.3, 1, 0.03306541 + 0.44755169j),
+        (1.5, 0.05, 0.5, 1, -0.12863689 + 0.27502674j),
+        (2.0, 1 / 3, 0.3, 1, -0.1560542 + 0.07507111j),
+        (0.8, 0.0, 0.3, 1, 0.02294045 + 0.6967003j),
+        (0.3, 0.05, 0.2, 1, 0.50863404),
+        (1.0, 1 / 3, 0.6, 1.2, 0.07120099),
+        (0.5, 0.05, 0.5, 1, 0.05770276),
+    ],
+)
+def test_multipliers_of_an_orbit_are_those_of_the_closed_form(
+    tmp_path, beta, zeta, phi, eta, expected
+):
+    metrics = drysim.run(scaled(tmp_path, beta, zeta, phi, eta)).metrics
+    first, second = (
+        metrics[f"multiplier_{i}"] * np.exp(1j * metrics[f"multiplier_{i}_phase"])
+        for i in (1, 2)
+    )
+    if isinstance(expected, complex):
+        assert {round(abs(one - expected), 7) for one in (first, second)} >= {0.0}
+        assert first == pytest.approx(second.conjugate(), abs=1e-12)
+    else:
+        assert first == pytest.approx(expected, abs=1e-7)
+        assert abs(second) < 1e-12
+    assert metrics["stable"] == 1
+
+
+def test_multipliers_of_a_case_of_a_sweep_are_those_of_its_run(tmp_path):
+    swept = scaled(tmp_path, 0.8, 0.05, 0.3, 1.1, "friction.kinetic: [0.2, 0.3, 0.6]")
+    for row in drysim.sweep(swept).rows:
+        alone = scaled(tmp_path, 0.8, 0.05, row.point["friction.kinetic"], 1.1)
+        metrics = drysim.run(alone).metrics
+        for name in ("multiplier_1", "multiplier_1_phase", "multiplier_2", "stable"):
+            assert row.metrics[name] == pytest.approx(metrics[name], abs=1e-9)
+
+
+def test_a_motion_that_is_not_periodic_has_no_multipliers(tmp_path):
+    scaled(tmp_path, 0.8, 0.05, 0.3, 1)
+    window = {"measure": {"settle": 0, "duration": 10}}
+    windowed = drysim.load(tmp_path / "scaled.yaml", window)
+    assert drysim.run(windowed).metrics["multiplier_1"] is None
+
+
+# Branches
+
+
+@pytest.mark.parametrize(("hz", "fold"), [(0.5, 1.38072), (1.0, 1.23209), (1.5916, 1.19776)])
+def test_stable_sliding_ends_in_a_fold_while_rest_stays_locked(tmp_path, hz, fold):
+    result = drysim.branches(paper(tmp_path, hz))
+    (found,) = bifurcations(result, "fold")
+    assert found == pytest.approx(fold, abs=6e-6)
+    (unlocking,) = bifurcations(result, "unlocking")
+    assert unlocking == pytest.approx(math.sqrt(2) * 0.5 * 75 / 45, rel=1e-12)
+    locked = result.motions[0]
+    assert (locked.branch.is_locked, locked.T_a, locked.stable) == (True, 1.0, True)
+
+
+@pytest.mark.parametrize(
+    ("hz", "peak", "T_a"), [(0.5, 1.745e-3, 1.01034), (1.0, 0.662e-3, 0.998)]
+)
+def test_both_stable_motions_of_the_paper_are_found_at_the_value_of_the_scenario(
+    tmp_path, hz, peak, T_a
+):
+    result = drysim.branches(paper(tmp_path, hz))
+    stable = [one for one in result.motions if one.stable]
+    assert [one.branch.kind for one in stable] == ["locked", "symmetric"]
+    assert stable[1].x_r_peak == pytest.approx(peak, abs=5e-7)
+    assert stable[1].T_a == pytest.approx(T_a, abs=5e-6)
+
+
+def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leaves(tmp_path):
+    scene = scaled(
+        tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
+    )
+    result = drysim.branches(scene)
+    breaking = [one for one in result.bifurcations if one.kind == "symmetry breaking"]
+    assert breaking[-1].value == pytest.approx(0.217466646, abs=1e-8)
+    assert breaking[-1].x_r_peak == pytest.approx(1.32333950, abs=1e-7)
+    kinds = {one.branch.kind: one for one in result.motions}
+    assert kinds["symmetric"].x_r_peak == pytest.approx(1.31807057, abs=1e-8)
+    assert not kinds["symmetric"].stable
+    assert kinds["unsymmetric"].stable
+    (symmetric,) = [one for one in result.branches if one.kind == "symmetric"]
+    at = int(np.argmin(abs(symmetric.values - 0.2)))
+    assert abs(symmetric.multipliers[at, 0]) == pytest.approx(1.1088, abs=0.1)
+
+
+def test_stops_are_born_and_lost_where_two_parametrisations_say(tmp_path):
+    scene = scaled(
+        tmp_path, 0.25, 0.05, 0.2, 1, "friction.kinetic: {from: 0.02, to: 0.9, count: 5}"
+    )
+    result = drysim.branches(scene)
+    expected = [(0.051111380, 0, 2), (0.229713945, 2, 4), (0.282327218, 4, 2)]
+    found = [one for one in result.bifurcations if one.kind == "grazing"]
+    for one, (value, before, after) in zip(found, expected, strict=True):
+        assert one.value == pytest.approx(value, abs=1e-9)
+        assert one.stops == (before, after)
+
+
+def test_a_continuum_of_orbits_without_damping_is_no_bifurcation(tmp_path):
+    scene = scaled(
+        tmp_path, 0.5, 0, 0.2, 1, "excitation.frequency: {from: 0.07, to: 0.085, count: 4}"
+    )
+    result = drysim.branches(scene)
+    (value,) = bifurcations(result, "continuum")
+    assert value == pytest.approx(1 / (4 * math.pi), rel=1e-6)
+    assert not bifurcations(result, "symmetry breaking")
+
+
+def test_the_only_branch_without_static_excess_is_stable(tmp_path):
+    scene = scaled(
+        tmp_path,
+        0.5,
+        0.05,
+        0.4,
+        1,
+        "excitation.frequency: {from: 0.04, to: 0.4, scale: log, count: 9}",
+    )
+    result = drysim.branches(scene)
+    assert len(result.branches) == 1
+    assert result.branches[0].stable.all()
+    assert result.starts == 17  # rest only: two motions never move apart
+
+
+def test_branches_scale_with_base_motion_and_friction(tmp_path):
+    sweep = "friction.static_ratio: {from: 1, to: 2, count: 3}"
+    one = scaled(tmp_path, 0.5, 0.05, 0.6, 1.5, sweep)
+    ten = drysim.load(
+        tmp_path / "scaled.yaml", {"friction.kinetic": 6, "excitation.amplitude": 10}
+    )
+    small, large = drysim.branches(one), drysim.branches(ten)
+    assert [each.kind for each in small.bifurcations] == [
+        each.kind for each in large.bifurcations
+    ]
+    for a, b in zip(small.bifurcations, large.bifurcations, strict=True):
+        assert a.value == pytest.approx(b.value, rel=1e-9)
+        assert 10 * a.x_r_peak == pytest.approx(b.x_r_peak, rel=1e-7)
+
+
+def test_every_point_of_a_branch_repeats(tmp_path):
+    result = drysim.branches(paper(tmp_path, 0.5))
+    scenario = result.scenario.copy_with({"sweep": ()})
+    branch = result.branches[1]
+    assert (branch.metrics["energy_residual"] < 1e-9).all()
+    for i in range(0, len(branch.values), 20):
+        if branch.stable[i]:
+            start = {"start": {"x_r": branch.metrics["x_r_peak"][i]}}
+            case = scenario.at({"friction.static_ratio": float(branch.values[i])})
+            near = drysim.run(
+                case.copy_with({"start": case.start.model_copy(update=start["start"])})
+            )
+            assert near.metrics["x_r_peak"] == pytest.approx(
+                branch.metrics["x_r_peak"][i], rel=1e-8
+            )
+
+
+# Command, files and faults
+
+
+def test_command_writes_branches_bifurcations_and_picture(command, tmp_path):
+    paper(tmp_path, 1.0)
+    done = command("branches", "paper.yaml", "-o", "out")
+    assert done.code == 0, done.err
+    assert "at 1.2: stable, locked: T_a 1" in done.out
+    out = tmp_path / "out"
+    assert (out / "branches.png").is_file()
+    with (out / "bifurcations.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["bifurcation"] for row in rows] == ["unlocking", "grazing", "fold"]
+    with (out / "branches.csv").open(newline="") as file:
+        points = list(csv.DictReader(file))
+    fields = json.loads((out / "drysim.json").read_text())
+    assert len(points) == fields["numerics"]["points"]
+    assert {row["stable [-]"] for row in points} == {"0.0", "1.0"}
+    again = drysim.load(out / "scenario.yaml")
+    assert (
+        drysim.branches(again).bifurcations
+        == drysim.branches(paper(tmp_path, 1.0)).bifurcations
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sweep": None}, "sweep is required"),
+        (
+            {
+                "excitation": {
+                    "kind": "standard",
+                    "class": "EM1",
+                    "duration": "10 s",
+                    "seed": 1,
+                },
+                "measure": {"settle": 0},
+            },
+            "branches needs base motion that is a sine",
+        ),
+        ({"sweep": {"start.x_r": [0.0, 0.1]}}, "branches follows the first key of the sweep"),
+        ({"measure": {"settle": 0, "duration": 10}}, "needs a steady state"),
+    ],
+)
+def test_scenes_without_branches_are_refused_with_the_reason(tmp_path, changes, words):
+    file = tmp_path / "paper.yaml"
+    paper(tmp_path, 1.0)
+    with pytest.raises(drysim.ScenarioError) as fault:
+        drysim.branches(drysim.load(file, changes))
+    assert words in str(fault.value) + str(fault.value.problems)
