@@ -104,6 +104,35 @@ def test_a_motion_that_is_not_periodic_has_no_multipliers(tmp_path):
     assert drysim.run(windowed).metrics["multiplier_1"] is None
 
 
+# Other motions of a run
+
+
+def warned(outcome) -> list[str]:
+    """Return the warnings of a run about other motions."""
+    return [one.sentence for one in outcome.warnings if one.slug == "other-motion"]
+
+
+def test_run_warns_of_the_other_stable_motion_from_either_side(tmp_path):
+    scene = paper(tmp_path, 0.5).copy_with({"sweep": ()})
+    assert "T_a 1.01, stroke 1.745 mm" in warned(drysim.run(scene))[0]
+    kicked = drysim.load(tmp_path / "paper.yaml", {"sweep": None, "start": {"x_r": 0.02}})
+    assert "another stable motion exists (T_a 1, stroke 0 mm)" in warned(drysim.run(kicked))[0]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"friction.static_ratio": 1.4},
+        {"friction.static_ratio": 1},
+        {"measure": {"coexisting": False}},
+    ],
+)
+def test_run_does_not_warn_where_no_other_motion_exists_or_none_is_sought(tmp_path, changes):
+    paper(tmp_path, 0.5)
+    scene = drysim.load(tmp_path / "paper.yaml", {"sweep": None, **changes})
+    assert not warned(drysim.run(scene))
+
+
 # Branches
 
 

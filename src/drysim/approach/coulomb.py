@@ -70,7 +70,18 @@ from drysim.approach.solution import (
 from drysim.core import orbit
 from drysim.core.compile import as_engine_array
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
-from drysim.core.forcing import SCENE_COLUMNS, V_R, WAVE_COLUMNS, Waves
+from drysim.core.forcing import (
+    F_FK,
+    F_FS,
+    K_X,
+    SCENE_COLUMNS,
+    V_R,
+    WAVE_COLUMNS,
+    X_R,
+    B,
+    M,
+    Waves,
+)
 from drysim.core.march import (
     Interval,
     Scene,
@@ -369,6 +380,95 @@ def period_buffers() -> orbit.PeriodStarts:
     """Return buffers for the states at the start of the latest periods."""
     x_r, v_r = (as_engine_array(np.zeros(orbit.MAX_MULTIPLE)) for _ in range(2))
     return orbit.PeriodStarts(x_r, v_r)
+
+
+START_SIZES, START_ANGLES = (0.3, 1.0, 2.0), 8
+"""Starts besides rest from which other motions are sought: amplitudes, as multiples of the
+motion without friction, and phases."""
+
+LARGEST_START = 20.0
+"""Largest such amplitude, as a multiple of the static deflection under m A."""
+
+
+def orbit_starts(row: Floats) -> Floats:
+    """Return starts from which different motions may be reached: x_r [m] and v_r [m/s].
+
+    With F_fs = F_fk and a linear spring the distance of two motions never grows, in the energy
+    norm, because the friction force is a monotone function of the velocity. All motions then
+    approach the same one, and rest is the only start.
+
+    Parameters
+    ----------
+    row : ndarray, shape (SINES + 3 sines,)
+        A scene, as in `solve_orbits`.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Rest first.
+    """
+    if row[F_FS] == row[F_FK]:
+        return np.zeros((1, 2))
+    omega, force = math.tau / row[orbit.PERIOD], row[M] * row[orbit.SINES]
+    stiffness = abs(complex(row[K_X] - row[M] * omega**2, row[B] * omega))
+    size = force / max(stiffness, row[K_X] / LARGEST_START, 1e-300)
+    angles = math.tau * np.arange(START_ANGLES) / START_ANGLES
+    around = [
+        (share * size * math.cos(angle), share * size * omega * math.sin(angle))
+        for share in START_SIZES
+        for angle in angles.tolist()
+    ]
+    return np.array([(0.0, 0.0), *around])
+
+
+SAME_MOTION = 1e-6
+"""Relative difference of two RMS displacements up to which motions are the same."""
+
+
+class OtherMotion(NamedTuple):
+    """Another stable motion of a scene: transmissibility [-] and largest |x_r| [m]."""
+
+    T_a: float
+    x_r_peak: float
+
+
+def find_other_motions(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
+) -> tuple[list[OtherMotion], int]:
+    """Return the stable motions that other starts lead to, and the number of these starts.
+
+    Parameters
+    ----------
+    plant, law, motion, start
+        The scene.
+    period : float
+        Period of the excitation [s].
+    """
+    sines = [column for sine in zip(*motion, strict=True) for column in sine]
+    row = np.array([*plant, *law, *start[:2], period, math.inf, math.inf, *sines])
+    starts = orbit_starts(row)
+    rows = np.tile(row, (len(starts) + 1, 1))
+    rows[1:, [X_R, V_R]] = starts
+    found: list[OtherMotion] = []
+    known: list[float] = []
+    for answer in solve_orbits(rows):
+        if answer[orbit.STATUS] != orbit.CONVERGED:
+            continue
+        length = answer[orbit.MULTIPLE] * period
+        # A mass that sticks for ever does so at many positions.
+        stuck = answer[orbit.STUCK] >= length * (1.0 - STUCK_TOLERANCE)
+        rms = 0.0 if stuck else math.sqrt(answer[orbit.X2] / length)
+        if any(math.isclose(rms, other, rel_tol=SAME_MOTION) for other in known):
+            continue
+        T_a = 1.0 if stuck else math.sqrt(answer[orbit.X_DD2] / answer[orbit.U_DD2])
+        peak = 0.0 if stuck else max(answer[orbit.HIGHEST], -answer[orbit.LOWEST])
+        known.append(rms)
+        found.append(OtherMotion(T_a, float(peak)))
+    return found[1:], len(starts)
+
+
+STUCK_TOLERANCE = 1e-12
+"""Share of a repetition without sticking that is rounding."""
 
 
 # Return map along a parameter, for the continuation of orbits.

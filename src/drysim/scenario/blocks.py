@@ -355,6 +355,9 @@ class Measure(Block):
     """Time before the window [s], or `20 periods`."""
     duration: Annotated[float, Quantity("s", above=0)] | None = None
     """Length of the window [s], or `20 periods`; default: to the end of the record."""
+    coexisting: StrictBool | None = None
+    """Whether a run of a steady state searches for other stable motions; default: true where
+    they may exist, with Coulomb friction and F_fs above F_fk."""
     direction: Literal["vertical", "horizontal"] | None = None
     """Direction of vibration for a seated person; selects the weighting of ISO 2631-1 and its
     factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (quoted from memory, not

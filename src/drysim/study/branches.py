@@ -36,12 +36,6 @@ Floats = NDArray[np.float64]
 SEED_VALUES = 17
 """Values of the key at which the motions from all starts are found."""
 
-START_SIZES, START_ANGLES = (0.3, 1.0, 2.0), 8
-"""Starts besides rest: amplitudes, as multiples of the motion without friction (but at most
-`LARGEST_START` times the static one), and phases."""
-
-LARGEST_START = 20.0
-
 MAX_BRANCHES = 40
 
 UNLOCKING_TOLERANCE = 1e-13
@@ -376,7 +370,7 @@ class Study:
 
     def seeds(self, shares: Floats) -> Seeds:
         """Return the orbits reached from many starts at some shares of the range."""
-        from drysim.approach.coulomb import solve_orbits
+        from drysim.approach.coulomb import orbit_starts, solve_orbits
         from drysim.core import orbit as o
         from drysim.core.forcing import V_R, X_R
 
@@ -384,7 +378,7 @@ class Study:
         at: list[float] = []
         for p in shares.tolist():
             row = self.rows.at(self.value(p))
-            for state in starts(row):
+            for state in orbit_starts(row):
                 scene = row.copy()
                 scene[[X_R, V_R]] = state
                 scenes.append(scene)
@@ -581,27 +575,3 @@ class Seeds(NamedTuple):
     stuck: set[float]
     lost: int
     starts: int
-
-
-def starts(row: Floats) -> list[tuple[float, float]]:
-    """Return the starts for a scene: rest, and states around it if other motions may exist.
-
-    With F_fs = F_fk and a damper the distance of two motions never grows, in the energy norm,
-    so all of them approach the same one.
-    """
-    from drysim.core import orbit as o
-    from drysim.core.forcing import F_FK, F_FS, K_X, B, M
-
-    rest = (0.0, 0.0)
-    if row[F_FS] == row[F_FK]:
-        return [rest]
-    omega = 2.0 * math.pi / row[o.PERIOD]
-    force = row[M] * row[o.SINES]
-    stiffness = abs(complex(row[K_X] - row[M] * omega**2, row[B] * omega))
-    size = force / max(stiffness, row[K_X] / LARGEST_START, 1e-300)
-    angles = 2.0 * math.pi * np.arange(START_ANGLES) / START_ANGLES
-    return [rest] + [
-        (share * size * math.cos(angle), share * size * omega * math.sin(angle))
-        for share in START_SIZES
-        for angle in angles.tolist()
-    ]

@@ -23,7 +23,7 @@ import numpy as np
 from drysim.approach.solution import Floats, Orbit, Response, Trajectory
 from drysim.approach.stick_slip import ExactApproach, StickSlip
 from drysim.core.compile import choose_engine
-from drysim.core.model import AnyState, Samples, Sines, State
+from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.comfort import Weighted, weighted_accelerations
@@ -47,7 +47,7 @@ from drysim.study.warnings import (
     record_end_warning,
     response_warnings,
 )
-from drysim.wording import Point, format_number
+from drysim.wording import Point, format_length, format_number
 
 if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
@@ -112,8 +112,38 @@ def periodic_motion(case: Case) -> SolvedMotion:
         period_multiple=orbit.periods,
         error=None if error is None else error + orbit.distance,
     )
-    motion_warnings = tuple(orbit_warnings(orbit, case))
+    motion_warnings = (*orbit_warnings(orbit, case), *other_motion_warnings(case))
     return replace(response, compute_numerics=compute_numerics), (0.0, length), motion_warnings
+
+
+def other_motion_warnings(case: Case) -> Iterator[WarningMessage]:
+    """Warn of other stable motions that other starts lead to.
+
+    Only Coulomb friction under the exact approach is searched; with F_fs = F_fk there are none.
+    """
+    law = case.law
+    wanted = case.scenario.measure.coexisting is not False
+    if not (wanted and isinstance(case.approach, ExactApproach)):
+        return
+    if not isinstance(law, CoulombLaw) or law.F_fs <= law.F_fk or law.variation:
+        return
+    from drysim.approach.coulomb import find_other_motions
+
+    assert isinstance(case.motion, Sines), "only periodic excitation has an orbit"
+    assert case.period is not None
+    others, starts = find_other_motions(case.plant, law, case.motion, case.start, case.period)
+    if not others:
+        return
+    listed = "; ".join(
+        f"T_a {format_number(one.T_a, digits=4)}, stroke {format_length(one.x_r_peak)}"
+        for one in others
+    )
+    exist = "another stable motion exists" if len(others) == 1 else "other stable motions exist"
+    sentence = (
+        f"{exist} ({listed}): {starts} other starts were tried; `drysim branches` follows all "
+        "motions along a key"
+    )
+    yield WarningMessage("other-motion", sentence, {"motions": len(others), "starts": starts})
 
 
 def record_end_warnings(case: Case, metrics: Metrics) -> Iterator[WarningMessage]:
