@@ -27,7 +27,17 @@ import drysim
 from drysim import output
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
-from drysim.core.model import CoulombLaw, Sines, State, StrokeLimits
+from drysim.core.model import (
+    BRISTLE,
+    STRIBECK,
+    CoulombLaw,
+    DynamicLaw,
+    EndStops,
+    PiecewiseLaw,
+    Sines,
+    State,
+    StrokeLimits,
+)
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
@@ -47,6 +57,7 @@ from drysim.plots.response import (
     MASS_STYLE,
     THIN_LINEWIDTH,
     VIOLATION_STYLE,
+    characteristic,
     curve_with_events,
     draw,
     envelope,
@@ -177,14 +188,15 @@ def test_loop_of_a_steady_orbit_is_closed(multiple):
     made = outcome()
     numerics = replace(made.response.numerics, period_multiple=multiple)
     steady = replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
-    loop = draw(steady).axes[-1].lines[0].get_xydata()
+    *_, loop, over_velocity = (panel.lines[0].get_xydata() for panel in draw(steady).axes)
+    assert (over_velocity[0] == over_velocity[-1]).all() == (multiple is not None)
     assert (loop[0] == loop[-1]).all() == (multiple is not None)
 
 
 def test_motion_is_drawn_to_its_end_where_steps_are_longer_than_all_of_it():
     response = StickSlip().solve(PAPER, STICKY, SINE, State(0.0, 0.1), 5.0, 1.0)
     figure = draw(replace(outcome(), response=response))
-    above, below, _ = figure.axes
+    above, below, *_ = figure.axes
     assert above.get_xlim() == (0.0, 1.0)
     assert len(below.lines[0].get_xdata()) == 1 + 2 * (len(response.events) - 1) > 5
     shaded = {(patch.get_x(), patch.get_width()) for patch in above.patches}
@@ -247,11 +259,11 @@ def test_picture_is_drawn_without_a_warning(scene, tmp_path):
 
 def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
     figure = draw(outcome(CoulombLaw(15.0, 15.0), record(24_000), None, limit=0.01))
-    assert len(figure.axes) == 5
+    assert len(figure.axes) == 6
     for panel in figure.axes:
         assert panel.get_title("left").endswith("]")
     below = [panel.get_xlabel() for panel in figure.axes if panel.get_xlabel()]
-    assert len(below) == 3
+    assert len(below) == 4
     assert all("[" in label for label in below)
     (legend,) = figure.legends
     shown = [text.get_text() for text in legend.get_texts()]
@@ -269,7 +281,7 @@ def labelled(axes, label):
 def test_mass_is_drawn_above_a_lighter_and_thinner_base(made):
     from matplotlib.colors import to_rgb
 
-    above = draw(made).axes[-3]
+    above = draw(made).axes[-4]
     mass, base = labelled(above, "mass ẍ"), labelled(above, "base ü")
     assert mass.get_zorder() > base.get_zorder()
     assert mass.get_linewidth() > base.get_linewidth()
@@ -295,7 +307,7 @@ def test_line_with_very_many_turning_points_is_thin():
     rough = np.random.Generator(np.random.PCG64(1)).standard_normal(2_000)
     made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
     smooth = outcome()
-    widths = [labelled(draw(one).axes[-3], "mass ẍ").get_linewidth() for one in (made, smooth)]
+    widths = [labelled(draw(one).axes[-4], "mass ẍ").get_linewidth() for one in (made, smooth)]
     assert widths == [THIN_LINEWIDTH, MASS_STYLE["linewidth"]]
     level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
     assert mass_style(np.append(level, -45.0)) == MASS_STYLE
@@ -312,6 +324,67 @@ def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
     assert made.metrics["stuck_share"] == 0.0
     assert {"no slip", "friction limit ±$F_{fk}$"} <= legend(draw(made))
     assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(CoulombLaw(45.0, 54.0))))
+
+
+LAWS = {
+    "coulomb": (CoulombLaw(30.0, 45.0), 30.0, 45.0),
+    "stribeck": (DynamicLaw(30.0, 45.0, STRIBECK, v_s=0.005), 30.0, 45.0),
+    "lugre": (
+        DynamicLaw(30.0, 45.0, BRISTLE, v_s=0.005, sigma_0=1e5, sigma_1=300.0, sigma_2=2.0),
+        30.2,
+        45.0,
+    ),
+    "jenkins": (elastic_law(30.0, 20e3), 30.0, 30.0),
+}
+
+
+@pytest.mark.parametrize(("law", "sliding", "at_rest"), LAWS.values(), ids=LAWS)
+def test_characteristic_is_vertical_at_rest_and_the_sliding_force_beside_it(
+    law, sliding, at_rest
+):
+    v, force = characteristic(law, -0.05, 0.1)
+    assert (v[0], v[-1]) == (-0.05, 0.1)
+    assert np.all(np.diff(v) >= 0)
+    assert force[-1] == pytest.approx(sliding, rel=1e-12)
+    still = force[v == 0.0]
+    assert (still.min(), still.max()) == pytest.approx((-at_rest, at_rest), rel=1e-12)
+
+
+def test_characteristic_has_the_forces_of_both_directions():
+    law = PiecewiseLaw(30.0, 40.0, compression=(20.0, 25.0))
+    v, force = characteristic(law, -1.0, 1.0)
+    assert (force[0], force[-1]) == (-20.0, 30.0)
+    assert (force[v == 0].min(), force[v == 0].max()) == (-25.0, 40.0)
+
+
+def test_force_over_velocity_follows_the_characteristic_and_sticks_within_it():
+    over_velocity = draw(outcome(CoulombLaw(30.0, 45.0))).axes[-1]
+    assert over_velocity.get_xlabel() == "relative velocity $v_r$ [mm/s]"
+    v, force = over_velocity.lines[0].get_xydata().T
+    slides = np.abs(v) > 1e-9
+    assert np.allclose(force[slides], 30.0 * np.sign(v[slides]))
+    assert 30.0 < np.abs(force[~slides]).max() <= 45.0
+
+
+@pytest.mark.parametrize("law", [CoulombLaw(0.0, 0.0), CoulombLaw(500.0, 500.0)])
+def test_without_friction_or_motion_no_force_is_drawn_over_the_velocity(law):
+    labels = [panel.get_xlabel() for panel in draw(outcome(law)).axes]
+    assert not any("velocity" in label for label in labels)
+    assert len(labels) == 3
+
+
+def test_varying_normal_force_has_no_characteristic():
+    over_velocity = draw(outcome(CoulombLaw(30.0, 36.0, 0.5, 6.0, 0.0))).axes[-1]
+    assert "velocity" in over_velocity.get_xlabel()
+    assert len(over_velocity.lines) == 1
+
+
+def test_impact_on_a_rigid_stop_leaves_a_gap_in_the_force_over_velocity():
+    law = CoulombLaw(15.0, 15.0).as_piecewise()
+    stops = EndStops(StrokeLimits(0.005, 0.005), e=0.5)
+    over_velocity = draw(outcome(law._replace(stops=stops))).axes[-1]
+    v = over_velocity.lines[0].get_xdata()
+    assert np.isnan(v).any()
 
 
 def test_framed_stretch_is_less_than_half_of_the_run():

@@ -75,7 +75,8 @@ def loop(law: str) -> Figure:
     motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
     axes = figure.add_axes((0.15, 0.17, 0.73, 0.63))
-    response.draw_loop(axes, response.curve_with_events(motion, slice(None)), motion, unit)
+    shown = response.closed_curve(response.curve_with_events(motion, slice(None)), motion)
+    response.draw_loop(axes, shown, motion, unit)
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}

@@ -1,4 +1,7 @@
-"""Plot response.png: accelerations and relative displacement over time, and the friction loop.
+"""Plot response.png: acceleration and displacement over time, and the friction force.
+
+The friction force is drawn over the relative displacement, the friction loop, and over the
+relative velocity, beside the law's own force at steady sliding (the paper, Fig. 1).
 
 A short response with few events is drawn in full. Any other response has two parts: an overview
 (with very many points as an envelope from minimum to maximum) and below it a zoomed view around
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
 
 
 ROW_HEIGHT = 2.15
-"""Height of a row of panels [inch]; the loop takes two."""
+"""Height of a row of panels [inch]; a loop on its own takes two."""
 
 MAX_LINE_POINTS = 20_000
 """Grid points above which a zoomed view is added."""
@@ -58,7 +61,8 @@ def draw(outcome: Outcome) -> Figure:
         _draw_zoomed(figure, grid, outcome)
     else:
         _draw_interval(figure, grid, slice(None), outcome, MAX_LIMIT_RATIO)
-    entries = style.legend_entries(figure.axes[-3:] + figure.axes[:-3])
+    overview = 2 if zoomed else 0
+    entries = style.legend_entries(figure.axes[overview:] + figure.axes[:overview])
     style.finish_figure(figure, style.response_heading(outcome), entries)
     return figure
 
@@ -79,13 +83,13 @@ def _draw_zoomed(figure: Figure, grid: GridSpec, outcome: Outcome) -> None:
     for axes in (above, below):
         axes.axvspan(*time_bounds(motion, part), **FRAME_STYLE)
     _draw_interval(figure, grid, part, outcome, MAX_LIMIT_RATIO_ZOOMED)
-    figure.axes[-2].set_xlabel("time $t$ [s], framed interval")
+    figure.axes[3].set_xlabel("time $t$ [s], framed interval")
 
 
 def _draw_interval(
     figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, max_ratio: float
 ) -> None:
-    """Draw an interval of a response: time histories, stick phases and friction loop."""
+    """Draw an interval of a response: time histories, stick phases and friction force."""
     motion, stroke, unit = outcome.response, outcome.scenario.stroke, _stroke_unit(outcome)
     shown, (begin, end) = curve_with_events(motion, part), time_bounds(motion, part)
     above, below = response_panels(figure, (grid[-2, 0], grid[-1, 0]), begin, end, unit)
@@ -95,7 +99,12 @@ def _draw_interval(
         draw_limit(below, motion, stroke.limits, max_ratio, unit)
     if begin < _settling_time(outcome) < end:
         mark_settling_end(above, below, _settling_time(outcome))
-    draw_loop(figure.add_subplot(grid[-2:, 1]), shown, motion, unit)
+    shown = closed_curve(shown, motion)
+    if motion.law.F_fs == 0 or not np.ptp(shown.v_r):
+        draw_loop(figure.add_subplot(grid[-2:, 1]), shown, motion, unit)
+        return
+    draw_loop(figure.add_subplot(grid[-2, 1]), shown, motion, unit)
+    draw_friction_over_velocity(figure.add_subplot(grid[-1, 1]), shown, motion)
 
 
 def _stroke_unit(outcome: Outcome) -> LengthUnit:
@@ -125,6 +134,12 @@ DENSE_TURNING_POINTS, THIN_LINEWIDTH = 300, 0.6
 VISIBLE_LEVELS = 500
 """Number of distinguishable levels over the height of a panel."""
 
+MIN_IMPACT_SHARE = 1e-6
+"""Change of v_r at one instant over its peak above which it is an impact, not rounding [-]."""
+
+CHARACTERISTIC_POINTS = 100
+"""Points on either side of a friction characteristic that depends on the velocity."""
+
 MARKED_POINTS = 12
 """Points below which each has a marker: the line alone may be too short to be visible."""
 
@@ -134,6 +149,12 @@ BASE_STYLE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
 MASS_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.4}
 LIMIT_STYLE: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
 STATIC_LIMIT_STYLE: Style = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
+CHARACTERISTIC_STYLE: Style = {
+    **LIMIT_STYLE,
+    "linewidth": 1.0,
+    "linestyle": (0, (3, 2)),
+    "zorder": 2.5,
+}
 VIOLATION_STYLE: Style = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
 STUCK_STYLE: Style = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
 FRAME_STYLE: Style = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
@@ -326,12 +347,8 @@ def excursions(response: Response, limits: StrokeLimits) -> list[tuple[float, fl
 def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
     """Draw the friction force over the relative displacement; the enclosed area is its work.
 
-    Without friction the damping force is drawn. The loop of a periodic orbit is closed, even
-    where the last grid point lies before the end of the period.
+    Without friction the damping force is drawn.
     """
-    whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
-    if whole and motion.numerics.period_multiple:
-        shown = Curve(*(np.append(series, series[0]) for series in shown))
     x_r = shown.x_r * unit.units_per_metre
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
@@ -347,13 +364,67 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
     axes.set_xlim(*_axis_limits(x_r))
-    if not (motion.law.variation or motion.law.force_record is not None):
+    if not has_varying_load(motion.law):
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
         limits = motion.law.F_fs, (motion.law.compression or (0.0, motion.law.F_fs))[1]
         for side, F_fs in zip((1, -1), limits, strict=True):
             axes.axhline(side * F_fs, **STATIC_LIMIT_STYLE, label=words)
+
+
+def draw_friction_over_velocity(axes: Axes, shown: Curve, motion: Response) -> None:
+    """Draw the friction force over the relative velocity, and the law's own characteristic."""
+    unit = wording.length_unit(float(np.abs(shown.v_r).max()))
+    axes.set_title("friction force $F_f$ [N]", loc="left")
+    axes.set_xlabel(f"relative velocity $v_r$ [{unit.symbol}/s]", loc="left")
+    axes.locator_params(axis="x", nbins=5)
+    axes.yaxis.set_offset_position("right")
+    v_r = shown.v_r * unit.units_per_metre
+    # An impact on a rigid stop passes no velocity in between.
+    steps = np.abs(np.diff(v_r)) > MIN_IMPACT_SHARE * np.abs(v_r).max()
+    impacts = np.flatnonzero((np.diff(shown.t) == 0.0) & steps) + 1
+    broken = np.insert(v_r, impacts, np.nan), np.insert(shown.F_f, impacts, np.nan)
+    axes.plot(*broken, **mass_style(shown.F_f))
+    if not has_varying_load(motion.law):
+        low, high = min(float(shown.v_r.min()), 0.0), max(float(shown.v_r.max()), 0.0)
+        v, force = characteristic(motion.law, low, high)
+        label = "at steady sliding, and sticking"
+        axes.plot(v * unit.units_per_metre, force, **CHARACTERISTIC_STYLE, label=label)
+
+
+def characteristic(law: AnyLaw, low: float, high: float) -> tuple[Floats, Floats]:
+    """Return the friction force [N] at steady sliding over velocities [m/s], as a curve.
+
+    At v_r = 0 the curve is vertical, from one static limit to the other: what the contact
+    bears at rest. A law of constant force has four corners, another one many points.
+
+    Parameters
+    ----------
+    law : AnyLaw
+        With a constant normal force.
+    low, high : float
+        Ends of the curve [m/s], at most and at least 0.
+    """
+    if isinstance(law, DynamicLaw):
+        from drysim.core.dynamic_friction import stribeck_curve
+
+        def slide(v: float, d: int) -> float:
+            return float(d * stribeck_curve(law, v) + law.sigma_2 * v)
+
+        # Even in the square root: the curve is steepest at rest.
+        share = np.linspace(0.0, 1.0, CHARACTERISTIC_POINTS) ** 2
+        down, up = (low * share[::-1]).tolist(), (high * share).tolist()
+        force = [*(slide(v, -1) for v in down), *(slide(v, 1) for v in up)]
+        return np.array(down + up), np.array(force)
+    back_fk, back_fs = law.compression or (law.F_fk, law.F_fs)
+    v = np.array([low, 0.0, 0.0, 0.0, 0.0, high])
+    return v, np.array([-back_fk, -back_fk, -back_fs, law.F_fs, law.F_fk, law.F_fk])
+
+
+def has_varying_load(law: AnyLaw) -> bool:
+    """Whether the normal force varies, so that no limit is constant."""
+    return bool(law.variation) or law.force_record is not None
 
 
 def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
@@ -430,6 +501,17 @@ def curve_with_events(response: Response, part: slice) -> Curve:
     merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
     order = np.argsort(merged[0], kind="stable")
     return Curve(*(series[order] for series in merged))
+
+
+def closed_curve(shown: Curve, response: Response) -> Curve:
+    """Return the whole of a periodic orbit with its begin as its end; another curve as it is.
+
+    The last grid point may lie before the end of the period.
+    """
+    whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(response) - 1) * response.dt
+    if not (whole and response.numerics.period_multiple):
+        return shown
+    return Curve(*(np.append(series, series[0]) for series in shown))
 
 
 def grid_curve(response: Response, part: slice) -> Curve:
