@@ -59,6 +59,7 @@ from drysim.approach.solution import (
     Events,
     Floats,
     Int8Array,
+    LyapunovExponent,
     MarchedTrajectory,
     Numerics,
     Orbit,
@@ -82,10 +83,12 @@ from drysim.core.forcing import (
     M,
     Waves,
 )
+from drysim.core.lyapunov import deviation_growth
 from drysim.core.march import (
     Interval,
     Scene,
     SlipState,
+    initial_slip_state,
     march_sines,
     march_sines_from_start,
     march_varying_limits,
@@ -319,6 +322,56 @@ def find_orbit(
         State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
         periods * period, peak,
     )  # fmt: skip
+
+
+LYAPUNOV_BLOCKS, BLOCK_PERIODS = 32, 128
+"""Blocks over which the growth of a deviation is averaged, and periods of the excitation in
+each. One more block before them turns the deviation into its own direction."""
+
+STUDENT_T = 2.0395
+"""Half width of a 95 % interval of the mean of as many blocks, in standard errors."""
+
+MIN_GROWTH = 10.0
+"""Logarithmic growth of a deviation over all blocks [-], with 95 % confidence, above which a
+motion is chaotic: a neutral one grows like a power of time at most."""
+
+
+def lyapunov_exponent(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: State, period: float
+) -> LyapunovExponent | None:
+    """Return the largest Lyapunov exponent of a motion from its state after the transient.
+
+    Parameters
+    ----------
+    plant, law, motion
+        The scene; the base motion is periodic.
+    start : State
+        State at the beginning of a period.
+    period : float
+        Period of the excitation [s].
+
+    Returns
+    -------
+    LyapunovExponent or None
+        None where the linearised motion is not defined, as at a grazing stop, and where
+        F_fs = F_fk: friction is then monotone in v_r, and with a linear spring the distance of
+        two motions in the norm of the energy never grows, so that none is chaotic.
+    """
+    if law.F_fs <= law.F_fk:
+        return None
+    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    x_r, v_r = start
+    d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
+    growth = as_engine_array(np.empty((1 + LYAPUNOV_BLOCKS) * BLOCK_PERIODS))
+    deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
+    rates = np.asarray(growth).reshape(-1, BLOCK_PERIODS)[1:].mean(axis=1) / period
+    if not np.isfinite(rates).all():
+        return None
+    mean = float(rates.mean())
+    half = STUDENT_T * float(rates.std(ddof=1)) / math.sqrt(LYAPUNOV_BLOCKS)
+    periods = LYAPUNOV_BLOCKS * BLOCK_PERIODS
+    chaotic = (mean - half) * periods * period > MIN_GROWTH
+    return LyapunovExponent(mean, mean - half, mean + half, periods, chaotic)
 
 
 def solve_orbits(scenes: Floats) -> Floats:

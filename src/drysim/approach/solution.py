@@ -93,6 +93,36 @@ FIXED_STEP = "step"
 
 
 @dataclass(frozen=True)
+class LyapunovExponent:
+    """Largest Lyapunov exponent: mean rate at which small deviations of a motion grow.
+
+    Attributes
+    ----------
+    value, low, high : float
+        The exponent and its 95 % interval [1/s].
+    periods : int
+        Excitation periods over which it was averaged.
+    chaotic : bool
+        Whether it is clearly above zero.
+    """
+
+    value: float
+    low: float
+    high: float
+    periods: int
+    chaotic: bool
+
+    @property
+    def verdict(self) -> str:
+        """What the exponent says of the motion, as a clause."""
+        if self.chaotic:
+            return "chaotic: small deviations grow for ever"
+        if self.high < 0.0:
+            return "not chaotic: small deviations decay"
+        return "undecided whether it is chaotic"
+
+
+@dataclass(frozen=True)
 class Numerics:
     """How a result was computed.
 
@@ -119,6 +149,8 @@ class Numerics:
         Excitation periods per repetition of the orbit.
     error : float or None
         Error bound of x_r relative to its peak [-], where the method provides one.
+    lyapunov : LyapunovExponent or None
+        Of a motion under Coulomb friction with F_fs > F_fk that has not become periodic.
     """
 
     approach: str
@@ -131,6 +163,7 @@ class Numerics:
     closure: float | None = None
     period_multiple: int | None = None
     error: float | None = None
+    lyapunov: LyapunovExponent | None = None
 
 
 class Points(NamedTuple):

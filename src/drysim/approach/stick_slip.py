@@ -9,8 +9,17 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, ClassVar, Literal
 
-from drysim.approach.solution import Orbit, Response, Trajectory
-from drysim.core.model import AnyLaw, AnyState, CoulombLaw, PiecewiseLaw, Plant, Samples, Sines
+from drysim.approach.solution import LyapunovExponent, Orbit, Response, Trajectory
+from drysim.core.model import (
+    AnyLaw,
+    AnyState,
+    CoulombLaw,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    Sines,
+    State,
+)
 from drysim.units import Block
 
 
@@ -116,6 +125,22 @@ class ExactApproach(ApproachBase):
         from drysim.approach.steady_state import find_orbit
 
         return find_orbit(plant, self.effective_law(law), motion, start, period)
+
+    def lyapunov_exponent(
+        self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
+    ) -> LyapunovExponent | None:
+        """Return the largest Lyapunov exponent of a motion that does not become periodic.
+
+        `start` is its state after a whole number of periods [s]. Only Coulomb friction without
+        end stops has one; see `drysim.approach.coulomb.lyapunov_exponent`.
+        """
+        law = self.effective_law(law)
+        if not isinstance(law, CoulombLaw):
+            return None
+        from drysim.approach import coulomb
+
+        state = State(start.x_r, start.v_r)
+        return coulomb.lyapunov_exponent(plant, law, motion, state, period)
 
 
 class StickSlip(ExactApproach):

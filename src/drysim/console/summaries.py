@@ -176,6 +176,11 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     if (error := outcome.response.numerics.error) is not None:
         bound = "bound of the error of x_r, relative to its peak"
         yield SummaryRow("error", format_number(error, digits=2), bound)
+    if (exponent := outcome.response.numerics.lyapunov) is not None:
+        interval = f"{format_number(exponent.low)} to {format_number(exponent.high)}"
+        over = f"95 % interval {interval} over {format_count(exponent.periods, 'period')}"
+        rate = format_number(exponent.value, "1/s")
+        yield SummaryRow("lyapunov", rate, f"{exponent.verdict}; {over}")
 
 
 COMFORT_ROWS = ("SEAT", "SEAT_VDV", "VDV", "a_w", "MTVV", "crest_factor")

@@ -104,15 +104,24 @@ def periodic_motion(case: Case) -> SolvedMotion:
     assert case.period is not None
     length = orbit.periods * case.period
     response = response_on_grid(case, orbit.state, step, length)
-    error = response.numerics.error
+    error, exponent = response.numerics.error, None
+    if not orbit.settled and isinstance(case.approach, ExactApproach):
+        assert isinstance(case.motion, Sines), "samples are not periodic"
+        exponent = case.approach.lyapunov_exponent(
+            case.plant, case.law, case.motion, orbit.state, case.period
+        )
     compute_numerics = partial(
         replace,
         response.numerics,
         closure=orbit.closure,
         period_multiple=orbit.periods,
         error=None if error is None else error + orbit.distance,
+        lyapunov=exponent,
     )
-    motion_warnings = (*orbit_warnings(orbit, case), *other_motion_warnings(case))
+    motion_warnings = (
+        *orbit_warnings(orbit, case, exponent),
+        *other_motion_warnings(case),
+    )
     return replace(response, compute_numerics=compute_numerics), (0.0, length), motion_warnings
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
-from drysim.approach.solution import FIXED_STEP, Orbit, Response
+from drysim.approach.solution import FIXED_STEP, LyapunovExponent, Orbit, Response
 from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
@@ -172,16 +172,28 @@ def energy_warning(residual: float) -> WarningMessage:
     return WarningMessage("energy-open", sentence, {"energy_residual": residual})
 
 
-def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
-    """Warn of an orbit that is not settled or not unique, and of the stroke before that."""
+def orbit_warnings(
+    orbit: Orbit, case: Case, exponent: LyapunovExponent | None
+) -> Iterator[WarningMessage]:
+    """Warn of an orbit that is not settled or not unique, and of the stroke before that.
+
+    The Lyapunov exponent is that of a motion that is not settled, where it is known.
+    """
     if not orbit.settled:
         drift = "" if case.plant.k_x else "without a spring it may drift for ever; "
         sentence = (
             f"the motion has not settled after {format_number(orbit.run_up, 's')}: it still "
-            f"changes by {format_number(orbit.closure)} per repetition; {drift}use "
-            "`steady: false` with `settle` and `duration` instead"
+            f"changes by {format_number(orbit.closure)} per repetition; {drift}"
         )
         numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
+        if exponent is not None:
+            sentence += f"it is {exponent.verdict}; "
+            numbers |= {
+                "lyapunov": exponent.value,
+                "lyapunov_low": exponent.low,
+                "lyapunov_high": exponent.high,
+            }
+        sentence += "use `steady: false` with `settle` and `duration` instead"
         yield WarningMessage("not-settled", sentence, numbers)
     if not orbit.unique:
         sentence = (
