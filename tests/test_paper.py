@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from collections.abc import Callable
+from math import cos, cosh, pi, sin, sinh, sqrt
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from drysim.approach.fixed_step import Smooth
+from drysim.core.model import CoulombLaw, Plant
+from drysim.manual import pages
+from drysim.metrics.table import Metrics
 from drysim.scenario.load import load
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
@@ -171,3 +177,129 @@ def test_a_stick_slip_orbit_coexists_with_rest_above_the_static_limit_that_holds
     metrics = run(load(file, words)).metrics
     assert (metrics["stuck_share"] == 1.0) == stands_still
     assert (metrics["T_a"] == 1.0) == stands_still
+
+
+# The tables of the manual's page on the paper.
+
+
+def table(heading: str) -> dict[str, list[float]]:
+    """Return the numbers of a table of the page, by the first cell of their row."""
+    text = pages()["paper"].file.read_text(encoding="utf-8")
+    section = text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    _, _, *lines = [line for line in section.splitlines() if line.startswith("|")]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    return {name: [float(cell.split()[0]) for cell in cells] for name, *cells in rows}
+
+
+@pytest.fixture
+def metrics_of(tmp_path: Path) -> Callable[..., Metrics]:
+    """Return a function that gives the metrics of a steady state: force, frequency, RMS."""
+    file = tmp_path / "harmonic.yaml"
+    file.write_text(HARMONIC[: HARMONIC.index("sweep:")])
+
+    def measured(kinetic: float, frequency: float, rms: float, **words: Any) -> Metrics:
+        point = {
+            "friction.kinetic": kinetic, "excitation.frequency": frequency,
+            "excitation.rms": rms,
+        }  # fmt: skip
+        solver = {f"solver.{key}": value for key, value in words.pop("solver", {}).items()}
+        return run(load(file, point | solver | words.get("more", {}))).metrics
+
+    return measured
+
+
+def smooth(form: str, sharpness: float, **options: Any) -> dict[str, Any]:
+    """Return the solver block of a smooth form."""
+    return {
+        "approach": "smooth",
+        "smooth": {"form": form, "sharpness": sharpness, **options},
+    }
+
+
+def percent(value: float | None, exact: float | None) -> float:
+    """Return by how much a value is off [%]."""
+    assert value is not None
+    assert exact is not None
+    return 100.0 * (value / exact - 1.0)
+
+
+def den_hartog(F_fk: float, frequency: float, rms: float) -> float:
+    """Return the amplitude of sliding without stops [m], from Den Hartog's formula."""
+    m, k_x, b, P = 75.0, 7500.0, 500.0, 75.0 * rms * sqrt(2.0)
+    beta, zeta, phi = frequency / F_0, b / (2 * sqrt(k_x * m)), F_fk / P
+    q = sqrt(1 - zeta**2)
+    D = cosh(pi * zeta / beta) + cos(pi * q / beta)
+    G = (sinh(pi * zeta / beta) - zeta / q * sin(pi * q / beta)) / D
+    H = sin(pi * q / beta) / (beta * q * D)
+    linear = 1.0 / ((1 - beta**2) ** 2 + (2 * zeta * beta) ** 2)
+    return P / k_x * (-G * phi + sqrt(linear - (H * phi) ** 2))
+
+
+@pytest.mark.parametrize("form", ["tanh", "erf", "arctan", "rational"])
+def test_smooth_forms_err_from_den_hartog_as_the_page_says(
+    metrics_of: Callable[..., Metrics], form: str
+) -> None:
+    said = table("Smooth forms against Den Hartog's amplitude")[form]
+    for frequency, x_r, T_a in zip((2.0, 5.0, 10.0), said[:3], said[3:], strict=True):
+        exact, amplitude = metrics_of(15, frequency, 0.75), den_hartog(15, frequency, 0.75)
+        found = metrics_of(15, frequency, 0.75, solver=smooth(form, 1e3))
+        assert exact["x_r_peak"] == pytest.approx(amplitude, rel=1e-12)
+        assert percent(found["x_r_peak"], amplitude) == pytest.approx(x_r, abs=0.006)
+        assert percent(found["T_a"], exact["T_a"]) == pytest.approx(T_a, abs=0.006)
+
+
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("form", "column", "off"),
+    [
+        *((form, 0, 1.0) for form in ("tanh", "erf", "arctan", "rational")),
+        *((form, 1, 0.1) for form in ("tanh", "erf")),
+        *(pytest.param(form, 1, 0.1, marks=SLOW) for form in ("arctan", "rational")),
+    ],
+)
+def test_sharpness_and_steps_of_equal_accuracy_are_those_of_the_page(
+    metrics_of: Callable[..., Metrics], form: Any, column: int, off: float
+) -> None:
+    said, exact = table("What equal accuracy costs")[form], metrics_of(45, 2.0, 0.75)
+    sharpness, steps = said[column], said[2 + column]
+    found = metrics_of(45, 2.0, 0.75, solver=smooth(form, sharpness))
+    assert abs(percent(found["T_a"], exact["T_a"])) == pytest.approx(off, rel=0.02)
+    approach = Smooth(form=form, sharpness=sharpness)
+    a_step = approach.substeps(Plant(75.0, 7500.0, 500.0), CoulombLaw(45.0, 45.0), 2.5e-3)
+    assert 200 * a_step == pytest.approx(steps, rel=0.01)
+
+
+@SLOW
+def test_stiff_solver_agrees_with_small_fixed_steps(
+    metrics_of: Callable[..., Metrics],
+) -> None:
+    found = [
+        metrics_of(45, 2.0, 0.75, solver=smooth("tanh", 1e4, method=method))["T_a"]
+        for method in ("adaptive", "substeps")
+    ]
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+
+
+def test_velocity_band_errs_as_the_page_says(metrics_of: Callable[..., Metrics]) -> None:
+    for band, said in table("The velocity band of Eq. (10)").items():
+        solver = {
+            "approach": "switch", "step": 2.5e-4,
+            "switch": {"band": float(band.split()[0]) * 1e-3},
+        }  # fmt: skip
+        errors = []
+        for rms in (0.75, 0.5):
+            exact, found = metrics_of(45, 10, rms), metrics_of(45, 10, rms, solver=solver)
+            errors += [percent(found[name], exact[name]) for name in ("T_a", "T_x")]
+        assert errors == pytest.approx(said, abs=0.06)
+
+
+def test_two_stable_motions_are_those_of_the_page(metrics_of: Callable[..., Metrics]) -> None:
+    for frequency, (amplitude, T_a) in table("Two stable motions").items():
+        ratio, f = {"friction.static_ratio": 1.2}, float(frequency.split()[0])
+        at_rest = metrics_of(45, f, 0.5, more=ratio)
+        moving = metrics_of(45, f, 0.5, more=ratio | {"start.x_r": 5e-3})
+        assert at_rest["T_a"] == 1.0
+        assert moving["x_r_peak"] == pytest.approx(amplitude * 1e-3, rel=1e-3)
+        assert moving["T_a"] == pytest.approx(T_a, abs=6e-6)
