@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compile import compiled
+from drysim.core.compile import ZERO, compiled
 from drysim.core.orbit import (
     SINES_LOG_RESERVE,
     period_map,
@@ -56,7 +56,7 @@ def deviation_growth(scene, period, state, growth):
             broken = True
             growth[n] = math.nan
             continue
-        a, b, c, e = period_map_jacobian(scene, period, rate, d, events)
+        a, b, c, e = period_map_jacobian(scene, period, rate, d, int(ZERO), events)
         p, q = a * p + b * q, c * p + e * q
         size = math.hypot(p, q)
         if size == 0.0:
