@@ -642,7 +642,8 @@ class Study:
         for i, limit in enumerate(result.limits):
             inside = np.delete(holds, i, axis=1).all(axis=1)
             values = np.where(inside, predicted.objectives[:, 0], inf)
-            if (at := int(np.argmin(values))) is not None and values[at] < better:
+            at = int(np.argmin(values))
+            if values[at] < better:
                 point = round_values(self.design.vary, predicted.points[at])
                 (rows,) = self.rows(self.case.scenario, keys, [point])
                 relaxed = make_candidate(self.case.scenario, 0, point, rows)
