@@ -2,11 +2,12 @@
 
 One objective
     Over one or two keys the surrogate model of the search is drawn as a curve or a map, with
-    the region that it takes for inadmissible. Over more keys each panel shows all evaluated
-    designs over one key.
+    the region that it takes for inadmissible in grey, unless no design is admissible. Over more
+    keys each panel shows all evaluated designs over one key.
 
 Two objectives
-    All evaluated designs with the front, then the keys of the front over the first objective.
+    All evaluated designs with the front, then the keys of the front over the first objective;
+    those of all designs where none is admissible.
 """
 
 from __future__ import annotations
@@ -20,7 +21,17 @@ import numpy as np
 from drysim.approach.solution import Floats
 from drysim.metrics.table import UNITS
 from drysim.plots import style
-from drysim.plots.style import PEAK_STROKE, X_DD, Style, stroke_metric
+from drysim.plots.style import (
+    A_W,
+    IMPACT_SPEED,
+    PEAK_STROKE,
+    STOP_FORCE,
+    T_A,
+    T_X,
+    X_DD,
+    Style,
+    stroke_metric,
+)
 from drysim.plots.sweep import (
     BEST_STYLE,
     EMPTY_COLOR,
@@ -34,13 +45,15 @@ from drysim.study.design import (
     DesignResult,
     Region,
     evaluations_of,
+    keys_at_bounds,
 )
 from drysim.study.outcome import format_metric
 from drysim.study.search import Surrogate
-from drysim.wording import format_unit
+from drysim.wording import format_unit, join_words, short_key
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
 CURVE_POINTS, MAP_POINTS = 400, 120
@@ -53,13 +66,19 @@ of negative ones is as far above the median."""
 LEVELS, SHOWN_SHARE = 20, 0.98
 """Levels of a map, and the share of the admissible values between them."""
 
+LABEL_DISTANCE, EDGE_DISTANCE = 60.0, 20.0
+"""Least distance between the labels of a map, and from its edge [pt]."""
+
+SYMBOLS = {one.name: one.symbol for one in (T_X, T_A, X_DD, A_W, IMPACT_SPEED, STOP_FORCE)}
+"""Labels of objectives that have a symbol, with units."""
+
 ADMISSIBLE_STYLE: Style = {
     "linestyle": "none", "marker": "o", "markersize": 4.5, "color": "#1f4e79",
     "markeredgewidth": 0.6, "markeredgecolor": "white", "label": "evaluated, admissible",
 }  # fmt: skip
 EXCLUDED_STYLE: Style = {
-    "linestyle": "none", "marker": "o", "markersize": 4.0, "color": "#8a8a8a",
-    "fillstyle": "none", "markeredgewidth": 0.9, "label": "evaluated, exceeds a limit",
+    "linestyle": "none", "marker": "o", "markersize": 4.0, "color": "white",
+    "markeredgecolor": "#8a8a8a", "markeredgewidth": 0.9, "label": "evaluated, exceeds a limit",
 }  # fmt: skip
 CURVE_STYLE: Style = {"color": "#1f4e79", "linewidth": 1.3, "label": "interpolated"}
 FRONT_STYLE: Style = {
@@ -67,15 +86,25 @@ FRONT_STYLE: Style = {
     "markersize": 3.5, "label": "front",
 }  # fmt: skip
 GIVEN_STYLE: Style = {
-    "linestyle": "none", "marker": "s", "markersize": 7.0, "color": "#b3261e",
-    "fillstyle": "none", "markeredgewidth": 1.5, "label": "as given",
+    "linestyle": "none", "marker": "s", "markersize": 7.0, "color": "white",
+    "markeredgecolor": "#b3261e", "markeredgewidth": 1.5, "label": "as given",
 }  # fmt: skip
-OPTIMUM_STYLE: Style = {"color": "#f0b429", "alpha": 0.45, "linewidth": 0.0}
+OPTIMUM_STYLE: Style = {
+    "facecolor": "#f0b429", "edgecolor": "#8a6000", "alpha": 0.45, "linewidth": 0.0,
+    "hatch": "////",
+}  # fmt: skip
 FLAT_STYLE: Style = {"color": "#7fb3d5", "alpha": 0.25, "linewidth": 0.0}
 CLOUD_STYLE: Style = {
-    "linestyle": "none", "marker": ".", "markersize": 2.5, "color": "#f0b429",
+    "linestyle": "none", "marker": "D", "markersize": 4.5, "color": "white", "zorder": 6,
+    "markeredgewidth": 0.8, "markeredgecolor": "black", "clip_on": False,
 }  # fmt: skip
-EXCLUDED_COLOR = EMPTY_COLOR
+END_STYLE: Style = {
+    "linestyle": "none", "marker": "D", "markersize": 7.0, "color": "white", "zorder": 4,
+    "markeredgewidth": 1.2, "markeredgecolor": "#1f4e79", "label": "ends of the front",
+    "clip_on": False,
+}  # fmt: skip
+EXCLUDED_COLOR, LINE_COLOR = EMPTY_COLOR, "#707070"
+BOUNDARY_STYLE: Style = {"color": "black", "linewidth": 1.4}
 
 
 def draw(result: DesignResult) -> Figure:
@@ -106,14 +135,16 @@ def heading(result: DesignResult) -> style.Heading:
         found = ", ".join(
             f"{heading_name(name)} {format_metric(name, x, half)}" for name, x, half in values
         )
-        best = "best" if result.best else "no design keeps all limits; the closest"
-        best = "knee" if len(result.front) > 1 else best
+        best = result.shown_name if result.best else "no design keeps all limits; the closest"
         words = f"{best}: {found} at {result.place(shown)}"
     limits = ", ".join(str(limit) for limit in result.limits)
     conditions = [axis.key for axis in result.design.conditions.axes]
     base = source.excitation.describe_swept(conditions)
-    within = f"within {limits}; " if limits else ""
-    return style.make_heading(source, words, "", f"{within}{base}")
+    parts = [f"within {limits}"] if limits else []
+    if bounds := keys_at_bounds(result):
+        keys = join_words([short_key(key, bounds) for key in bounds])
+        parts.insert(0, f"at the bounds of {keys}")
+    return style.make_heading(source, words, "", "; ".join([*parts, base]))
 
 
 def heading_name(name: str) -> str:
@@ -132,7 +163,7 @@ def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
         greatest = max(x for x in values_of(result, name) if x == x)
         metric = stroke_metric(greatest)
         return metric.scale, metric.symbol
-    return 1.0, f"{name} [{format_unit(UNITS[name]) or '–'}]"
+    return 1.0, SYMBOLS.get(name, f"{name} [{format_unit(UNITS[name]) or '–'}]")
 
 
 def values_of(result: DesignResult, name: str) -> Floats:
@@ -166,13 +197,12 @@ def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) ->
                 x, 0.0, 1.0, where=outside, transform=axes.get_xaxis_transform(),
                 color=EXCLUDED_COLOR, linewidth=0.0, zorder=0, label="exceeds a limit",
             )  # fmt: skip
+            for at in np.flatnonzero(np.diff(outside)):
+                axes.axvline(x[at : at + 2].mean(), **BOUNDARY_STYLE, zorder=1)
     draw_designs(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
     for region, drawn, words in regions(result):
         axes.axvspan(*region.ends[one.key], **drawn, label=words)
-    if (best := result.best) is not None:
-        axes.plot(
-            [best.values[one.key]], [scale * best.objectives[0]], **BEST_STYLE, label="best"
-        )
+    mark_shown(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
     set_key_axis(axes, one)
     axes.set_ylabel(label)
     known = scale * values_of(result, name)
@@ -195,11 +225,23 @@ def surrogate_of(result: DesignResult) -> Surrogate | None:
     return Surrogate.of(evaluations_of(result.source, result.candidates))
 
 
+def mark_shown(
+    axes: Axes, result: DesignResult, point_of: Callable[[Candidate], tuple[float, ...]]
+) -> None:
+    """Mark the best design with a star, a white one for the closest."""
+    if result.shown is not None:
+        fill: Style = {} if result.best else {"color": "white"}
+        x, y = point_of(result.shown)
+        axes.plot([x], [y], **{**BEST_STYLE, **fill}, label=result.shown_name)
+
+
 def draw_map(result: DesignResult, axes: Axes) -> None:
     """Draw the objective over two keys as a map, with the inadmissible region in grey."""
     from matplotlib.ticker import MaxNLocator
 
     one, other = result.design.vary
+    set_key_axis(axes, one)
+    set_key_axis(axes, other, "y")  # first, as labels of lines are placed by their distance
     scale, label = metric_scale(result, result.design.minimise[0])
     if (surrogate := surrogate_of(result)) is not None:
         side = np.linspace(0.0, 1.0, MAP_POINTS)
@@ -208,17 +250,25 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         shape = (MAP_POINTS, MAP_POINTS)
         values = scale * predicted.objectives[:, 0].reshape(shape)
         excess = predicted.constraints.max(axis=1, initial=-1.0).reshape(shape)
+        if result.best is None:
+            excess[:] = -1.0  # nowhere admissible: the map shows the objective everywhere
         x, y = one.law.quantile(side), other.law.quantile(side)
         shown = values[excess <= 0.0] if (excess <= 0.0).any() else values
         levels = MaxNLocator(LEVELS).tick_values(shown.min(), np.quantile(shown, SHOWN_SHARE))
         filled = axes.contourf(x, y, values, levels=levels, extend="both", cmap="viridis")
-        lines = axes.contour(x, y, values, levels=levels[::2], colors="white", linewidths=0.5)
+        curves = [(excess <= 0.0, "white"), (excess > 0.0, LINE_COLOR)]
         if (excess > 0.0).any():
             # Drawn where the largest constraint is above 0; the upper level is out of reach.
-            color: Style = {"colors": [EXCLUDED_COLOR], "alpha": 0.85}
-            axes.contourf(x, y, excess, levels=[0.0, 1.0 + excess.max()], **color)
+            upper = 1.0 + excess.max()
+            axes.contourf(x, y, excess, levels=[0.0, upper], colors=[EXCLUDED_COLOR])
             axes.plot([], [], "s", color=EXCLUDED_COLOR, markersize=9, label="exceeds a limit")
-        axes.clabel(lines, fontsize=8)
+        for inside, color in curves:
+            if inside.any():
+                part = np.ma.masked_where(~inside, values)
+                lines = axes.contour(x, y, part, levels[::2], colors=color, linewidths=0.6)
+                label_lines(axes, lines)
+        if (excess > 0.0).any():
+            axes.contour(x, y, excess, levels=[0.0], colors="black", linewidths=1.4)
         bar = axes.figure.colorbar(filled, ax=axes, aspect=25, pad=0.02, ticks=levels[::2])
         bar.set_label(label)
     draw_designs(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
@@ -229,11 +279,21 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         axes.plot(x, y, **CLOUD_STYLE, label="optima of resampled seeds")
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
     axes.plot(*pairs(given, one, other), **GIVEN_STYLE)
-    if result.best is not None:
-        axes.plot(*pairs([result.best], one, other), **BEST_STYLE, label="best")
-    set_key_axis(axes, one)
-    set_key_axis(axes, other, "y")
+    mark_shown(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
     axes.grid(visible=False)
+
+
+def label_lines(axes: Axes, lines: QuadContourSet) -> None:
+    """Label the lines of a map, except at its edge and where labels would pile up."""
+    kept: list[Any] = []
+    per_pixel = 72.0 / axes.figure.dpi
+    for text in axes.clabel(lines, fontsize=8, inline=False):
+        place = axes.transData.transform(text.get_position())
+        inside = axes.bbox.padded(-EDGE_DISTANCE / per_pixel).contains(*place)
+        if inside and all(np.hypot(*(place - at)) * per_pixel > LABEL_DISTANCE for at in kept):
+            kept.append(place)
+        else:
+            text.remove()
 
 
 def draw_designs(
@@ -269,14 +329,14 @@ def draw_front(result: DesignResult) -> Figure:
     )
     draw_designs(axes, result, lambda a: tuple(a.objectives * np.array(scales)), alpha=0.5)
     front = np.array([one.objectives for one in result.front]).reshape(-1, 2) * scales
-    axes.plot(*front.T, **FRONT_STYLE)
+    if len(front):
+        axes.plot(*front.T, **FRONT_STYLE)
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
     points = np.array([one.objectives for one in given]).reshape(-1, 2) * scales
     axes.plot(*points.T, **GIVEN_STYLE)
-    best = None
-    if result.best is not None:
-        best = np.array(result.best.objectives) * scales
-        axes.plot(*best[:, None], **BEST_STYLE, label="knee")
+    if len(front) > 1:
+        axes.plot(*front[[0, -1]].T, **END_STYLE)
+    mark_shown(axes, result, lambda a: tuple(a.objectives * np.array(scales)))
     if len(front):
         span = np.maximum(np.ptp(front, axis=0), 1e-9 * np.abs(front).max(axis=0))
         shown = [front, *([points] if len(points) else [])]
@@ -288,10 +348,17 @@ def draw_front(result: DesignResult) -> Figure:
     axes.set_ylabel(labels[1])
     for i, one in enumerate(vary):
         below = figure.add_subplot(grid[1 + i // columns, i % columns])
-        y = [found.values[one.key] for found in result.front]
-        below.plot(front[:, 0], y, **{**FRONT_STYLE, "linestyle": "none"})
-        if best is not None and result.best is not None:
-            below.plot([best[0]], [result.best.values[one.key]], **BEST_STYLE, label="knee")
+
+        def place(found: Candidate, key: str = one.key) -> tuple[float, float]:
+            return scales[0] * found.objectives[0], found.values[key]
+
+        if len(front):
+            x, y = zip(*map(place, result.front), strict=True)
+            below.plot(x, y, **{**FRONT_STYLE, "linestyle": "none"})
+            below.plot(x[:: len(x) - 1 or 1], y[:: len(y) - 1 or 1], **END_STYLE)
+        else:
+            draw_designs(below, result, place, alpha=0.5)
+        mark_shown(below, result, place)
         set_key_axis(below, one, "y")
         below.set_xlabel(labels[0])
         set_ticks(below.xaxis)
