@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ solver: {step: 5e-3}
 measure: {settle: 3 s, direction: vertical}
 """
 WIDE = "oscillator.damping: {from: 100, to: 3000, scale: log}"
+KEY = "oscillator.damping"
 DAMPING = "oscillator.damping: {from: 50, to: 5000, scale: log}"
 
 
@@ -535,3 +537,176 @@ def test_stroke_limit_that_is_replaced_and_exceeded_is_warned_of(tmp_path):
     assert "check-undecided" in slugs
     assert result.exit_code() == 0
     assert result.exit_code(strict=True) == 1
+
+
+@pytest.mark.parametrize(
+    ("within", "sentence"),
+    [
+        (
+            "[x_r_peak < 10 mm, x_r_peak > 20 mm]",
+            "design.within.1: no design can keep both `x_r_peak < 10 mm` and `x_r_peak > 20",
+        ),
+        ("[T_a < 2, x_r_peak < 0]", "design.within.1: no design can keep `x_r_peak < 0`"),
+    ],
+)
+def test_limits_that_no_design_can_keep_are_located(tmp_path, within, sentence):
+    design = f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: {within}"
+    with pytest.raises(drysim.ScenarioError, match=re.escape(sentence)) as caught:
+        drysim.design(loaded(tmp_path, SINE, design))
+    (problem,) = caught.value.problems
+    assert problem.line == 9, problem
+
+
+def test_checks_that_contradict_each_other_or_the_stroke_limit_are_no_limits(tmp_path):
+    design = f"vary: {{{DAMPING}}}\n  minimise: a_x"
+    for checks in ("[T_a < 1, T_a > 2]", "[T_a < 2, stroke_used > 1]"):
+        scene = f"{SINE}stroke: {{limit: 12 mm}}\nchecks: {checks}\n"
+        with pytest.raises(drysim.ScenarioError, match=r"checks\.1: no design can keep both"):
+            drysim.design(loaded(tmp_path, scene, design))
+
+
+def test_limits_of_a_study_are_checked_for_units(tmp_path):
+    design = f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: [x_r_peak < 25]"
+    result = drysim.design(loaded(tmp_path, SINE, design))
+    (warning,) = (one for one in result.warnings if one.slug == "looks-like-millimetres")
+    assert "the limit `x_r_peak < 25` of design.within is 25 m" in warning.sentence
+    assert "write `25 mm`" in warning.sentence
+
+
+def test_stroke_limit_of_every_seed_is_not_the_limit_of_their_mean(tmp_path):
+    # Of 6 seeds the mean keeps the limit with less damping than each of them.
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
+    scene = NOISE.replace("40 mm", "12 mm")
+    strict = drysim.design(loaded(tmp_path, scene, design))
+    mean = drysim.design(loaded(tmp_path, scene, f"{design}\n  within: [stroke_used <= 1]"))
+    assert [str(one) for one in strict.limits] == ["stroke_used <= 1 with every seed"]
+    assert [str(one) for one in mean.limits] == ["stroke_used <= 1"]
+    assert mean.best.objectives[0] < strict.best.objectives[0]
+    slugs = [[one.slug for one in result.warnings] for result in (strict, mean)]
+    assert ["stroke-violated" in one for one in slugs] == [False, True]
+
+
+def test_name_of_the_stroke_limit_is_the_same_everywhere(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT\n  evaluations: 20"
+    loaded(tmp_path, NOISE, design)
+    done = command("design", "study.yaml", "--no-plots")
+    name = "stroke_used <= 1 with every seed"
+    assert done.code == 0, done.err
+    assert f"within      {name}" in done.out
+    assert f"holds     {name}, with 0." in done.out
+    fields = json.loads(Path("out/study-design/drysim.json").read_text("utf-8"))
+    assert fields["design"]["within"] == [name]
+    with Path("out/study-design/design.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        kept = float(row["stroke_used_max [-]"]) <= 1.0
+        assert row["admissible [-]"] == str(int(kept))
+        assert float(row["stroke_used [-]"]) <= float(row["stroke_used_max [-]"])
+
+
+def test_closest_design_at_its_bound_is_said_to_be_there(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    loaded(tmp_path, SINE, f"vary: {{{WIDE}}}\n  minimise: T_a\n  within: [x_r_peak < 1 mm]")
+    done = command("design", "study.yaml", "--no-plots")
+    assert done.code == 1
+    assert "at its upper bound" in done.out
+    fields = json.loads(Path("out/study-design/drysim.json").read_text("utf-8"))
+    assert fields["design"]["at_bounds"] == {"oscillator.damping": "upper"}
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "has_knee"), [("[1.6, 5], take: mean", True), ("[3]", False)]
+)
+def test_ends_and_knee_of_a_front_are_listed(
+    tmp_path, monkeypatch, command, frequencies, has_knee
+):
+    monkeypatch.chdir(tmp_path)
+    loaded(tmp_path, SINE, f"""
+  vary: {{{DAMPING}}}
+  minimise: [T_a, x_r_peak]
+  evaluations: 60
+  over: {{excitation.frequency: {frequencies}}}""")  # fmt: skip
+    done = command("design", "study.yaml", "--no-plots")
+    assert done.code == 0, done.err
+    rows = [line.split() for line in done.out.splitlines()]
+    damping = [
+        float(row[row.index("damping") + 1]) for row in rows if row[:1] in (["least"], ["knee"])
+    ]
+    assert damping == sorted(damping)
+    assert len(damping) == 2 + has_knee
+    assert ("end of the front, which has no knee" in done.out) is not has_knee
+    assert ("knee of the front" in done.out) is has_knee
+
+
+def legend_of(figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def stars(figure) -> list[tuple[str, str, tuple[float, float]]]:
+    """Return label, face colour and place of the marked designs of a figure."""
+    return [
+        (line.get_label(), line.get_markerfacecolor(), (*line.get_xdata(), *line.get_ydata()))
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_marker() == "*"
+    ]
+
+
+def test_picture_over_one_key_marks_the_limit_and_the_best_design(tmp_path):
+    design = f"vary: {{{DAMPING}}}\n  minimise: T_a\n  within: [x_r_peak < 4.2 mm]"
+    result = drysim.design(loaded(tmp_path, SINE.replace("2 Hz", "3 Hz"), design))
+    figure = result.plot()
+    ((label, _, place),) = stars(figure)
+    assert (label, place) == ("best", (result.best.values[KEY], result.best.objectives[0]))
+    assert figure.axes[0].get_ylabel() == "$T_a$ [–]"
+    (boundary,) = (line for line in figure.axes[0].lines if line.get_color() == "black")
+    assert boundary.get_xdata()[0] == pytest.approx(result.best.values[KEY], rel=0.02)
+
+
+@pytest.mark.parametrize("keys", [1, 2])
+@pytest.mark.parametrize("minimise", ["T_a", "[T_a, x_r_peak]"])
+def test_picture_without_an_admissible_design_marks_the_closest(tmp_path, keys, minimise):
+    vary = (WIDE, "oscillator.stiffness: {from: 5000, to: 9000}")[:keys]
+    result = drysim.design(loaded(tmp_path, SINE, f"""
+  vary: {{{", ".join(vary)}}}
+  minimise: {minimise}
+  evaluations: 24
+  within: [x_r_peak < 1 mm]""")
+    )  # fmt: skip
+    figure = result.plot()
+    assert {star[:2] for star in stars(figure)} == {("closest", "white")}
+    assert "closest" in legend_of(figure)
+    assert "exceeds a limit" not in legend_of(figure) or keys == 1
+    heading = " ".join(text.get_text() for text in figure.texts)
+    assert "no design keeps all limits; the closest: " in heading
+    assert "at the bounds of damping" in heading
+
+
+def test_map_has_a_line_around_its_inadmissible_region(tmp_path):
+    result = drysim.design(loaded(tmp_path, SINE.replace("2 Hz", "3 Hz"), f"""
+  vary: {{{DAMPING}, oscillator.stiffness: {{from: 5000, to: 9000}}}}
+  minimise: T_a
+  within: [x_r_peak < 4.2 mm]""")
+    )  # fmt: skip
+    figure = result.plot()
+    panel = figure.axes[0]
+    (boundary,) = (one for one in panel.collections if list(one.get_linewidths()) == [1.4])
+    assert boundary.get_paths()[0].vertices.size
+    pixels = [panel.transData.transform(text.get_position()) for text in panel.texts]
+    assert len({tuple(place) for place in pixels}) == len(pixels)
+    assert "exceeds a limit" in legend_of(figure)
+
+
+def test_picture_of_a_front_marks_its_ends(tmp_path):
+    result = drysim.design(loaded(tmp_path, SINE, f"""
+  vary: {{{DAMPING}}}
+  minimise: [T_a, x_r_peak]
+  evaluations: 40
+  over: {{excitation.frequency: [1.6, 5], take: mean}}""")
+    )  # fmt: skip
+    figure = result.plot()
+    assert {star[0] for star in stars(figure)} == {"knee"}
+    (ends,) = (one for one in figure.axes[0].lines if one.get_label() == "ends of the front")
+    T_a = [one.objectives[0] for one in (result.front[0], result.front[-1])]
+    assert ends.get_xdata().tolist() == T_a

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
@@ -19,7 +21,7 @@ from drysim.console.summaries import (
 )
 from drysim.console.terminal import print_line, stdout
 from drysim.scenario.design import WORST
-from drysim.study.design import DesignResult, Variant, keys_at_bounds, number_of
+from drysim.study.design import DesignResult, Variant, keys_at_bounds, limits_of, number_of
 from drysim.study.outcome import format_metric
 from drysim.study.statistics import max_seeds
 from drysim.wording import (
@@ -41,8 +43,15 @@ VALUE_WIDTH = 17
 MIN_CHANGE = 0.01
 """Relative change below which a variant counts as unchanged [%]."""
 
+SHOWN_OF_FRONT = {
+    "knee": "knee of the front",
+    "end of the front": "end of the front, which has no knee",
+}
+"""Remarks on the shown design of a front."""
+
 MAX_SHOWN_FRONT = 9
-"""Designs of a front that are printed, evenly spaced; all are in design.csv."""
+"""Designs of a front that are printed: its ends, evenly spaced ones between them, and its knee;
+all are in design.csv."""
 
 
 def show_design(result: DesignResult, folder: Path | None = None) -> None:
@@ -87,11 +96,7 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
     ]
     yield "vary", "; ".join(varied)
     yield "minimise", join_words(block.minimise)
-    limits = block.limits(scenario.checks, None)
-    kept = [str(limit) for limit in limits]
-    if block.within is None and scenario.stroke is not None:
-        kept.append("the stroke limit" + " with every seed" * (max_seeds(scenario) > 1))
-    yield "within", ", ".join(kept) or "no limits"
+    yield "within", ", ".join(map(str, limits_of(scenario))) or "no limits"
     if block.conditions.axes:
         how = "the worst counts" if block.conditions.take == WORST else "the mean counts"
         yield "over", f"{'; '.join(map(describe_axis, block.conditions.axes))}; {how}"
@@ -125,7 +130,7 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
         result.design.minimise, shown.objectives, result.half_widths, strict=True
     ):
         text = format_metric(name, value, half_width)
-        remarks = ["knee of the front"] * (len(result.front) > 1)
+        remarks = [words] if (words := SHOWN_OF_FRONT.get(result.shown_name)) else []
         remarks += [f"mean of {shown.rows[0].seeds} seeds"] * (half_width is not None)
         if result.design.conditions.axes and result.design.conditions.take == WORST:
             worst = max(shown.rows, key=lambda row: number_of(row.metrics.get(name)))
@@ -139,10 +144,16 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
 
 
 def front_rows(result: DesignResult) -> Iterator[SummaryRow]:
-    """Yield designs of the front, by the first objective."""
-    front, step = result.front, max(1, -(-len(result.front) // MAX_SHOWN_FRONT))
-    for one in front[::step]:
-        yield SummaryRow("front", result.result(one), result.place(one))
+    """Yield designs of the front, by the first objective: its ends, its knee and some more."""
+    front, (first, second) = result.front, result.design.minimise
+    names = {len(front) - 1: f"least {second}", 0: f"least {first}"}
+    if result.best is not None and result.shown_name == "knee":
+        names[front.index(result.best)] = "knee"
+    count = min(len(front), MAX_SHOWN_FRONT)
+    places = np.linspace(0, len(front) - 1, count).round().astype(int).tolist()
+    for at in sorted({*places, *names}):
+        one = front[at]
+        yield SummaryRow(names.get(at, "front"), result.result(one), result.place(one))
 
 
 def variant_rows(result: DesignResult) -> Iterator[SummaryRow]:

@@ -436,6 +436,8 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
 
 def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for a design study."""
+    from drysim.study.design import keys_at_bounds
+
     names, front = result.design.minimise, result.front if len(result.front) > 1 else ()
     regions = {"optimum": result.optimum, "within_1_percent": result.flat}
 
@@ -452,6 +454,8 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "vary": {one.key: {**one.words, "unit": one.unit} for one in result.design.vary},
         "minimise": list(names),
         "within": [str(limit) for limit in result.limits],
+        "shown": result.shown_name,
+        "at_bounds": keys_at_bounds(result),
         "best": result.best and fields_of(result.best),
         "closest": None if result.best or not result.closest else fields_of(result.closest),
         "half_widths": dict(zip(names, result.half_widths, strict=True)),

@@ -404,6 +404,8 @@ OBJECTIVE_COLUMNS = ("objective", "second_objective")
 
 def write_design_csv(result: DesignResult, folder: Path) -> None:
     """Write design.csv: every evaluated design, under each of its conditions."""
+    from drysim.study.design import EVERY_SEED, limited_value
+
     rows = [row for one in result.candidates for row in one.rows]
     designs = [one for one in result.candidates for _ in one.rows]
     asked = {*requested_metrics(result.source)}
@@ -431,6 +433,9 @@ def write_design_csv(result: DesignResult, folder: Path) -> None:
         *map(metric_column, dict.fromkeys(names)),
         STATUS_COLUMN,
     ]
+    if EVERY_SEED in result.limits:
+        most = [limited_value(EVERY_SEED, row) for row in rows]
+        columns.append(of_design("stroke_used_max", "-", most))
     if rows[0].over:
         columns += [SEEDS_COLUMN, *map(interval_column, named)]
     write_cases(folder / "design.csv", columns, rows)

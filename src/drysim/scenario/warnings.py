@@ -298,8 +298,8 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     if k_x * start / m >= HIGH_ACCELERATION:
         found.append(("start.x_r", "start.x_r", start))
     found += [
-        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
-        for at, check in enumerate(scenario.checks)
+        (what, key, check.limit)
+        for what, key, check in _limits(scenario)
         if not check.unit and UNITS[check.metric] == "m"
     ]
     for what, key, value in found:
@@ -307,6 +307,15 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             typed = value / 1e6 if value >= MEGAMETRE_TYPO else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
             yield WarningMessage("looks-like-millimetres", sentence, {key: value})
+
+
+def _limits(scenario: Scenario) -> Iterator[tuple[str, str, Check]]:
+    """Yield the checks, and the limits of a design study, each with its name and its key."""
+    for at, check in enumerate(scenario.checks):
+        yield f"the limit of the check `{check}`", f"checks.{at}", check
+    if scenario.design is not None:
+        for at, check in enumerate(scenario.design.within or ()):
+            yield f"the limit `{check}` of design.within", f"design.within.{at}", check
 
 
 def _typed_limits(stroke: Stroke | None) -> Iterator[tuple[str, float]]:
@@ -337,22 +346,22 @@ def _remote_limit_warnings(
             A * max(softness, 1 / (2 * pi * f) ** 2) for A, f, _ in zip(*motion, strict=True)
         )
     reach = base + abs(start.x_r) + abs(start.v_r) * sqrt(softness)
-    for at, check in enumerate(scenario.checks):
+    for what, key, check in _limits(scenario):
         far = check.limit >= LONG_TRAVEL and check.limit >= MAX_TRAVEL_RATIO * reach
         if far and check.unit and UNITS[check.metric] == "m":
             sentence = (
-                f"the limit of the check `{check}` is {check.limit:g} m, over "
+                f"{what} is {check.limit:g} m, over "
                 f"{MAX_TRAVEL_RATIO:g} times the {reach:.2g} m expected from base motion and "
                 "start; check its unit"
             )
-            yield WarningMessage("implausible-length", sentence, {f"checks.{at}": check.limit})
+            yield WarningMessage("implausible-length", sentence, {key: check.limit})
 
 
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of ratios that look like percentages."""
     unitless = [
-        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
-        for at, check in enumerate(scenario.checks)
+        (what, key, check.limit)
+        for what, key, check in _limits(scenario)
         if not check.unit and check.metric in PERCENT_METRICS and check.limit >= HIGH_RATIO
     ]
     until = getattr(scenario.excitation, "until", None)

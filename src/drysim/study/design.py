@@ -50,6 +50,7 @@ from drysim.study.statistics import (
     Batch,
     Row,
     interval,
+    max_seeds,
     stopping_rule,
     student_t,
     with_interval,
@@ -79,6 +80,9 @@ MIN_RELAXATION = 1e-3
 
 LEAST_EXCESS = 1e-200
 """Relative excess of a value that is equal to a strict limit."""
+
+EVERY_SEED = replace(STROKE_LIMIT, text=f"{STROKE_LIMIT} with every seed")
+"""The stroke limit of a file with several seeds: a limit in `within` applies to their mean."""
 
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
@@ -249,7 +253,8 @@ class DesignResult:
     def best(self) -> Candidate | None:
         """The best admissible design; of a front its knee. None if none is admissible.
 
-        The knee is the point that is farthest below the line between the ends of the front.
+        The knee is the point that is farthest below the line between the ends of the front; a
+        front without such a point has its end instead.
         """
         if len(self.front) < 3:
             return self.front[0] if self.front else None
@@ -267,6 +272,15 @@ class DesignResult:
     def shown(self) -> Candidate | None:
         """The best design or, if none is admissible, the closest one."""
         return self.best or self.closest
+
+    @property
+    def shown_name(self) -> str:
+        """What the shown design is: `best`, `knee`, `end of the front` or `closest`."""
+        if self.best is None:
+            return "closest"
+        if len(self.front) < 2:
+            return "best"
+        return "end of the front" if self.best in (self.front[0], self.front[-1]) else "knee"
 
     @cached_property
     def checks(self) -> tuple[Verdict, ...]:
@@ -407,15 +421,9 @@ def prepare_design(scenario: Scenario) -> Case:
         )
         raise case_error(scenario, sentence, ("excitation", "until"))
     for i, name in enumerate(found.minimise):
-        check_metric(
-            scenario, name, ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
-        )
-    for i, check in enumerate(() if found.within is not None else scenario.checks):
-        if check.conditions:
-            sentence = f"checks.{i} has a condition, but limits hold for every design"
-            raise case_error(scenario, f"{sentence}; give design.within", ("checks", i))
-    for i, check in enumerate(found.within or ()):
-        check_metric(scenario, check.metric, ("within", i))
+        at = ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
+        check_metric(scenario, name, (DESIGN_KEY, *at))
+    check_limits(scenario)
     case = prepare(
         scenario.copy_with({"sweep": found.conditions.axes, "reference": None}),
         swept=bool(found.conditions.axes),
@@ -425,9 +433,30 @@ def prepare_design(scenario: Scenario) -> Case:
     return replace(case, warnings=tuple(others))
 
 
-def check_metric(scenario: Scenario, name: str, at: tuple[str | int, ...]) -> None:
+def check_limits(scenario: Scenario) -> None:
+    """Raise a ScenarioError for a limit that no design can keep, alone or with another one."""
+    within = design_of(scenario).within
+    head = ("checks",) if within is None else (DESIGN_KEY, "within")
+    known = [STROKE_LIMIT] * (within is None and scenario.stroke is not None)
+    for i, limit in enumerate(scenario.checks if within is None else within):
+        keys = (*head, i)
+        where = ".".join(map(str, keys))
+        if limit.conditions:
+            sentence = f"{where} has a condition, but limits hold for every design"
+            raise case_error(scenario, f"{sentence}; give design.within", keys)
+        check_metric(scenario, limit.metric, keys)
+        if limit.constant_result is False:
+            sentence = f"{where}: no design can keep `{limit}`; change or remove it"
+            raise case_error(scenario, sentence, keys)
+        for one in known:
+            if one.metric == limit.metric and one.contradicts(limit):
+                sentence = f"{where}: no design can keep both `{one}` and `{limit}`"
+                raise case_error(scenario, f"{sentence}; change or remove one of them", keys)
+        known.append(limit)
+
+
+def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> None:
     """Raise a ScenarioError for a metric that the scenario does not have."""
-    keys = (DESIGN_KEY, *at)
     where = ".".join(map(str, keys))
     if name in (metric.name for metric in FIT_METRICS):
         raise case_error(scenario, f"{where}: {name} is known to `drysim fit` only", keys)
@@ -443,11 +472,15 @@ def design_of(scenario: Scenario) -> Design:
     return scenario.design
 
 
+def stroke_limit_of(scenario: Scenario) -> Check:
+    """Return the stroke limit as designs keep it: with every seed."""
+    return EVERY_SEED if max_seeds(scenario) > 1 else STROKE_LIMIT
+
+
 def limits_of(scenario: Scenario) -> tuple[Check, ...]:
     """Return the limits that every design of a scenario must keep."""
-    return design_of(scenario).limits(
-        scenario.checks, STROKE_LIMIT if scenario.stroke is not None else None
-    )
+    stroke = None if scenario.stroke is None else stroke_limit_of(scenario)
+    return design_of(scenario).limits(scenario.checks, stroke)
 
 
 def solve(
@@ -756,7 +789,7 @@ def max_excess(limit: Check, rows: Sequence[Row]) -> float:
 def limited_value(limit: Check, row: Row) -> float:
     """Return the value that a limit applies to: a mean over seeds, or the stroke of each."""
     values = row.over.values.get(STROKE_USED) if row.over else None
-    if limit is STROKE_LIMIT and values:
+    if limit == EVERY_SEED and values:
         known = [number_of(value) for value in values]
         return nan if any(map(isnan, known)) else max(known)
     return number_of(row.metrics.get(limit.metric))
@@ -768,7 +801,7 @@ def judge_limit(limit: Check, rows: Sequence[Row], conditions: Collection[str]) 
     where = {key: value for key, value in row.point.items() if key in conditions}
     status = "" if row.status == OK else row.status
     verdict = limit.verdict(limited_value(limit, row), where, status)
-    if row.over and limit is not STROKE_LIMIT:
+    if row.over and limit != EVERY_SEED:
         verdict = with_interval(verdict, row.half_widths.get(limit.metric), row.seeds)
     return verdict
 
@@ -875,7 +908,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     beyond = [  # the stroke limit holds with each seed, so it is judged before resampling
         (~limit.holds(found_values[:, i])).any(axis=1).astype(float)
         for i, limit in enumerate(limits, 1)
-        if limit is STROKE_LIMIT
+        if limit == EVERY_SEED
     ]
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
         weights = np.bincount(drawn, minlength=seeds) / seeds
@@ -884,7 +917,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
         for one in beyond:
             holds &= one @ weights == 0.0
         for i, limit in enumerate(limits, 1):
-            if limit is not STROKE_LIMIT:
+            if limit != EVERY_SEED:
                 holds &= limit.holds(resampled[:, i]).all(axis=1)
         if not holds.any():
             continue
@@ -913,7 +946,11 @@ def limit_warnings(result: DesignResult) -> Iterator[WarningMessage]:
             )
             yield WarningMessage("check-undecided", sentence, {"value": verdict.value or 0.0})
     shown = result.best
-    if shown is None or result.source.stroke is None or STROKE_LIMIT in result.limits:
+    if (
+        shown is None
+        or result.source.stroke is None
+        or stroke_limit_of(result.source) in result.limits
+    ):
         return
     used = np.array([seed_values(shown, STROKE_USED)]).ravel()
     if (beyond := int((used > 1.0).sum())) and result.source.stops is None:
@@ -925,10 +962,10 @@ def limit_warnings(result: DesignResult) -> Iterator[WarningMessage]:
 
 
 def keys_at_bounds(result: DesignResult) -> dict[str, str]:
-    """Return the keys of the best design that are at a bound, and which: `lower` or `upper`."""
-    if result.best is None:
+    """Return which keys of the shown design are at a bound: `lower` or `upper`."""
+    if result.shown is None:
         return {}
-    shares = shares_of(result.design.vary, result.best.values)
+    shares = shares_of(result.design.vary, result.shown.values)
     return {
         one.key: "lower" if share <= AT_BOUND else "upper"
         for one, share in zip(result.design.vary, shares, strict=True)
