@@ -102,7 +102,7 @@ def test_record_that_has_changed_is_not_gone_on_with(
     for engine in ((), far):
         done = drysim(*words, "--resume", *engine)
         assert done.code == 2
-        assert "another sweep, record or version" in done.err
+        assert "another scenario, record or version" in done.err
     file.write_text(sound)
     assert drysim(*words, "--resume").code == 0
 

@@ -710,3 +710,33 @@ def test_picture_of_a_front_marks_its_ends(tmp_path):
     (ends,) = (one for one in figure.axes[0].lines if one.get_label() == "ends of the front")
     T_a = [one.objectives[0] for one in (result.front[0], result.front[-1])]
     assert ends.get_xdata().tolist() == T_a
+
+
+def test_study_interrupted_in_its_first_round_names_resume(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    loaded(tmp_path, SINE, f"vary: {{{DAMPING}}}\n  minimise: T_a")
+    with monkeypatch.context() as patched:
+        patched.setattr("drysim.cli.process.raise_if_interrupted", interrupt)
+        done = command("design", "study.yaml", "--no-plots")
+    assert done.code == 130
+    assert "the same command with --resume keeps finished cases" in done.err
+    done = command("design", "study.yaml", "--no-plots", "--resume")
+    assert done.code == 0, done.err
+    assert "starting over" not in done.err
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def test_records_of_the_conditions_are_validated(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    write_floor(Path("good.csv"), 1, 10.0)
+    record = "{kind: record, file: good.csv, time: t, column: u}"
+    scene = f"oscillator: {{mass: 75, stiffness: 3500, damping: 250}}\nexcitation: {record}\n"
+    files = "{excitation.file: [good.csv, missing.csv]}"
+    loaded(tmp_path, scene, f"vary: {{{WIDE}}}\n  minimise: T_a\n  over: {files}")
+    for name in ("design", "validate"):
+        done = command(name, "study.yaml")
+        assert done.code == 2
+        assert "missing.csv: the record does not exist" in done.err + done.out

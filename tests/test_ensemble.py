@@ -454,7 +454,10 @@ def test_seeds_of_another_run_are_refused_and_damaged_ones_computed_again(
     assert drysim(*words, "-o", "whole").code == 0
     other = drysim(*words, "-o", "part", "--resume", "--set", "oscillator.mass=76")
     assert other.code == 2
-    assert "part.partial holds cases of another sweep, record or version" in other.err
+    assert (
+        "part.partial holds cases of other work: another scenario, record or version"
+        in other.err
+    )
     store = noisy.parent / "part.partial/seeds"
     (file,) = store.glob("*.cases")
     content = bytearray(file.read_bytes())

@@ -116,7 +116,7 @@ def test_blocks_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
 
     Store(tmp_path / "cases", work_identity(load(grid)), resume=False)
     other = load(grid, {"oscillator.mass": 76})
-    with pytest.raises(UsageError, match="cases of another sweep"):
+    with pytest.raises(UsageError, match="cases of other work"):
         Store(tmp_path / "cases", work_identity(other), resume=True)
 
 

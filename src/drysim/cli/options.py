@@ -93,6 +93,12 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", "-o", metavar="DIR", help="Output folder; default: out/<name>."),
 ]
+NamedOut = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", "-o", metavar="DIR", help="Output folder; default: out/<name>-<command>."
+    ),
+]
 Approach = Annotated[
     str | None,
     typer.Option(

@@ -174,7 +174,9 @@ def run_design(
             try:
                 result = study.solve()
             except KeyboardInterrupt:
-                if not study.candidates:
+                if not study.candidates:  # within the first round
+                    sentence = "the same command with --resume keeps finished cases"
+                    terminal.print_stderr(sentence)
                     raise
                 result = study.partial()
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED

@@ -340,6 +340,6 @@ def identity_digest(identity: Mapping[str, Any]) -> str:
 def other_work_error(folder: Path) -> UsageError:
     """Return the error for finished cases of another computation."""
     return UsageError(
-        f"{folder} holds cases of another sweep, record or version of drysim",
+        f"{folder} holds cases of other work: another scenario, record or version of drysim",
         "run the command without --resume to start over",
     )
