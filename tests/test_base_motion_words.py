@@ -90,3 +90,14 @@ def test_pictures_of_run_sweep_and_comparison_name_class_and_length(seat):
     assert "; standard EM3, 2 s; swept:" in headed(draw_sweep(sweep(swept)))
     made = compare(seat_alone, "signum vs stick-slip")
     assert "; standard EM3, 2 s" in headed(draw_comparison(made))
+
+
+def test_seat_test_classes_are_explained(drysim):
+    done = drysim("explain", "EM3")
+    assert done.code == 0
+    words = " ".join(done.out.split())
+    assert "wheel loader above 4500 kg (name recalled)" in words
+    assert "1.73 m/s², 0.89 to 11.22 Hz" in words
+    unknown = drysim("explain", "EM12")
+    assert unknown.code == 2
+    assert "did you mean `EM1`?" in unknown.err

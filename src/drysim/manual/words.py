@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from drysim.approach import APPROACHES_BY_NAME
+from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import pages
 from drysim.metrics.table import FIT_METRICS, METRICS
 from drysim.scenario import schema
@@ -55,6 +56,20 @@ class Entry(NamedTuple):
 KEY, METRIC, COLUMN, WARNING = "scenario key", "metric", "column", "warning"
 EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
 EXCITATION, SYMBOL, OPTION = "kind of base motion", "symbol", "option"
+CLASS = "seat-test class"
+
+MACHINES = {
+    "EM1": "articulated or rigid-frame dumper above 4500 kg",
+    "EM2": "scraper without suspended axle",
+    "EM3": "wheel loader above 4500 kg",
+    "EM4": "grader",
+    "EM5": "wheel dozer, soil compactor or backhoe loader",
+    "EM6": "crawler loader or crawler dozer up to 50 t",
+    "EM7": "compact dumper",
+    "EM8": "compact loader up to 4500 kg",
+    "EM9": "skid-steer loader up to 4500 kg",
+}
+"""Machines of the classes of ISO 7096, recalled and not checked against its text."""
 
 TABLES = ((COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"))
 """Kinds of word that are read from tables of the manual, with the page."""
@@ -127,6 +142,14 @@ def _entries() -> Iterator[Entry]:
     for kind, page in TABLES:
         yield from _table_entries(kind, page)
     yield from _options()
+    for name, spectrum in MACHINE_CLASSES.items():
+        band = "{:g} to {:g} Hz".format(*spectrum.band)
+        recalled = " (recalled)" * spectrum.recalled
+        text = f"Stated RMS of the base {spectrum.rms:g} m/s²{recalled}, {band}."
+        if name in MACHINES:
+            text = f"Machine: {MACHINES[name]} (name recalled). {text}"
+        example = f"excitation: {{kind: standard, class: {name}, …}}"
+        yield Entry(name, CLASS, text, where="excitation.class", example=example)
 
 
 def _symbols() -> Iterator[Entry]:
