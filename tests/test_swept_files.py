@@ -327,3 +327,27 @@ def test_condition_on_a_record_is_refused_with_what_to_do(drysim, runs, conditio
     words = " ".join(drysim("validate", "seat.yaml", "--set", check).out.split())
     assert "`excitation.file` after `at` is not a numeric key of this scenario; cond" in words
     assert "put a record with limits of its own into a scenario of its own" in words
+
+
+def test_summary_has_number_level_and_clean_up_of_the_records(drysim, runs):
+    text = SCENARIO.replace("column: u_dd", "column: u_dd, remove: {below: 0.5 Hz}")
+    Path("seat.yaml").write_text(text)
+    found = [prepare(package.load("seat.yaml", {"sweep": None, "excitation.file": one}))
+             for one in (runs[0], runs[-1])]  # fmt: skip
+    summaries = prepare(package.load("seat.yaml"), swept=True).records
+    for one, summary in zip(found, (summaries[0], summaries[-1]), strict=True):
+        level = one.scenario.excitation.describe(one.motion).split(" m/s² RMS")[0].split()[-1]
+        assert f"{summary.rms:.4g}" == level
+    done = drysim("sweep", "seat.yaml", "--no-plots")
+    words = " ".join(done.out.split())
+    low, high = (f"{pick(one.rms for one in summaries):.4g}" for pick in (min, max))
+    assert f"base record from {COUNT} files, 2.99 to 10.59 s, {low} to {high} m/s² RMS" in words
+    assert f"cleaned {runs[0]}: frequencies below 0.5 Hz removed" in words
+    assert f"{COUNT - 1} more records likewise" in words
+
+
+def test_level_of_records_is_not_stated_where_their_scale_varies(drysim, runs):
+    text = SCENARIO.replace("friction.kinetic: [0, 20]", "excitation.scale: [1, 2]")
+    Path("seat.yaml").write_text(text)
+    words = drysim("sweep", "seat.yaml", "--no-plots").out
+    assert f"record from {COUNT} files, 2.99 to 10.59 s\n" in words

@@ -19,6 +19,7 @@ from drysim.core.model import (
     NormalForceRecord,
     PiecewiseLaw,
     Plant,
+    RecordSummary,
     Samples,
     Sines,
     StrokeLimits,
@@ -165,11 +166,29 @@ def format_unit(unit: str) -> str:
 # Cleaning of records.
 
 
-def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
-    """Return the processing steps of a record, and of a recorded normal force."""
+def describe_clean_up(
+    motion: Sines | Samples | None,
+    law: AnyLaw | None = None,
+    records: Sequence[RecordSummary] = (),
+) -> list[str]:
+    """Return the processing steps of a record, and of a recorded normal force.
+
+    Of several records, each step is that of the first record that has it.
+    """
     steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
     assert isinstance(steps, list | tuple)
     description = [sanitise(step["sentence"]) for step in steps]
+    if records:
+        named: dict[object, list[str]] = {}
+        for record in records:
+            for step in record.clean_up:
+                words = f"{record.file}: {step['sentence']}"
+                named.setdefault(step["step"], []).append(sanitise(words))
+        description = [
+            words[0]
+            + f"; {format_count(len(words) - 1, 'more record')} likewise" * (len(words) > 1)
+            for words in named.values()
+        ]
     force_record = None if law is None else law.force_record
     force = force_record.clean_up if force_record else ()
     return description + [f"normal force: {sanitise(str(step['sentence']))}" for step in force]

@@ -294,7 +294,7 @@ def plan_sentences(case: Case) -> list[str]:
 def describe_base(case: Case) -> str:
     """Describe the base motion; the RMS of a record shows whether its unit is right."""
     varied = [axis.key for axis in case.scenario.sweep]
-    return case.scenario.excitation.describe_cases(case.motion, varied)
+    return case.scenario.excitation.describe_cases(case.motion, varied, case.records)
 
 
 def describe_seeds(case: Case) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
+    clean_up_lines,
     print_labelled,
     show_folder,
     show_rows,
@@ -105,7 +106,10 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
     shared = dict.fromkeys(wording.ALL_SHARED, not forces)
     law = scenario.law()
     yield from wording.describe_scene(scenario, case.plant, law, varied_keys, shared)
-    yield "base", scenario.excitation.describe_cases(case.motion, [*varied_keys])
+    yield "base", scenario.excitation.describe_cases(case.motion, varied_keys, case.records)
+    same = not any(key.startswith("excitation.") for key in varied_keys)
+    motion = case.motion if same else None
+    yield from clean_up_lines(wording.describe_clean_up(motion, records=case.records))
     if (seeds := max_seeds(scenario)) > 1:
         yield "seeds", f"{seeds}, the same for every design"
 

@@ -200,9 +200,10 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
     peak = own.greatest("x_r_peak")
     yield from wording.describe_scene(scenario, plant, law, varied, own.shared, peak)
-    yield "base", base.describe_cases(table.motion, varied)
-    if not any(key.startswith("excitation.") for key in varied):
-        yield from clean_up_lines(wording.describe_clean_up(table.motion))
+    yield "base", base.describe_cases(table.motion, varied, table.records)
+    same = not any(key.startswith("excitation.") for key in varied)
+    motion = table.motion if same else None
+    yield from clean_up_lines(wording.describe_clean_up(motion, records=table.records))
     if found := own.seeds:
         first: int = getattr(base, "seed", 1)
         drawn = range(first, first + found.most)

@@ -472,6 +472,27 @@ class Input(NamedTuple):
     size: int
 
 
+class RecordSummary(NamedTuple):
+    """What is said of one of several records, without its samples.
+
+    Attributes
+    ----------
+    file : str
+        Its name in the scenario.
+    rms : float
+        RMS base acceleration [m/s²].
+    duration : float
+        [s].
+    clean_up : tuple of mapping
+        Processing steps, as in `Samples.realised`.
+    """
+
+    file: str
+    rms: float
+    duration: float
+    clean_up: tuple[Mapping[str, object], ...] = ()
+
+
 class Sines(NamedTuple):
     """Base acceleration ü(t) = Σ A sin(2π f t + phase), used analytically.
 

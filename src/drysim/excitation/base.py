@@ -8,14 +8,14 @@ grid of solver.step and checks that the grid suits its corners and its highest f
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import Samples, Sines
+from drysim.core.model import RecordSummary, Samples, Sines
 from drysim.units import Block, InvalidValue, Quantity
 from drysim.wording import format_number, format_percent
 
@@ -70,27 +70,54 @@ class ExcitationBase(Block):
         words = f"{self.kind} {self.parameters()}".strip()
         return words + self._describe_motion(motion, level)
 
-    def describe_swept(self, swept: Collection[str]) -> str:
+    def describe_swept(
+        self, swept: Collection[str], records: Sequence[RecordSummary] = ()
+    ) -> str:
         """Return a description of what the base motions of a sweep have in common.
 
         Parameters
         ----------
         swept : collection of str
             Dotted keys that vary; what they determine is omitted.
+        records
+            As in `describe_cases`.
         """
         prefix = "excitation."
         varied = [key.removeprefix(prefix) for key in swept if key.startswith(prefix)]
+        if records:
+            return self._describe_records(records, varied)
         words = f"{self.kind} {self.parameters(varied)}".strip()
         return words + self._describe_shared(varied)
 
-    def describe_cases(self, motion: Sines | Samples | None, swept: Collection[str]) -> str:
-        """Return the base motion of all cases of a sweep, or what they have in common."""
+    def describe_cases(
+        self,
+        motion: Sines | Samples | None,
+        swept: Collection[str],
+        records: Sequence[RecordSummary] = (),
+    ) -> str:
+        """Return the base motion of all cases of a sweep, or what they have in common.
+
+        Parameters
+        ----------
+        motion : Sines or Samples or None
+            None if it differs between the cases.
+        swept
+            As in `describe_swept`.
+        records : sequence of RecordSummary, optional
+            The records of the cases, if the sweep varies them.
+        """
         if motion is None or any(key.startswith("excitation.") for key in swept):
-            return self.describe_swept(swept)
+            return self.describe_swept(swept, records)
         return self.describe(motion)
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return what `describe` adds to the parameters."""
+        raise NotImplementedError
+
+    def _describe_records(
+        self, records: Sequence[RecordSummary], varied: Collection[str]
+    ) -> str:
+        """Return the description of several records."""
         raise NotImplementedError
 
     def _describe_shared(self, varied: Collection[str]) -> str:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import sqrt
 from typing import Any, ClassVar, Literal
 
-from drysim.core.model import Samples, integrate_base_squares, mean_and_std
+from drysim.core.model import (
+    RecordSummary,
+    Samples,
+    integrate_base_squares,
+    mean_and_std,
+)
 from drysim.excitation.base import ExcitationBase, describe_grid
 from drysim.records.options import LARGE_MEAN, RecordedMotion
-from drysim.wording import format_number, sanitise
+from drysim.wording import format_count, format_number, sanitise
 
 
 class RecordKind(ExcitationBase):
@@ -40,17 +45,35 @@ class Record(RecordedMotion, RecordKind):
         words = f", {describe_grid(motion)}"
         if not level:
             return words
-        end = (len(motion.u_dd) - 1) * motion.dt
-        square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
-        mean = mean_and_std(motion.u_dd)[0]
-        spread = sqrt(max(0.0, square - mean**2))
-        words += f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
+        rms, mean = _rms(motion), mean_and_std(motion.u_dd)[0]
+        spread = sqrt(max(0.0, rms**2 - mean**2))
+        words += f", {format_number(rms, 'm/s² RMS')}, linear between samples"
         if abs(mean) > LARGE_MEAN * spread:
             words += (
                 f"; mean {format_number(mean, 'm/s²')}, "
                 f"{format_number(spread, 'm/s² RMS')} about it"
             )
         return words
+
+    def _describe_records(
+        self, records: Sequence[RecordSummary], varied: Collection[str]
+    ) -> str:
+        """Return number, durations and RMS of the records of a sweep."""
+        words = f"{self.kind} {self.parameters(varied)}"
+        words = words.replace("several files", format_count(len(records), "file"), 1)
+        units = {"duration": "s"} | ({"rms": "m/s² RMS"} if {*varied} <= {"file"} else {})
+        for name, unit in units.items():
+            values = [getattr(one, name) for one in records]
+            low, high = format_number(min(values)), format_number(max(values))
+            words += f", {f'{low} to ' * (low != high)}{high} {unit}"
+        return words
+
+    def summarise(self, motion: Samples) -> RecordSummary:
+        """Return what is said of a record among several."""
+        steps = motion.realised.get("clean_up", ())
+        assert isinstance(steps, list | tuple)
+        duration = (len(motion.u_dd) - 1) * motion.dt
+        return RecordSummary(self.named, _rms(motion), duration, tuple(steps))
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
         """Read the record and return its base acceleration.
@@ -69,3 +92,9 @@ class Record(RecordedMotion, RecordKind):
         from drysim.records.record import read_motion
 
         return read_motion(self)
+
+
+def _rms(motion: Samples) -> float:
+    """Return the RMS of a base acceleration that is linear between samples [m/s²]."""
+    end = (len(motion.u_dd) - 1) * motion.dt
+    return sqrt(integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end)

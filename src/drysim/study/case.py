@@ -37,6 +37,7 @@ from drysim.core.model import (
     Input,
     PiecewiseLaw,
     Plant,
+    RecordSummary,
     Samples,
     Signal,
     Sines,
@@ -86,6 +87,8 @@ class Case:
         Warnings known before the computation.
     inputs : tuple of Input
         Records of the base motion; all of them where the record is swept.
+    records : tuple of RecordSummary
+        The swept records; none for other sweeps.
     """
 
     scenario: Scenario
@@ -99,6 +102,7 @@ class Case:
     period: float | None
     warnings: tuple[WarningMessage, ...]
     inputs: tuple[Input, ...] = ()
+    records: tuple[RecordSummary, ...] = ()
 
     @property
     def steps(self) -> int:
@@ -194,17 +198,20 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
-    records = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
+    found = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
+    records: tuple[RecordSummary, ...] = ()
     if swept and (files := swept_files(scenario)):
-        records = [read_swept(scenario, files, i) for i in range(len(files))]
+        read = [read_swept(scenario, files, i) for i in range(len(files))]
+        found, records = [one[:2] for one in read], tuple(one[2] for one in read)
     known = (
         *scenario_warnings(scenario, motion, compared),
-        *(warning for warnings, _ in records for warning in warnings),
+        *(warning for warnings, _ in found for warning in warnings),
         *force,
     )
     case = replace(
         assemble(scenario, motion, tuple({one.sentence: one for one in known}.values())),
-        inputs=tuple(record for _, inputs in records for record in inputs),
+        inputs=tuple(record for _, inputs in found for record in inputs),
+        records=records,
     )
     if refused := spectra_problem(case):
         raise case_error(scenario, *refused)
@@ -224,8 +231,8 @@ def files_location(scenario: Scenario) -> KeyPath:
 
 def read_swept(
     scenario: Scenario, files: Sequence[str], i: int
-) -> tuple[tuple[WarningMessage, ...], tuple[Input, ...]]:
-    """Read one of the swept records, and return its warnings and inputs.
+) -> tuple[tuple[WarningMessage, ...], tuple[Input, ...], RecordSummary]:
+    """Read one of the swept records, and return its warnings, inputs and summary.
 
     Raises
     ------
@@ -255,13 +262,14 @@ def read_swept(
             f"units, or leave it out of {'.'.join(map(str, files_location(scenario)))}"
         )
         raise RecordError(replace(problem, sentence=sentence), fault.hint) from None
+    assert isinstance(one.excitation, Record), "only records have files"
     assert isinstance(motion, Samples), "a record is sampled"
     try:
         assemble(one, motion)
     except ScenarioError as fault:
         problems = (replace(p, sentence=f"{file}: {p.sentence}") for p in fault.problems)
         raise ScenarioError(fault.message, tuple(problems)) from None
-    return motion.warnings, motion.inputs
+    return motion.warnings, motion.inputs, one.excitation.summarise(motion)
 
 
 def assemble(

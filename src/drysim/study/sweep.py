@@ -316,6 +316,7 @@ def make_table(
         describe_numerics(case),
         tallies,
         case.inputs,
+        case.records,
     )
 
 

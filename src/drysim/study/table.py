@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import drysim
-from drysim.core.model import Input, Samples, Sines, StrokeLimits
+from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
@@ -75,6 +75,8 @@ class Table:
         `Tally` by approach, if it was gathered during the computation.
     inputs : tuple of Input
         Records of the base motion.
+    records : tuple of RecordSummary
+        The swept records; none for other sweeps.
     """
 
     scenario: Scenario
@@ -87,6 +89,7 @@ class Table:
     numerics: Mapping[str, object] = field(default_factory=dict)
     summary: Mapping[str, Tally] = field(default_factory=dict)
     inputs: tuple[Input, ...] = ()
+    records: tuple[RecordSummary, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
