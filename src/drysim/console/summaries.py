@@ -291,6 +291,8 @@ def sidecar_scene(fields: Fields) -> Iterator[tuple[str, str]]:
         yield "cases", ", ".join([str(numerics.get("cases", 1)), *lost])
     if not fields["complete"]:
         yield "state", "incomplete"
+    if words := describe_metrics(fields):
+        yield "metrics", words
 
 
 def sidecar_best(fields: Fields) -> Iterator[tuple[str, str]]:
@@ -323,6 +325,54 @@ def sidecar_design(found: Fields) -> str:
     what = "" if found["best"] else "no design keeps all limits; the closest has "
     what = "the knee of the front, " if found["front"] else what
     return f"{what}{values} at {wording.describe_point(one['values'], units)}"
+
+
+def describe_metrics(fields: Fields) -> str:
+    """Describe whose metrics those of a design study are; empty for another result."""
+    found = fields.get("design")
+    if found is None:
+        return ""
+    words: str = (
+        "of the best design" if found["best"] else "of the design closest to the limits"
+    )
+    if place := wording.describe_point(found.get("metrics_at") or {}, swept_units(fields)):
+        words += f" at {place}, the condition with the highest {found['minimise'][0]}"
+    seeds = fields["numerics"].get("seeds", 1)
+    return f"{words}; means of {seeds} seeds" if seeds > 1 else words
+
+
+def sidecar_conditions(fields: Fields) -> list[list[str]]:
+    """Return the shown design of a study under each condition, header first; empty for one."""
+    found, units = fields["design"], swept_units(fields)
+    if not found.get("conditions"):
+        return []
+    first = found["conditions"][0]
+    limits = [check["check"] for check in first["checks"]]
+    limited = {Check.comparison(limit).metric for limit in limits}
+    names = [
+        name
+        for name in first["metrics"]
+        if (name in found["minimise"] or name not in limited)
+        and any(one["metrics"][name] is not None for one in found["conditions"])
+    ]
+    table = [["condition", *names, *limits]]
+    for one in found["conditions"]:
+        values, widths = one["metrics"], one["half_widths"]
+        worst = one["at"] == found["metrics_at"]
+        place = wording.describe_point(one["at"], units)
+        cells = (
+            wording.UNKNOWN
+            if values[name] is None
+            else format_metric(name, values[name], widths[name])
+            for name in names
+        )
+        verdicts = map(_sidecar_verdict, one["checks"])
+        judged = (
+            f"{check_mark(each.passed)[0][0]} {each.found.removeprefix('with ')}"
+            for each in verdicts
+        )
+        table.append([f"{place} (highest {names[0]})" if worst else place, *cells, *judged])
+    return table
 
 
 def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
@@ -367,11 +417,15 @@ VERDICT_FIELDS = ("half_width", "seeds", "reason", "failed", "cases")
 
 def sidecar_checks(fields: Fields) -> Iterator[tuple[bool | None, str]]:
     """Yield whether each check passed (None: not judged), and its description."""
-    numerics = fields.get("numerics", {})
-    units = {axis["key"]: axis["unit"] for axis in numerics.get("swept", ())}
+    numerics, units = fields.get("numerics", {}), swept_units(fields)
     for check in fields.get("checks", ()):
         verdict = _sidecar_verdict(check)
         yield verdict.passed, describe_verdict(verdict, units, numerics.get("yardstick", ""))
+
+
+def swept_units(fields: Fields) -> dict[str, str]:
+    """Return the units of the keys that differ between cases, by key."""
+    return {axis["key"]: axis["unit"] for axis in fields.get("numerics", {}).get("swept", ())}
 
 
 def _sidecar_verdict(check: Fields) -> Verdict:

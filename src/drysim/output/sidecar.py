@@ -15,7 +15,7 @@ import shlex
 import sys
 import time
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from math import isfinite
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from drysim.bench.score import Bench, BenchCase
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
+    from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
     from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
-    from drysim.study.statistics import Statistic
+    from drysim.study.statistics import Row, Statistic
     from drysim.study.table import BestCase, Extreme, Table, Tally
 
 
@@ -272,15 +273,17 @@ def _numerics_fields(table: Table, own: Tally | None) -> Fields:
     return {
         "cases": len(table.rows),
         "statuses": _count_statuses(table.tallies.values()),
-        "swept": [
-            {"key": axis.key, "unit": axis.unit, "values": len(axis.values)}
-            for axis in table.axes
-        ],
+        "swept": _axis_fields(table.axes),
         "step": table.scenario.solver.step,
         **table.numerics,
         "energy_residual": own and own.greatest("energy_residual"),
         "closure": own and own.greatest("closure"),
     } | _seed_fields(own)
+
+
+def _axis_fields(axes: Iterable[Axis]) -> list[Fields]:
+    """Return the swept keys with their units and numbers of values."""
+    return [{"key": axis.key, "unit": axis.unit, "values": len(axis.values)} for axis in axes]
 
 
 def _seed_fields(own: Tally | None) -> Fields:
@@ -466,6 +469,8 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         ],
         "variants": {one.name: fields_of(one.candidate) for one in result.variants},
         "front": [fields_of(one) for one in front],
+        "conditions": [_condition_fields(result, row) for row in result.several_rows],
+        "metrics_at": result.shown_row and result.place_of(result.shown_row),
     }
     numerics = {
         **result.numerics,
@@ -473,6 +478,7 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "by exact solutions under the same base motion",
         "evaluations": len(result.candidates),
         "converged": result.converged,
+        "swept": _axis_fields(result.design.conditions.axes),
         "cases": sum(row.seeds for one in result.candidates for row in one.rows),
         "seeds": result.candidates[0].rows[0].seeds,
     }
@@ -513,6 +519,21 @@ def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
         "points": sum(len(one.values) for one in result.branches),
     }
     return sidecar_fields(result, result.motion, numerics, {}, provenance, branches=found)
+
+
+CONDITION_METRICS = ("T_a", "SEAT", "x_r_peak", "stroke_used")
+"""Metrics of the best design under each condition, after its objectives."""
+
+
+def _condition_fields(result: DesignResult, row: Row) -> Fields:
+    """Return limits and main metrics of the shown design under one of its conditions."""
+    names = dict.fromkeys((*result.design.minimise, *CONDITION_METRICS))
+    return {
+        "at": result.place_of(row),
+        "metrics": {name: row.metrics.get(name) for name in names},
+        "half_widths": {name: row.half_widths.get(name) for name in names},
+        "checks": [_check_fields(verdict) for verdict in result.judge((row,))],
+    }
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:

@@ -285,11 +285,23 @@ class DesignResult:
     @cached_property
     def checks(self) -> tuple[Verdict, ...]:
         """The limits, judged on the shown design under its worst condition."""
-        found = self.shown
-        if found is None:
+        if self.shown is None:
             return tuple(limit.no_case_verdict() for limit in self.limits)
-        conditions = {axis.key for axis in self.case.scenario.sweep}
-        return tuple(judge_limit(limit, found.rows, conditions) for limit in self.limits)
+        return self.judge(self.shown.rows)
+
+    def judge(self, rows: Sequence[Row]) -> tuple[Verdict, ...]:
+        """Return the limits, judged on the worst of some rows of a design."""
+        conditions = {axis.key for axis in self.design.conditions.axes}
+        return tuple(judge_limit(limit, rows, conditions) for limit in self.limits)
+
+    @property
+    def several_rows(self) -> tuple[Row, ...]:
+        """The rows of the shown design under several conditions; empty for a single one."""
+        return self.shown.rows if self.shown and len(self.shown.rows) > 1 else ()
+
+    def place_of(self, row: Row) -> dict[str, object]:
+        """Return the condition of a row."""
+        return {axis.key: row.point[axis.key] for axis in self.design.conditions.axes}
 
     @property
     def scenario(self) -> Scenario:
