@@ -57,6 +57,7 @@ KEY, METRIC, COLUMN, WARNING = "scenario key", "metric", "column", "warning"
 EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
 EXCITATION, SYMBOL, OPTION = "kind of base motion", "symbol", "option"
 CLASS = "seat-test class"
+DESIGN, FIT = "word of a design study", "word of a fit"
 
 MACHINES = {
     "EM1": "articulated or rigid-frame dumper above 4500 kg",
@@ -71,7 +72,10 @@ MACHINES = {
 }
 """Machines of the classes of ISO 7096, recalled and not checked against its text."""
 
-TABLES = ((COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"))
+TABLES = (
+    (COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"),
+    (DESIGN, "design"), (FIT, "fit"),
+)  # fmt: skip
 """Kinds of word that are read from tables of the manual, with the page."""
 
 SYMBOL_PAGE = "symbols"
@@ -92,6 +96,10 @@ TERMS = {
     "stops hit": "contacts",
     "energy": "energy_residual",
     "crest factor": "crest_factor",
+    "friction +10 %": "friction ±10 %",
+    "friction -10 %": "friction ±10 %",
+    "stiffness +10 %": "stiffness ±10 %",
+    "stiffness -10 %": "stiffness ±10 %",
     "A(8)": "A_8",
     "bumper": "stroke.stops",
     "gap": "gaps",
@@ -171,6 +179,8 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
         text = text.partition("## Events")[2]
     elif kind == COLUMN:
         text = text.partition("## Events")[0]
+    elif kind in (DESIGN, FIT):
+        text = text.partition("How to read it:\n\n")[2].partition("\n\n")[0] + "\n"
     for word, cells in ROW.findall(text):
         fields = [cell.strip().replace("\\|", "|") for cell in CELL.split(cells)]
         if kind == COLUMN:
