@@ -15,10 +15,11 @@ from seat import SEAT, write_records
 
 import drysim as package
 from drysim.errors import UsageError
-from drysim.manual.words import explain
+from drysim.manual.words import DESIGN, FIT, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
 from drysim.output.folder import PICTURES, save_report
+from drysim.wording import format_number
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 VOID = {"meta", "br"}
@@ -44,13 +45,17 @@ class Page(HTMLParser):
         self.words: list[str] = []
         self.feed(text)
         self.close()
-        self.text = " ".join(" ".join(self.words).split())
+        self.text = " ".join("".join(self.words).split())
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
         self.attributes += attributes
         if tag not in VOID:
             self.open.append(tag)
+        self.separate(tag)
+
+    def separate(self, tag):
+        self.words.append("" if tag == "code" else " ")
 
     def handle_startendtag(self, tag, attributes):
         self.tags.append(tag)
@@ -58,10 +63,16 @@ class Page(HTMLParser):
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
+        self.separate(tag)
 
     def handle_data(self, data):
         if self.open and self.open[-1] != "style":
             self.words.append(data)
+
+
+def meaning(word, kind=""):
+    """Return the meaning of a word as a page shows it."""
+    return next(one.text for one in explain(word) if kind in ("", one.kind)).replace("`", "")
 
 
 def values(page, name):
@@ -108,7 +119,7 @@ def test_page_says_what_was_computed_whether_it_suffices_and_why_to_believe_it(r
     page, fields = Page(written), json.loads((folder / "drysim.json").read_text())
     for words in (
         "A seat of a test.", "1 of 2 checks fails", "✗ fails", "✓ holds",
-        "stroke-violated", explain("stroke-violated")[0].text, "m 75 kg",
+        "stroke-violated", meaning("stroke-violated"), "m 75 kg",
         "energy residual", METRICS_BY_NAME["T_a"].about, fields["version"],
         fields["scenario"]["sha256"], *fields["software"].values(), fields["numerics"]["why"],
         fields["command"], fields["warnings"][0]["sentence"], "stiffness: 7500.0",
@@ -172,20 +183,114 @@ def test_fit_is_reported_and_solved_again(drysim, tmp_path):
     assert drysim("init", "fit-decay").code == 0
     assert drysim("fit", "fit-decay.yaml", "--report", "--quiet", "-o", "out").code == 0
     fitted = Page(Path("out/report.html").read_text("utf-8"))
-    assert explain("friction.kinetic")[0].text in fitted.text
+    assert meaning("friction.kinetic") in fitted.text
+    assert meaning("95 %", FIT) in fitted.text
     assert "starting points led to this solution" in fitted.text
     assert fitted.tags.count("svg") == 3
     assert drysim("report", "out").code == 0
     assert "numbers agree to" in Page(Path("out/report.html").read_text("utf-8")).text
 
 
-def test_sketch_of_a_design_study_leaves_out_what_its_conditions_vary(result):
-    study = """design:
+STUDY = """design:
   vary: {oscillator.damping: {from: 100, to: 1000, scale: log}}
   minimise: T_a
   over: {oscillator.mass: [60, 80]}
 """
-    _, page = result(SEAT + study, "design")
+
+
+def test_page_of_a_design_study_has_every_condition_and_names_that_of_the_metrics(
+    result, drysim
+):
+    text = SEAT + STUDY + "stroke: {limit: 20 mm}\nchecks: [T_a < 2]\n"
+    folder, written = result(text, "design")
+    page, fields = Page(written), json.loads((folder / "drysim.json").read_text())
+    both = fields["design"]["conditions"]
+    assert [one["at"] for one in both] == [{"oscillator.mass": mass} for mass in (60.0, 80.0)]
+    worst = max(both, key=lambda one: one["metrics"]["T_a"])
+    assert worst["at"] == fields["design"]["metrics_at"]
+    assert worst["metrics"]["T_a"] == fields["metrics"]["T_a"]
+    at = f"mass {worst['at']['oscillator.mass']:g} kg"
+    assert f"Those of the best design at {at}, the condition with the highest T_a." in page.text
+    assert f"{at} (highest T_a)" in page.text
+    for one in both:
+        assert all(check["passed"] for check in one["checks"])
+        assert f"✓ {format_number(1e3 * one['metrics']['x_r_peak'])}" not in page.text
+        assert f"{format_number(1e3 * one['metrics']['x_r_peak'])} mm" in page.text
+    judged = page.text.partition("✓ holds")[2].partition("Main results")[0]
+    assert judged.count(" at mass ") == judged.count(" kg") == 2
+    assert drysim("report", "out", "--no-plots").code == 0
+    again = Page((folder / "report.html").read_text("utf-8")).text
+    assert f"{at} (highest T_a)" in again
+    assert f"of the best design at {at}" in drysim("summarise", "out").out.replace("\n", " ")
+
+
+def test_words_of_a_design_study_are_explained_beside_its_results(result):
+    page = Page(result(SEAT + STUDY, "design")[1])
+    words = [one.word for one in entries() if one.kind == DESIGN]
+    assert {"within 1 %", "as given", "friction ±10 %", "no dry friction"} <= {*words}
+    for word in ("within 1 %", "as given", "friction ±10 %", "stiffness ±10 %"):
+        assert f"{word} {meaning(word, DESIGN)}" in page.text
+    assert meaning("95 %", DESIGN) not in page.text  # a single seed has no interval
+    assert meaning("binding", DESIGN) not in page.text
+
+
+SAFE = SEAT.replace("kinetic: 15", "kinetic: 15, static: 18")
+HELD = "checks: [T_a < 5]\n"
+VIOLATED = "stroke: {limit: 5 mm}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "state", "words"),
+    [
+        (SAFE + HELD, "good", "✓ The check holds: the result meets"),
+        (
+            SAFE + HELD + VIOLATED,
+            "reserved",
+            "! Passed, with reservations: 1 warning (stroke-violated), explained below. "
+            "The check holds",
+        ),
+        (
+            SAFE + VIOLATED,
+            "reserved",
+            "! No verdict, and reservations: 1 warning (stroke-violated), explained below. "
+            "The scenario has no checks",
+        ),
+        (SAFE, "open", "· The scenario has no checks"),
+        (SAFE + HELD.replace("5", "1"), "bad", "✗ 1 of 1 check fails"),
+    ],
+    ids=["good", "reserved", "reserved without checks", "open", "bad"],
+)
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_warnings_and_failed_checks_decide_the_state_of_the_verdict(
+    result, command, text, state, words
+):
+    if command == "sweep":
+        text = text.replace("measure", "sweep: {excitation.rms: [0.9, 1]}\nmeasure")
+    written = result(text, command)[1]
+    assert f'<ul class="verdict {state}">' in written
+    assert words in Page(written).text
+
+
+def test_design_with_a_limit_that_the_seeds_leave_open_passes_with_reservations(result):
+    noise = NOISY.replace("seed: 1}", "seed: 1, seeds: 3}").partition("measure")[0]
+    study = """design:
+  vary: {oscillator.damping: {from: 100, to: 1000}}
+  minimise: T_a
+  within: [x_r_peak < 100 mm]
+"""
+    page = result(noise + "stroke: {limit: 1 mm}\n" + study, "design", "--no-plots")[1]
+    assert '<ul class="verdict reserved">' in page
+    assert "! Passed, with reservations: " in Page(page).text
+
+
+def test_page_shows_no_backticks_but_those_of_the_scenario(result):
+    page = result(SEAT + "stroke: {limit: 5 mm}\n")[1]
+    assert "`" not in page.partition("<h2>Scenario</h2>")[0]
+    assert "<code>oscillator.mass</code>" in page
+
+
+def test_sketch_of_a_design_study_leaves_out_what_its_conditions_vary(result):
+    _, page = result(SEAT + STUDY, "design")
     model = re.search(r'id="model-title">([^<]*)', page)
     assert model is not None
     assert "75 kg" not in model[1]
@@ -257,7 +362,32 @@ def test_file_that_was_changed_is_named(result, drysim):
     (folder / "response.csv").write_text("t [s]\n")
     assert drysim("report", "out", "--no-plots").code == 0
     page = Page((folder / "report.html").read_text("utf-8"))
-    assert "Not as drysim wrote them: response.csv." in page.text
+    assert "Changed since drysim wrote them: response.csv." in page.text
+
+
+def test_changed_and_missing_files_are_named_on_the_console_as_well(result, drysim):
+    folder, _ = result(SAFE + HELD)
+    (folder / "response.csv").write_text("t [s]\n")
+    (folder / "events.csv").unlink()
+    os.mkfifo(folder / "pipe") if hasattr(os, "mkfifo") else None
+    (folder / "pipe").replace(folder / "response.png")
+    done = drysim("report", "out", "-o", "page.html", "--quiet")
+    words = (
+        "Changed since drysim wrote them: response.csv. "
+        "Missing or unreadable: events.csv, response.png."
+    )
+    assert (done.code, done.out, done.err) == (0, "", f"warning: out: {words}\n")
+    written = Path("page.html").read_text("utf-8")
+    assert words in Page(written).text
+    assert '<ul class="verdict reserved">' in written
+
+
+def test_fault_of_the_program_is_not_taken_for_a_damaged_file(result, drysim, monkeypatch):
+    result()
+    monkeypatch.setattr(report, "main_rows", lambda *_: {}["a bug"])
+    done = drysim("report", "out", "-o", "page.html")
+    assert done.code == 70
+    assert "damaged" not in done.err
 
 
 def test_incomplete_result_is_called_so_first(result, drysim):
@@ -329,6 +459,16 @@ def unmark(folder):
     (folder / "drysim.json").unlink()
 
 
+def replace_by_file(folder):
+    shutil.rmtree(folder)
+    folder.write_text("text")
+
+
+def mark_by_folder(folder):
+    unmark(folder)
+    (folder / "drysim.json").mkdir()
+
+
 def interrupt(folder):
     change(folder, exit_code=130, complete=False)
 
@@ -344,7 +484,9 @@ def nested(folder):
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
     "no folder": (shutil.rmtree, "of `drysim run`, `sweep`, `compare`, `fit` or `design`"),
-    "not a result": (unmark, "no such file or directory"),
+    "not a result": (unmark, "out is no result of drysim: it has no drysim.json"),
+    "a file": (replace_by_file, "out is a file, not a folder"),
+    "marker is a folder": (mark_by_folder, "is not a plain file"),
     "no JSON": (lambda folder: spoil(folder, '{"format": 1, '), "has no finished result"),
     "nested": (nested, "has no finished result"),
     "a list": (lambda folder: spoil(folder, "[]"), "has no finished result"),

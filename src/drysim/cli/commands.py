@@ -503,6 +503,7 @@ def report(
     from drysim.console import terminal
     from drysim.output.folder import REPORT_FILE, add_report, check_report, save_report
     from drysim.output.report import count_parts, read_result, report_folder
+    from drysim.wording import sanitise
 
     fields, file = read_result(folder), out or folder / REPORT_FILE
     check_report(file, folder)
@@ -513,11 +514,15 @@ def report(
 
     total = 0 if no_plots else count_parts(fields)
     with terminal.progress(total, "cases", quiet) as advance:
-        page = report_folder(folder, fields, plots=not no_plots, advance=advance_or_stop)
+        page, objections = report_folder(
+            folder, fields, plots=not no_plots, advance=advance_or_stop
+        )
     if file.absolute() == (folder / REPORT_FILE).absolute():
         add_report(folder, page, fields)
     else:
         save_report(file, page)
+    for sentence in objections:
+        terminal.print_stderr(f"warning: {sanitise(f'{folder}: {sentence}')}")
     if not quiet:
         with tolerate_closed_pipe():
             terminal.print_stdout(str(file))

@@ -511,10 +511,17 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     file = folder / MARKER
     hint = "name an output folder of `drysim run`, `sweep`, `compare`, `fit` or `design`"
     try:
+        if not stat.S_ISDIR(folder.stat().st_mode):
+            own = f"name its folder, {folder.parent}" if folder.name == MARKER else hint
+            raise OutputError(f"{folder} is a file, not a folder", own)
+        if not _exists(file):
+            raise OutputError(f"{folder} is no result of drysim: it has no {MARKER}", hint)
+        if not file.is_file():  # a pipe may never end
+            raise OutputError(f"{file} is not a plain file", hint)
         fields = json.loads(file.read_text(encoding="utf-8"), parse_constant=_no_number)
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
-        raise OutputError(f"cannot read {file}: {reason}", hint) from fault
+        raise OutputError(f"cannot read {folder}: {reason}", hint) from fault
     except (ValueError, RecursionError):
         fields = None
     needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}

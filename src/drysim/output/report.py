@@ -12,8 +12,9 @@ without the record, the page says why it has no pictures.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Sized
 from functools import partial
 from importlib import import_module
 from operator import attrgetter
@@ -31,7 +32,7 @@ from drysim.console import fit as fit_summary
 from drysim.console import many, summaries
 from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
-from drysim.manual.words import APPROACH, TERMS, WARNING, explain
+from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import sidecar
 from drysim.output.folder import MARKER, PICTURES, REPORT_FILE, SCENARIO_FILE, read_sidecar
@@ -85,6 +86,12 @@ CAPTIONS = {
 
 SKETCH_CAPTION = "Model"
 
+WHY = "“Why to believe it”"
+"""The part of the page on files and numbers."""
+
+LEGENDS = {"design": DESIGN, "fit": FIT}
+"""Words of a summary that the page explains, by kind of result."""
+
 
 # Kinds of result.
 
@@ -109,8 +116,6 @@ class Kind(NamedTuple):
         Yields the main results.
     fields : callable
         Returns the content of drysim.json.
-    solve : callable
-        Solves a scenario as the command did, given drysim.json and the progress.
     """
 
     what: str
@@ -121,34 +126,10 @@ class Kind(NamedTuple):
     scene: Callable[[AnyResult], Lines]
     rows: Callable[[AnyResult], Iterator[SummaryRow]]
     fields: Callable[[AnyResult, Provenance], Fields]
-    solve: Callable[[Scenario, Fields, Advance], AnyResult]
 
 
 def _itself(result: AnyResult) -> AnyResult:
     return result
-
-
-def _solve_cases(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
-    """Solve a sweep."""
-    return sweep.sweep(scenario, finished=lambda batch: advance(len(batch)))
-
-
-def _solve_seeds(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
-    """Solve an ensemble."""
-    return ensemble.solve(prepare(scenario), finished=lambda batch: advance(len(batch)))
-
-
-def _solve_comparison(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
-    """Solve a comparison: the reference is the last name, and `viscous` was added to them."""
-    numerics = fields["numerics"]
-    names = numerics["approaches"]
-    names = names[: names.index(numerics["yardstick"]) + 1]
-    return compare.compare(scenario, names, finished=lambda batch: advance(len(batch)))
-
-
-def _solve_design(scenario: Scenario, fields: Fields, advance: Advance) -> AnyResult:
-    """Solve a design study."""
-    return design.solve(design.prepare_design(scenario), sweep.on_threads(None), None, advance)
 
 
 def _design_scene(result: DesignResult) -> Lines:
@@ -183,7 +164,6 @@ KINDS = {
         summaries.run_scene,
         summaries.run_rows,
         sidecar.run_fields,
-        lambda scenario, fields, advance: ensemble.run(scenario),
     ),
     "ensemble": Kind(
         "one case under many seeds",
@@ -194,7 +174,6 @@ KINDS = {
         many.ensemble_scene,
         many.ensemble_rows,
         sidecar.ensemble_fields,
-        _solve_seeds,
     ),
     "sweep": Kind(
         "a sweep",
@@ -205,7 +184,6 @@ KINDS = {
         many.sweep_scene,
         many.table_rows,
         sidecar.table_fields,
-        _solve_cases,
     ),
     "comparison": Kind(
         "a comparison",
@@ -216,7 +194,6 @@ KINDS = {
         many.comparison_scene,
         many.worst_rows,
         sidecar.comparison_fields,
-        _solve_comparison,
     ),
     "fit": Kind(
         "a fit",
@@ -227,7 +204,6 @@ KINDS = {
         fit_summary.fit_scene,
         _fit_rows,
         sidecar.fit_fields,
-        lambda scenario, fields, advance: fit.fit(scenario, finished=advance),
     ),
     "design": Kind(
         "a design study",
@@ -238,7 +214,6 @@ KINDS = {
         _design_scene,
         _design_rows,
         sidecar.design_fields,
-        _solve_design,
     ),
 }
 """The kinds of result that have a report, by name."""
@@ -254,6 +229,36 @@ def kind_of(fields: Fields) -> str:
     if "yardstick" in numerics:
         return "comparison"
     return "sweep" if "swept" in numerics else "run"
+
+
+def solve(
+    kind: str, scenario: Scenario, compared: Sequence[str], advance: Advance
+) -> AnyResult:
+    """Solve the scenario of a result as its command did; `compared` names what it compared."""
+
+    def count(batch: Sized) -> None:
+        advance(len(batch))
+
+    match kind:
+        case "ensemble":
+            return ensemble.solve(prepare(scenario), finished=count)
+        case "sweep":
+            return sweep.sweep(scenario, finished=count)
+        case "comparison":
+            return compare.compare(scenario, compared, finished=count)
+        case "fit":
+            return fit.fit(scenario, finished=advance)
+        case "design":
+            case = design.prepare_design(scenario)
+            return design.solve(case, sweep.on_threads(None), None, advance)
+    return ensemble.run(scenario)
+
+
+def compared_names(fields: Fields) -> list[str]:
+    """Return what a comparison compared: the reference is the last, `viscous` was added."""
+    numerics = fields["numerics"]
+    names: list[str] = numerics.get("approaches", [])
+    return names[: names.index(numerics["yardstick"]) + 1] if names else []
 
 
 # The page.
@@ -335,7 +340,8 @@ def page(
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    kind = KINDS[kind_of(fields)]
+    name = kind_of(fields)
+    kind = KINDS[name]
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -345,40 +351,59 @@ def page(
         finalize=visible,
         keep_trailing_newline=True,
     )
-    varied = [axis["key"] for axis in fields["numerics"].get("swept", ())]
-    if "design" in fields and scenario is not None and scenario.design is not None:
-        varied = [axis.key for axis in scenario.design.conditions.axes]
-    files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
-    text = environment.get_template(TEMPLATE).render(
+    environment.filters["code"] = code
+    found, varied = content(fields), [*summaries.swept_units(fields)]
+    if result is not None:
+        found["scene"] = list(kind.scene(result))
+    elif "design" in fields:
+        varied += fields["design"]["vary"]
+    rows = [] if result is None else main_rows(kind, result)
+    state, lines = judge(fields, getattr(result, "is_useless", False), notes)
+    return environment.get_template(TEMPLATE).render(
+        **found,
         fields=fields,
-        files=files,
+        files=[name for name in fields["files"] if name != REPORT_FILE],
         version=drysim.__version__,
         what=kind.what,
         about=scenario.about if scenario else "",
         symbols=[(words, meanings(words.partition(",")[0])) for words in SYMBOLS],
         most=MAX_LISTED,
-        verdict=[
-            *useless(result),
-            *verdict(fields),
-            *((None, note.sentence) for note in notes if not note.good),
-        ],
-        checks=[
-            (summaries.check_mark(passed)[0], words)
-            for passed, words in summaries.sidecar_checks(fields)
-        ],
-        scene=list(summaries.sidecar_scene(fields) if result is None else kind.scene(result)),
-        rows=[] if result is None else main_rows(kind, result),
+        state=state,
+        mark=MARKS[state],
+        verdict=lines,
+        rows=rows,
+        legend=legend([row for row, _ in rows], LEGENDS.get(name, "")),
         comparison=comparison_table(result),
-        metrics=list(metric_tables(fields)),
-        evidence=[*evidence(fields), *((note.label, note.sentence) for note in notes)],
-        warnings=list(warnings_by_slug(fields)),
+        notes=notes,
         sketch=sketch(getattr(result, "scenario", scenario), varied) if plots else None,
         pictures=list(pictures(kind, result)) if plots and result is not None else [],
         missing=missing,
         scenario_text=scenario_text[:MAX_SCENARIO],
         is_cut=len(scenario_text) > MAX_SCENARIO,
     )
-    return text
+
+
+def content(fields: Fields) -> Fields:
+    """Return what a page shows of drysim.json, as variables of the template."""
+    return {
+        "checks": [
+            (summaries.check_mark(passed)[0], words)
+            for passed, words in summaries.sidecar_checks(fields)
+        ],
+        "scene": list(summaries.sidecar_scene(fields)),
+        "conditions": summaries.sidecar_conditions(fields) if "design" in fields else [],
+        "metrics_of": summaries.describe_metrics(fields),
+        "metrics": list(metric_tables(fields)),
+        "evidence": list(evidence(fields)),
+        "warnings": list(warnings_by_slug(fields)),
+    }
+
+
+def code(text: str) -> Any:
+    """Return text with what is in backticks as HTML elements of code."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(visible(text)))))
 
 
 SPACE = "Zs"
@@ -397,53 +422,74 @@ def visible(value: Any) -> Any:
     )
 
 
-def useless(result: AnyResult | None) -> Iterator[tuple[bool, str]]:
-    """Yield that a fit is of no use, if it is."""
-    if getattr(result, "is_useless", False):
-        yield (
-            False,
-            "The fitted motion is not the measured one: its values mean nothing.",
-        )
+GOOD, RESERVED, OPEN, BAD = "good", "reserved", "open", "bad"
+MARKS = {GOOD: "✓", RESERVED: "!", OPEN: "·", BAD: "✗"}
+"""States of a result: its checks hold, they hold but something speaks against relying on that,
+it states no requirement, it fails."""
 
 
-def verdict(fields: Fields) -> Iterator[tuple[bool | None, str]]:
-    """Yield whether a result is good, bad or neither, and the sentence that says so."""
+def judge(
+    fields: Fields, is_useless: bool = False, notes: Sequence[Note] = ()
+) -> tuple[str, list[str]]:
+    """Return the state of a result, and the sentences that say why.
+
+    A warning or a note that speaks against the result is a reservation, as with `--strict`.
+    """
+    faults, reservations = [], []
+    if is_useless:
+        faults.append("The fitted motion is not the measured one: its values mean nothing.")
     if not fields["complete"]:
-        state = dict(summaries.sidecar_scene(fields))
-        lost = state.get("failed") or state.get("cases", "")
-        yield False, f"The result is incomplete: the numerics failed in some cases ({lost})."
+        scene = dict(summaries.sidecar_scene(fields))
+        lost = scene.get("failed") or scene.get("cases", "")
+        faults.append(f"The result is incomplete: the numerics failed in some cases ({lost}).")
     checks = [passed for passed, _ in summaries.sidecar_checks(fields)]
     failed, skipped = checks.count(False), checks.count(None)
     every = format_count(len(checks), "check")
+    words = (
+        "The scenario has no checks, so it states no requirement: whether the numbers are "
+        "good enough is for the reader to decide."
+    )
     if failed:
         verb = "fails" if failed == 1 else "fail"
-        yield False, f"{failed} of {every} {verb}: the result does not meet its requirements."
+        words = f"{failed} of {every} {verb}: the result does not meet its requirements."
+        faults.append(words)
     elif skipped:
-        yield None, f"{skipped} of {every} could not be judged; the others hold."
+        reservations.append(f"{skipped} of {every} could not be judged")
+        words = "The others hold." if skipped < len(checks) else "No check was judged."
     elif checks:
         of_many = "Both checks hold" if len(checks) == 2 else f"All {every} hold"
         holds = "The check holds" if len(checks) == 1 else of_many
-        yield True, f"{holds}: the result meets the requirements of its scenario."
+        words = f"{holds}: the result meets the requirements of its scenario."
+    if fields["warnings"]:
+        slugs = ", ".join(dict.fromkeys(one["slug"] for one in fields["warnings"]))
+        count = format_count(len(fields["warnings"]), "warning")
+        reservations.append(f"{count} ({slugs}), explained below")
+    objections = [note.sentence for note in notes if not note.good]
+    reservations += [f"files or numbers differ, see {WHY}"] * bool(objections)
+    lines = [*faults, *([] if failed else [words])]
+    if reservations and not faults:
+        passed = "Passed, with reservations" if checks else "No verdict, and reservations"
+        lines.insert(0, f"{passed}: {'; '.join(reservations)}.")
+    elif reservations:
+        lines.append(f"Besides: {'; '.join(reservations)}.")
     else:
-        yield (
-            None,
-            "The scenario has no checks, so it states no requirement: whether the numbers are "
-            "good enough is for the reader to decide.",
-        )
+        lines.append("No warnings.")
+    state = GOOD if checks else OPEN
+    state = BAD if faults else RESERVED if reservations else state
+    return state, [*lines, *answers(fields), *objections]
+
+
+def answers(fields: Fields) -> Iterator[str]:
+    """Yield what a result found, as sentences."""
     if "design" in fields:
         words = summaries.sidecar_design(fields["design"])
-        yield None, f"Best design: {words}." if fields["design"]["best"] else f"{words}."
+        yield f"Best design: {words}." if fields["design"]["best"] else f"{words}."
     else:
-        yield from ((None, sentence) for sentence in main_numbers(fields))
-    yield from ((None, sentence) for sentence in fields.get("verdict", ()))
+        yield from main_numbers(fields)
+    yield from fields.get("verdict", ())
     if "best" in fields:
         for name, words in summaries.sidecar_best(fields):
-            yield None, f"{name}: {words}"
-    count = len(fields["warnings"])
-    yield (
-        None,
-        f"{format_count(count, 'warning')}, explained below." if count else "No warnings.",
-    )
+            yield f"{name}: {words}"
 
 
 def main_numbers(fields: Fields) -> Iterator[str]:
@@ -475,6 +521,17 @@ def main_rows(kind: Kind, result: AnyResult) -> list[tuple[SummaryRow, str]]:
     return [
         (row, of_key.get(row.name, "") or meaning_of_metric(TERMS.get(row.name, row.name)))
         for row in kind.rows(result)
+    ]
+
+
+def legend(rows: Sequence[SummaryRow], kind: str) -> list[tuple[str, str]]:
+    """Return the words of a kind that occur in rows of a summary, with their meanings."""
+    names = {re.sub("[+-](?=[0-9])", "±", row.name) for row in rows}
+    text = " ".join(f"{row.value} {row.remark}" for row in rows)
+    return [
+        (one.word, one.text)
+        for one in entries()
+        if one.kind == kind and (one.word in names or one.word in text)
     ]
 
 
@@ -672,16 +729,22 @@ def read_result(folder: Path) -> Fields:
         raise OutputError(f"{folder} is not finished", "finish it with --resume")
     try:
         Stored.model_validate(fields)
+        # All that a report takes of the file is taken here once, so that no value of a wrong
+        # type or size is found later, where it could not be told from a fault of the program.
+        content(fields), judge(fields), [*numbers(fields["metrics"])], compared_names(fields)
     except ValidationError as fault:
         first = fault.errors()[0]
         place = ".".join(map(str, first["loc"]))
         sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
         raise OutputError(sentence, AGAIN_HINT) from fault
+    except DAMAGE as fault:
+        sentence = f"{file} is damaged: {type(fault).__name__}: {fault}"
+        raise OutputError(sentence, AGAIN_HINT) from fault
     return fields
 
 
 DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
-"""What values of a wrong type or size raise."""
+"""What reading values of a wrong type or size raises."""
 
 
 def count_parts(fields: Fields) -> int:
@@ -698,8 +761,8 @@ def report_folder(
     *,
     plots: bool = True,
     advance: Advance = lambda count: None,
-) -> str:
-    """Return the report of a result on the disk.
+) -> tuple[str, list[str]]:
+    """Return the report of a result on the disk, and what is wrong with its files or numbers.
 
     Parameters
     ----------
@@ -714,56 +777,51 @@ def report_folder(
     Raises
     ------
     OutputError
-        When scenario.yaml is not the one that drysim wrote, or drysim.json is damaged.
+        When scenario.yaml is not the one that drysim wrote.
     """
     file = folder / SCENARIO_FILE
+    if file.exists() and not file.is_file():
+        raise OutputError(f"cannot read {file}: it is not a plain file", AGAIN_HINT)
     try:
-        content = file.read_bytes()
+        original = file.read_bytes()
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {file}: {reason}", AGAIN_HINT) from fault
-    if hashlib.sha256(content).hexdigest() != fields["files"].get(SCENARIO_FILE):
+    if hashlib.sha256(original).hexdigest() != fields["files"].get(SCENARIO_FILE):
         raise OutputError(f"{file} was edited since drysim wrote it", AGAIN_HINT)
     notes = [note_on_files(folder, fields)]
     scenario, result, missing = None, None, ""
+    kind = kind_of(fields)
     try:
-        kind = KINDS[kind_of(fields)]
-        try:
-            scenario = drysim.load(file)
-            if plots:
-                result = kind.solve(scenario, fields, advance)
-        except DrysimError as fault:
-            reason = str(fault).splitlines()[-1]
-            missing = f"There are no pictures: the scenario cannot be solved again. {reason}"
-        if result is not None:
-            provenance = Provenance(fields["command"], fields["exit_code"], fields["files"])
-            again = kind.fields(result, provenance)
+        scenario = drysim.load(file)
+        if plots:
+            result = solve(kind, scenario, compared_names(fields), advance)
+    except DrysimError as fault:
+        reason = str(fault).splitlines()[-1]
+        missing = f"There are no pictures: the scenario cannot be solved again. {reason}"
+    if result is not None:
+        provenance = Provenance(fields["command"], fields["exit_code"], fields["files"])
+        again = KINDS[kind].fields(result, provenance)
+        if changed := changed_inputs(fields, again):
+            result = None
+            missing = f"There are no pictures: {changed} was changed since."
+        else:
             notes.append(note_on_numbers(fields, again))
-            if changed := changed_inputs(fields, again):
-                notes.pop()
-                result = None
-                missing = f"There are no pictures: {changed} was changed since."
-        return page(
-            fields,
-            content.decode(),
-            scenario,
-            result,
-            plots=plots,
-            notes=notes,
-            missing=missing,
-        )
-    except DAMAGE as fault:
-        sentence = f"{folder / MARKER} is damaged: {type(fault).__name__}: {fault}"
-        raise OutputError(sentence, AGAIN_HINT) from fault
+    text = original.decode(errors="replace")
+    written = page(fields, text, scenario, result, plots=plots, notes=notes, missing=missing)
+    objections = [note.sentence for note in notes if not note.good]
+    return written, [*objections, *filter(None, [missing])]
 
 
 def note_on_files(folder: Path, fields: Fields) -> Note:
     """Return whether all files of a result have the hashes in its drysim.json."""
     files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
-    changed = [name for name, sha in files.items() if sha256_of(folder / name) != sha]
-    if changed:
-        names = wording.join_words(changed)
-        return Note(False, "files", f"Not as drysim wrote them: {names}.")
+    found = {name: sha256_of(folder / name) for name in files}
+    lost = [name for name, sha in found.items() if not sha]
+    changed = [name for name, sha in found.items() if sha and sha != files[name]]
+    states = {"Changed since drysim wrote them": changed, "Missing or unreadable": lost}
+    if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
+        return Note(False, "files", " ".join(parts))
     return Note(
         True,
         "files",
@@ -773,6 +831,8 @@ def note_on_files(folder: Path, fields: Fields) -> Note:
 
 def sha256_of(file: Path) -> str:
     """Return the SHA-256 of a file, empty if it cannot be read."""
+    if not file.is_file():  # a pipe or a device may never end
+        return ""
     try:
         with file.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
