@@ -93,8 +93,11 @@ def test_table_does_not_depend_on_the_workers(grid: Path, workers: int) -> None:
     assert as_written(sweep(load(grid), workers=workers)) == as_written(sweep(load(grid)))
 
 
-def test_interrupted_sweep_goes_on_to_the_very_same_table(grid: Path, tmp_path: Path) -> None:
-    scenario = load(grid)
+@pytest.mark.parametrize("overrides", [(), ("sweep.direction=both",)])
+def test_interrupted_sweep_goes_on_to_the_very_same_table(
+    grid: Path, tmp_path: Path, overrides: tuple[str, ...]
+) -> None:
+    scenario = load(grid, overrides)
     whole = sweep(scenario)
     case, every = prepare(scenario), list(CaseRanges(approaches_of(scenario)))
     store = Store(tmp_path / "cases", work_identity(scenario), resume=False)

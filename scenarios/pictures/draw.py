@@ -31,6 +31,10 @@ PICTURES = {
         ["sweep", f"{GALLERY}/paper-low-friction.yaml"],
         "transmissibility.png",
     ),
+    "hysteresis.png": (
+        ["sweep", f"{GALLERY}/hysteresis-of-a-sweep.yaml"],
+        "stroke.png",
+    ),
     "shock-response-spectrum.png": (
         ["sweep", f"{GALLERY}/shock-response-spectrum.yaml"],
         "stroke.png",

@@ -61,7 +61,11 @@ sweep:
 """
 )
 
-ALL = {"orbits": ORBITS, "seeds": SEEDS, "record": RECORD, "sample": SAMPLE}
+UP_AND_DOWN = ORBITS.replace("name: orbits", "name: both") + "  direction: both\n"
+
+ALL = {
+    "orbits": ORBITS, "seeds": SEEDS, "record": RECORD, "sample": SAMPLE, "both": UP_AND_DOWN,
+}  # fmt: skip
 
 QUIET = ("--no-plots", "--quiet")
 

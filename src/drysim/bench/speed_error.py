@@ -38,7 +38,7 @@ from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study import gallery, run, sweep
-from drysim.study.case import assemble, prepare
+from drysim.study.case import assemble, prepare, refuse_direction
 from drysim.wording import format_number
 
 if TYPE_CHECKING:
@@ -413,6 +413,7 @@ def prepare_sweep(scenario: Scenario) -> Case:
     UsageError
         If the scenario has no sweep or does not measure steady states.
     """
+    refuse_direction(scenario, "drysim bench")
     case = prepare(scenario.copy_with({"reference": None}), compared=True)
     if not scenario.sweep or case.period is None:
         raise UsageError(

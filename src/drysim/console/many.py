@@ -249,6 +249,7 @@ def table_rows(table: Table) -> Iterator[SummaryRow]:
         values = f"{format_range(low, high)} m/s²"
         yield SummaryRow("peak |ẍ|", values, describe_extent(table, own, "x_dd_peak"))
     yield from stroke_rows(table, own)
+    yield from _hysteresis_rows(table)
     yield from _best_rows(table)
     if ends := own.extremes.get("stuck_share"):
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
@@ -295,6 +296,28 @@ def _isolation_row(table: Table, found: Sequence[Isolation]) -> SummaryRow:
         if first < last:
             remark += f"; on {begins.count(first)} of them from {format_number(first, 'Hz')}"
     return SummaryRow("isolation", f"from {format_number(last, 'Hz')}", remark)
+
+
+def _hysteresis_rows(table: Table) -> Iterator[SummaryRow]:
+    """Yield where the sweeps up and down differ, with the greatest difference of T_a."""
+    found = table.hysteresis
+    if found is None:
+        return
+    if not found:
+        yield SummaryRow("hysteresis", "none", "T_a is the same up and down, in every case")
+        return
+    low, high = min(one.low for one in found), max(one.high for one in found)
+    unit, widest = wording.format_unit(table.axes[0].unit), max(found, key=lambda one: one.gap)
+    up, down = (
+        row.status if row.status != OK else format_number(row.metrics["T_a"], digits=5)
+        for row in (widest.up, widest.down)
+    )
+    where = wording.describe_case(widest.point, table.axes)
+    yield SummaryRow(
+        "hysteresis",
+        f"{format_range(format_number(low), format_number(high))} {unit}".rstrip(),
+        f"T_a {up} up against {down} down at {where}",
+    )
 
 
 def _best_rows(table: Table) -> Iterator[SummaryRow]:

@@ -28,6 +28,7 @@ import drysim
 from drysim.core.model import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
+from drysim.scenario.axes import DIRECTION_KEY
 from drysim.study.case import combined_sha256, signal_sha256
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
@@ -232,8 +233,21 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
         **_numerics_fields(table, own),
     }
     metrics = _metric_fields(own)
-    best = {"best": _best_fields(table.best)} if table.best else {}
-    return sidecar_fields(table, table.motion, numerics, metrics, provenance, **best)
+    further: Fields = {"best": _best_fields(table.best)} if table.best else {}
+    if table.hysteresis is not None:
+        further["hysteresis"] = [
+            {
+                "key": table.axes[0].key,
+                "from": one.low,
+                "to": one.high,
+                "T_a": {
+                    row.point[DIRECTION_KEY]: row.metrics["T_a"] for row in (one.up, one.down)
+                },
+                "where": one.point,
+            }
+            for one in table.hysteresis
+        ]
+    return sidecar_fields(table, table.motion, numerics, metrics, provenance, **further)
 
 
 def _best_fields(best: BestCase) -> Fields:

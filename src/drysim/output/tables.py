@@ -20,7 +20,7 @@ from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
 from drysim.metrics.table import LIMITS, METRICS, METRICS_BY_NAME, ORBIT, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
-from drysim.scenario.axes import FILE_KEY
+from drysim.scenario.axes import TEXT_KEYS
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import asks_for, asks_for_peak_acceleration
 from drysim.study.statistics import (
@@ -208,12 +208,12 @@ def case_columns(table: Table) -> list[Column]:
 
 def key_column(key: str, unit: str) -> Column:
     """Return the column of a swept key; missing for cases whose approach lacks the key."""
-    if key == FILE_KEY:
+    if key in TEXT_KEYS:
 
-        def files(batch: Batch) -> Values:
-            return [_csv_text(file) for file in batch.points.get(key, [""] * len(batch))]
+        def texts(batch: Batch) -> Values:
+            return [_csv_text(text) for text in batch.points.get(key, [""] * len(batch))]
 
-        return Column(key, "", files)
+        return Column(key, "", texts)
     return Column(
         key, unit or "-", lambda batch: batch.points.get(key, np.full(len(batch), np.nan))
     )

@@ -47,7 +47,17 @@ from drysim.plots.style import (
     escape_text,
     stroke_metric,
 )
-from drysim.scenario.axes import FILE_KEY, Axis, EvenlySpaced, axis_groups, iter_points
+from drysim.scenario.axes import (
+    DIRECTION_KEY,
+    DOWN,
+    FILE_KEY,
+    TEXT_KEYS,
+    UP,
+    Axis,
+    EvenlySpaced,
+    axis_groups,
+    iter_points,
+)
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.study.compare import FREQUENCY_KEY, Comparison
@@ -210,11 +220,14 @@ class Line(NamedTuple):
         Value of the swept key by which lines differ.
     rows : sequence of Row
         Cases along the x-axis.
+    direction : str
+        Direction of the sweep, `up` or `down`; empty if every case begins at the start.
     """
 
     label: str
     value: float
     rows: Sequence[Row]
+    direction: str = ""
 
 
 class Panel(NamedTuple):
@@ -280,13 +293,16 @@ def sweep_view(table: Table) -> View:
     line_axes = line_axes if line_axes and len(line_axes[0].values) > 1 else ()
     points = _combinations([group for group in others if group is not line_axes])
     shown = evenly_spaced(points, MAX_PANELS)
-    line_points = _combinations([line_axes] if line_axes else [])
+    directions = [axis for axis in table.axes if axis.key == DIRECTION_KEY]
+    line_points = _combinations([group for group in (directions, line_axes) if group])
     drawn_points = evenly_spaced(line_points, MAX_LINES)
     own = RowGroups(table.own, linked_keys)
     references = [RowGroups(table.of(name), linked_keys) for name in table.approaches[1:]]
-    panels = [_make_panel(point, drawn_points, own, references, table.axes) for point in shown]
-    left_out = len(points) * len(line_points) - len(shown) * len(drawn_points)
     line, files = line_axes[0] if line_axes else None, swept_files(table.axes, x_key)
+    panels = [
+        _make_panel(point, drawn_points, line, own, references, table.axes) for point in shown
+    ]
+    left_out = len(points) * len(line_points) - len(shown) * len(drawn_points)
     return View(x_key, label, line, panels, left_out, files=files)
 
 
@@ -358,17 +374,17 @@ def _split_axes(
     if x_axis is None:
         return "", "", (), groups
     linked_keys = {axis.key for group in groups if x_axis in group for axis in group}
-    others = [group for group in groups if x_axis not in group]
+    others = [g for g in groups if x_axis not in g and g[0].key != DIRECTION_KEY]
     return x_axis.key, AXIS_LABELS.get(x_axis.key) or axis_label(x_axis), linked_keys, others
 
 
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
     """Return the swept key of the x-axis: the frequency, or the key that varies fastest.
 
-    Files are the x-axis only if nothing else is swept.
+    Files and directions are the x-axis only if nothing else is swept.
     """
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
-    several.sort(key=lambda axis: axis.key == FILE_KEY)
+    several.sort(key=lambda axis: axis.key in TEXT_KEYS)
     frequency = [
         a for a in several if a.key == FREQUENCY_KEY and len(a.values) >= MIN_FREQUENCIES
     ]
@@ -409,16 +425,22 @@ class RowGroups:
 def _make_panel(
     point: Point,
     line_points: Sequence[Point],
+    line: Axis | None,
     own: RowGroups,
     references: Sequence[RowGroups],
     axes: Sequence[Axis],
 ) -> Panel:
     """Return a panel with a line per line point, for the approach and each reference."""
-    values = [next(iter(line_point.values()), nan) for line_point in line_points]
+    values = [line_point[line.key] if line else nan for line_point in line_points]
     if values and isinstance(values[0], str):
         values = [float(i) for i in range(len(values))]
     lines = [
-        Line(point_label(line_point, axes) or own.name, value, own.at({**point, **line_point}))
+        Line(
+            point_label(line_point, axes) or own.name,
+            value,
+            own.at({**point, **line_point}),
+            line_point.get(DIRECTION_KEY, ""),
+        )
         for value, line_point in zip(values, line_points, strict=True)
     ]
     drawn = [
@@ -504,6 +526,12 @@ COLORMAP_END = 0.82
 """Upper end of the colour map; lighter colours are illegible on white [-]."""
 
 MARKERS = "os^DvPX*"
+DASHES: dict[str, Style] = {DOWN: {"linestyle": (0, (3, 1.5))}}
+DIRECTION_STYLES: dict[str, Style] = {
+    UP: {"marker": "^"},
+    DOWN: {"marker": "v", "fillstyle": "none", **DASHES[DOWN]},
+}
+"""Styles of sweeps up and down: solid and dashed, with markers that point in the direction."""
 REFERENCE_STYLE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
 FAINT_REFERENCE_STYLE: Style = {"color": "#6b6b6b", "linewidth": 0.9, "linestyle": (0, (4, 2))}
 FILE_REFERENCE_STYLE: Style = {"linestyle": "none", "marker": "_", "markersize": 10}
@@ -688,23 +716,37 @@ def set_colorbar_ticks(bar: Any) -> None:
 
 
 def line_styles(view: View) -> list[Style]:
-    """Return the style of every line of a panel: by lightness, few lines also by marker."""
+    """Return the style of every line of a panel.
+
+    Lines differ in lightness, few lines also in their markers, sweeps up and down in dashes and
+    in markers that point up or down.
+    """
     import matplotlib
 
     colormap = matplotlib.colormaps["viridis"]
     lines = view.panels[0].lines
-    if view.line is None:
-        own = {"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}
-        return [{**own, "linestyle": "none"} if view.files else own]
-    if len(lines) > MAX_STYLED_LINES:
+    if len(lines) > MAX_STYLED_LINES and view.line is not None:
         norm, many = color_scale(view.line)
-        return [{"color": many(norm(line.value)), "linewidth": 1.0} for line in lines]
-    steps = max(len(lines) - 1, 1)
-    return [
-        {"color": colormap(COLORMAP_END * at / steps), "linewidth": 1.5,
-         "marker": MARKERS[at], "markersize": 4}
-        for at in range(len(lines))
-    ]  # fmt: skip
+        return [
+            {
+                "color": many(norm(line.value)),
+                "linewidth": 1.0,
+                **DASHES.get(line.direction, {}),
+            }
+            for line in lines
+        ]
+    values = [*dict.fromkeys(line.value for line in lines)]
+    styles = []
+    for line in lines:
+        at = 0 if view.line is None else values.index(line.value)
+        own: Style = {"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}
+        if view.line is not None:
+            color = colormap(COLORMAP_END * at / max(len(values) - 1, 1))
+            own = {"color": color, "linewidth": 1.5, "marker": MARKERS[at], "markersize": 4}
+        if view.files and view.line is None:
+            own["linestyle"] = "none"
+        styles.append(own | DIRECTION_STYLES.get(line.direction, {}))
+    return styles
 
 
 def color_scale(axis: Axis) -> tuple[Any, Any]:
@@ -951,7 +993,7 @@ MEDIAN_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 def needs_quantiles(table: Table) -> bool:
     """Whether a table is drawn as quantile bands: random samples, or too many for lines."""
     x_axis = abscissa(table.axes)
-    if x_axis is None or x_axis.key == FILE_KEY:
+    if x_axis is None or x_axis.key in TEXT_KEYS:
         return False
     return len(table.rows) > MAX_CACHED_ROWS or any(
         isinstance(axis.values, SampledValues) for axis in table.axes
@@ -972,7 +1014,7 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     others = [
         axis
         for axis in table.axes
-        if axis is not x_axis and axis.key != FILE_KEY and len(axis.values) > 1
+        if axis is not x_axis and axis.key not in TEXT_KEYS and len(axis.values) > 1
     ]
     y_axis = max(others, key=lambda axis: len(axis.values), default=None)
     bins, across = Bins.of(x_axis), None if y_axis is None else Bins.of(y_axis)

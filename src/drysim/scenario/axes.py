@@ -9,7 +9,7 @@ of the sweep block, which `sweep` reads, are at the end.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -36,7 +36,18 @@ SWEEP_KEY = "sweep"
 """Key of the sweep block; the keys in it are dotted keys of the scenario."""
 
 FILE_KEY = "excitation.file"
-"""The one key whose values are text: the records of a sweep."""
+"""Key of the records of a sweep; its values are file names."""
+
+DIRECTION_KEY = "direction"
+"""Key of the sweep block by which each case starts where the previous one ended. It is an axis
+as well, the last one: its values are the directions in which the first axis is run through."""
+
+UP, DOWN, BOTH = "up", "down", "both"
+"""Directions of a sweep: by increasing value of the first axis, by decreasing value, or one
+after the other, each from the scenario's start."""
+
+TEXT_KEYS = (FILE_KEY, DIRECTION_KEY)
+"""Keys of axes whose values are text."""
 
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"
 """Keys of the sweep block that contain groups of keys varying together."""
@@ -91,6 +102,28 @@ def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
 def count_points(axes: Sequence[Axis]) -> int:
     """Return the number of points of a sweep without computing them."""
     return prod(len(group[0].values) for group in axis_groups(axes))
+
+
+def chain_length(axes: Sequence[Axis]) -> int:
+    """Return the number of consecutive cases of which each starts where another one ended.
+
+    These are the cases along the first axis; 0 if every case starts from the scenario's start.
+    """
+    chained = any(axis.key == DIRECTION_KEY for axis in axes)
+    return len(axes[0].values) if chained else 0
+
+
+def chain_order(axes: Sequence[Axis], points: Mapping[str, NDArray[Any]]) -> list[int]:
+    """Return the order in which the cases of a chain are solved.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+    points : mapping
+        Columns of the points of the chain, as from `point_columns`.
+    """
+    order: list[int] = np.argsort(points[axes[0].key], kind="stable").tolist()
+    return order if points[DIRECTION_KEY][0] == UP else order[::-1]
 
 
 def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArray[Any]]:
@@ -319,6 +352,10 @@ class Sample(Block):
     """Dotted keys of this file, each with its range or distribution."""
 
 
+DIRECTION_DESCRIPTION = (
+    "Let each case along the first key start where the previous one ended, by increasing or "
+    "decreasing value; default: each case starts from `start`."
+)
 FILES_DESCRIPTION = "Records to compare: a list of files, or a pattern such as `runs/*.csv`."
 ZIP_DESCRIPTION = "Keys that vary together, with equally many values: one case per position."
 
@@ -355,6 +392,10 @@ class _SweepSchema:
             "properties": {
                 "zip": zip_schema,
                 "sample": sample,
+                DIRECTION_KEY: {
+                    "description": DIRECTION_DESCRIPTION,
+                    "enum": [UP, DOWN, BOTH, None],
+                },
                 FILE_KEY: {
                     "description": FILES_DESCRIPTION,
                     "anyOf": [

@@ -32,7 +32,14 @@ from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction
 from drysim.metrics.table import METRICS, Need
-from drysim.scenario.axes import FILE_KEY, Axis, Sweep, count_points, iter_points
+from drysim.scenario.axes import (
+    DIRECTION_KEY,
+    FILE_KEY,
+    Axis,
+    Sweep,
+    count_points,
+    iter_points,
+)
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
     ApproachName,
@@ -277,6 +284,8 @@ class Scenario(FromFile):
         """
         member = APPROACHES_BY_NAME[validate_approach(name)]
         used = tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key))
+        if used[:1] != self.sweep[:1]:  # no sweep up or down along another key
+            used = tuple(axis for axis in used if axis.key != DIRECTION_KEY)
         changed = self._without(name, used, member.supports_direction, member.supports_stops)
         changed["friction"] = _friction_for_approach(member, self.friction)
         return self.copy_with(changed)
@@ -723,6 +732,8 @@ def _make_case(scenario: Scenario, point: Point) -> Scenario:
     """Return the case at a point; raise InvalidValue, with the whole key, on a conflict."""
     touched: dict[str, tuple[tuple[str, float], ...]] = {}
     for item in point.items():
+        if item[0] == DIRECTION_KEY:
+            continue
         name = item[0].partition(".")[0]
         touched[name] = (*touched.get(name, ()), item)
     changed: dict[str, Any] = {
@@ -852,6 +863,8 @@ def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Sce
     """
     changed: dict[str, Any] = {}
     for key, column in columns.items():
+        if key == DIRECTION_KEY:
+            continue
         name, *steps = key.split(".")
         annotation = type(scenario).model_fields[name].annotation
         old = changed.get(name, getattr(scenario, name))
@@ -911,6 +924,8 @@ def _friction_for_approach(
 def approach_uses_key(name: str, key: str) -> bool:
     """Return whether an approach uses a key of the scenario."""
     member = APPROACHES_BY_NAME[name]
+    if key == DIRECTION_KEY:
+        return member.supports_friction
     block, option, *rest = key.split(".")
     if block == "friction":
         return (

@@ -2,9 +2,9 @@
 
 A sweep names keys of the scenario in dotted form. `numeric_keys` knows their types and units,
 so values follow the rules of their keys. A key takes the values of a list or a range, alone or
-together with others (`zip`), or random values (`sample`, with a design of `sampling`).
-`sweep_fault` explains why a key cannot be swept. Checks with an `at` condition and the design
-block are read here as well, because they name keys too.
+together with others (`zip`), or random values (`sample`, with a design of `sampling`). The key
+`direction` becomes the last axis. `sweep_fault` explains why a key cannot be swept. Checks with
+an `at` condition and the design block are read here as well, because they name keys too.
 """
 
 from __future__ import annotations
@@ -21,15 +21,20 @@ from typing import Any, get_args
 from drysim.excitation.base import as_integer
 from drysim.metrics.checks import AT_PATTERN, STATUS, Check, has_condition
 from drysim.scenario.axes import (
+    BOTH,
+    DIRECTION_KEY,
+    DOWN,
     FILE_KEY,
     MAX_AXIS_VALUES,
     SAMPLE_KEY,
     SWEEP_KEY,
+    UP,
     ZIP_KEY,
     Axis,
     Draw,
     Range,
     Sample,
+    axis_groups,
     decimal_arange,
     decimal_geomspace,
     decimal_linspace,
@@ -113,10 +118,67 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
             axes += _read_zip(reading, known, value)
         elif key == SAMPLE_KEY:
             axes += _read_sample(reading, known, value)
-        elif key != UNREAD_KEYS:
+        elif key not in (DIRECTION_KEY, UNREAD_KEYS):
             axis = _read_axis(reading, known, (SWEEP_KEY, key), block)
             axes += [axis] if axis else []
+    if block.get(DIRECTION_KEY) is not None:
+        with reading.reporting((SWEEP_KEY, DIRECTION_KEY)):
+            axes.append(_read_direction(reading, axes, block[DIRECTION_KEY]))
     return tuple(axes)
+
+
+MAX_CHAIN = 100_000
+"""Maximum number of cases of which each starts where another one ended; they are solved in one
+block."""
+
+
+def _read_direction(reading: Reading, axes: Sequence[Axis], value: Any) -> Axis:
+    """Return the axis for the directions of a sweep.
+
+    Raises
+    ------
+    ValueError
+        If the value is no direction, or cases along the first axis cannot follow one another.
+    """
+    directions = {UP: (UP,), DOWN: (DOWN,), BOTH: (UP, DOWN)}
+    if value not in (*directions,):
+        raise ValueError(f"must be {UP}, {DOWN} or {BOTH}, not {format_value(value)}")
+    excitation = get_block(reading.words, "excitation")
+    if excitation.get("kind") == "rest":
+        raise ValueError(
+            "is not possible for rest: without base motion every case comes to rest"
+        )
+    if {"seeds", "until"} & excitation.keys() or any(
+        axis.key == "excitation.seeds" for axis in axes
+    ):
+        raise ValueError("needs a single seed: a mean over seeds has no last state")
+    if not axes and len(reading.problems) == 0:
+        raise ValueError("needs a key to vary: each case starts where the previous one ended")
+    for axis in axis_groups(axes)[0] if axes else ():
+        if sentence := _chain_fault(reading.words, axis):
+            raise ValueError(f"is not possible: {sentence}; {OTHER_FIRST_KEY}")
+    way = " and ".join(directions[value])
+    words = f"{way}: each case begins where the one before it ended"
+    return Axis(DIRECTION_KEY, "", directions[value], value, description=words)
+
+
+OTHER_FIRST_KEY = "list a key such as excitation.rms first, or remove direction"
+
+
+def _chain_fault(words: Mapping[str, Any], axis: Axis) -> str | None:
+    """Return why the cases along an axis cannot follow one another; None if they can."""
+    key, stops = axis.key, get_block(get_block(words, "stroke"), "stops")
+    if isinstance(axis.values, SampledValues):
+        return f"the values of {key}, the first key, are random and have no order"
+    if key in (FILE_KEY, SEED_KEY):
+        return f"the values of {key}, the first key, have no order"
+    if key.startswith("start."):
+        return f"{key}, the first key, would be replaced by the end of the previous case"
+    if key.startswith("stroke.") and "restitution" in stops:
+        return f"a case may end beyond the rigid stops of the next {key}, the first key"
+    if len(axis.values) > MAX_CHAIN:
+        return f"{key}, the first key, has {len(axis.values)} values, more than {MAX_CHAIN}"
+    return None
 
 
 def _key_groups(block: Any) -> list[Mapping[str, Any]]:
@@ -667,7 +729,10 @@ def _not_numeric_fault(key: str, known: KnownKeys, block_name: str) -> str:
     if key in known:
         return f"{key} is not a number, so it cannot be varied"
     top = key.partition(".")[0]
-    if nearest := _closest_key(key, known):
+    nearest = _closest_key(key, known)
+    if block_name == SWEEP_KEY and nearest is None:
+        nearest = closest_match(key, [DIRECTION_KEY])
+    if nearest:
         hint = did_you_mean(nearest)
     elif top in known and not any(other.startswith(f"{top}.") for other in known):
         hint = f"; this scenario has no {top} block"

@@ -25,7 +25,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS
-from drysim.scenario.axes import Axis, axis_groups, count_points, point_columns
+from drysim.scenario.axes import DIRECTION_KEY, Axis, axis_groups, count_points, point_columns
 from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
@@ -473,6 +473,8 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     """Return why a swept key has no effect; None if it has one."""
+    if axis.key == DIRECTION_KEY:
+        return None
     if len(axis.values) == 1:
         return "has a single value; set it in the scenario instead"
     if axis.key in LIMIT_KEYS and scenario.stops is None:

@@ -50,7 +50,7 @@ from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
 from drysim.metrics.table import FIT_METRICS
-from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
+from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
@@ -216,6 +216,19 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
     if refused := spectra_problem(case):
         raise case_error(scenario, *refused)
     return case
+
+
+def refuse_direction(scenario: Scenario, command: str) -> None:
+    """Raise a ScenarioError if the scenario is swept up or down.
+
+    For commands that solve each case on its own.
+    """
+    if chain_length(scenario.sweep):
+        sentence = (
+            f"sweep.{DIRECTION_KEY} does not apply to `{command}`, which starts each case from "
+            f"`start`; add --set sweep.{DIRECTION_KEY}=null"
+        )
+        raise case_error(scenario, sentence, (SWEEP_KEY, DIRECTION_KEY))
 
 
 def swept_files(scenario: Scenario) -> Sequence[str]:

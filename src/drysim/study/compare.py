@@ -25,7 +25,7 @@ from drysim.errors import SolverError, UsageError, WarningMessage
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
-from drysim.study.case import Case, prepare, require_scenario
+from drysim.study.case import Case, prepare, refuse_direction, require_scenario
 from drysim.study.outcome import format_repr
 from drysim.study.plan import Plan
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
@@ -279,7 +279,14 @@ def solve(
 
 
 def scenarios_by_name(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario for each name; `viscous` is always included."""
+    """Return the scenario for each name; `viscous` is always included.
+
+    Raises
+    ------
+    ScenarioError
+        When the scenario is swept up or down, or lacks a key of a law.
+    """
+    refuse_direction(scenario, "drysim compare")
     return {name: scenario.variant(name) for name in dict.fromkeys((*names, "viscous"))}
 
 
@@ -705,7 +712,7 @@ def deviation_with(
     """Return the deviation of a case with changed solver options; None if it fails."""
     solver = case.solver.model_copy(update=dict(change))
     changed = case.model_copy(update={"solver": solver})
-    metrics, _, _ = try_measure(changed, MotionCache().of)
+    (metrics, _, _), _ = try_measure(changed, MotionCache().of)
     found = metrics.get("T_a")
     return found / T_a - 1.0 if found is not None and T_a else None
 

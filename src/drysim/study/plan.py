@@ -24,13 +24,28 @@ from numpy.typing import NDArray
 from drysim import system
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
-from drysim.core.model import NO_LIMITS, Plant, Samples, Sines, State, StrokeLimits, Totals
+from drysim.core.model import (
+    NO_LIMITS,
+    AnyState,
+    Plant,
+    Samples,
+    Sines,
+    State,
+    StrokeLimits,
+    Totals,
+)
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
 from drysim.metrics.table import STROKE_USED, Measured, evaluate
-from drysim.scenario.axes import Axis, count_points, point_columns
+from drysim.scenario.axes import (
+    Axis,
+    chain_length,
+    chain_order,
+    count_points,
+    point_columns,
+)
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
@@ -47,6 +62,7 @@ from drysim.study.run import (
     MotionSource,
     not_settled_note,
     solve_row,
+    solve_row_from,
     try_measure,
 )
 from drysim.study.statistics import (
@@ -183,7 +199,10 @@ class CaseRanges(LazySequence[CaseRange]):
         self.first = first
         self.cases = [count_points(scenario.sweep) for scenario in scenarios]
         together = map(can_solve_together, scenarios)
-        self._lengths = [range_length(*one) for one in zip(self.cases, together, strict=True)]
+        self._lengths = [
+            chain_length(scenario.sweep) or range_length(count, at_once)
+            for scenario, count, at_once in zip(scenarios, self.cases, together, strict=True)
+        ]
         self._counts = [
             -(-n // step) for n, step in zip(self.cases, self._lengths, strict=True)
         ]
@@ -223,6 +242,8 @@ def solve_range(
     scenario, first, begin, end = case_range
     if can_solve_together(scenario):
         return solve_orbit_range(scenario, first, begin, end)
+    if chain_length(scenario.sweep):
+        return solve_chain(case_range, motions, case_workers.is_cancelled)
     points = point_columns(scenario.sweep, begin, end)
     rows = [
         solve_case(scenario, point, motions, case_workers)
@@ -230,6 +251,22 @@ def solve_range(
         for point in [{key: column[i].item() for key, column in points.items()}]
     ]
     return Batch.of(first, rows)
+
+
+def solve_chain(
+    case_range: CaseRange, motions: MotionCache, is_cancelled: Callable[[], bool]
+) -> Batch:
+    """Solve the cases of a chain, each from the last state of the previous one."""
+    scenario, first, begin, end = case_range
+    points = point_columns(scenario.sweep, begin, end)
+    rows: dict[int, Row] = {}
+    state: AnyState | None = None
+    for i in chain_order(scenario.sweep, points):
+        if is_cancelled():
+            raise CancelledError
+        point = {key: column[i].item() for key, column in points.items()}
+        rows[i], state = solve_row_from(scenario, point, motions, state)
+    return Batch.of(first, [rows[i] for i in range(end - begin)])
 
 
 # Cases with several seeds: the row holds means and their confidence intervals.
@@ -262,7 +299,7 @@ def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_mot
     one_seed, law = with_seed(scenario, seed), scenario.law()
     motion = motion_of(one_seed)
     assert isinstance(motion, Samples), "random motion is sampled"
-    found = try_measure(one_seed, lambda _: motion)
+    found, _ = try_measure(one_seed, lambda _: motion)
     sha256 = signal_sha256(motion.u_dd)
     return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
 
@@ -354,12 +391,39 @@ def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> B
 
     points = point_columns(scenario.sweep, begin, end)
     scenes, forces = scene_array(scenario, points, end - begin)
-    results = solve_orbits(scenes)
+    chained = chain_length(scenario.sweep) > 0
+    if chained:
+        results = solve_orbit_chain(scenes, chain_order(scenario.sweep, points))
+    else:
+        results = solve_orbits(scenes)
     status, notes = orbit_statuses(results)
     metrics = orbit_metrics(scenes, results, status)
     batch = Batch(first, scenario.label, points, *forces, metrics, status, notes)
     crowded = results[:, STATUS] == LOG_FULL
+    if chained and crowded.any():
+        case_range = CaseRange(scenario, first, begin, end)
+        return solve_chain(case_range, MotionCache(), SINGLE_THREAD.is_cancelled)
     return solve_individually(scenario, batch, crowded) if crowded.any() else batch
+
+
+def solve_orbit_chain(scenes: Floats, order: Sequence[int]) -> Floats:
+    """Return the answers of scenes, each from the orbit of the one before it in `order`.
+
+    Their start states are replaced in `scenes`. A scene without an orbit passes on the state
+    from which it started.
+    """
+    from drysim.approach.coulomb import solve_orbits
+    from drysim.core.forcing import V_R, X_R
+    from drysim.core.orbit import CONVERGED, STATUS, V_BEGIN, X_BEGIN
+
+    found = {}
+    state = scenes[order[0], [X_R, V_R]]
+    for i in order:
+        scenes[i, [X_R, V_R]] = state
+        found[i] = solve_orbits(scenes[i : i + 1])
+        if found[i][0, STATUS] == CONVERGED:
+            state = found[i][0, [X_BEGIN, V_BEGIN]]
+    return np.concatenate([found[i] for i in range(len(scenes))])
 
 
 def solve_individually(scenario: Scenario, batch: Batch, which: NDArray[np.bool_]) -> Batch:

@@ -100,7 +100,7 @@ def march_from_start(case: Case) -> SolvedMotion:
 
 def periodic_motion(case: Case) -> SolvedMotion:
     """Compute one repetition of the periodic orbit reached from the start state."""
-    orbit, step = periodic_orbit(case)
+    orbit, step = periodic_orbit(case, case.start)
     assert case.period is not None
     length = orbit.periods * case.period
     response = response_on_grid(case, orbit.state, step, length)
@@ -184,6 +184,11 @@ MotionSource = Callable[[Scenario], Sines | Samples]
 CaseResult = tuple[Metrics, str, str]
 """Metrics of a case (empty on failure), its status and a note."""
 
+SolvedCase = tuple[CaseResult, AnyState]
+"""Result of a case and its last state: on the orbit at the beginning of a period of the
+excitation, or at the end of the window. A case without numbers keeps the state from which it
+started."""
+
 NOT_UNIQUE_NOTE = "the orbit is neutrally stable and not unique"
 
 
@@ -194,36 +199,57 @@ def count_cases(scenarios: Sequence[Scenario]) -> int:
 
 def solve_row(swept: Scenario, point: dict[str, Any], motions: MotionCache) -> Row:
     """Solve one case of a sweep."""
+    return solve_row_from(swept, point, motions, None)[0]
+
+
+def solve_row_from(
+    swept: Scenario, point: dict[str, Any], motions: MotionCache, start: AnyState | None
+) -> tuple[Row, AnyState]:
+    """Solve one case of a sweep from a start state; return its row and its last state.
+
+    `start` None stands for the start state of the scenario.
+    """
     scenario = swept.at(point)
-    law, found = scenario.law(), try_measure(scenario, motions.of)
-    return Row(point, scenario.label, law.F_fk, law.F_fs, *found)
+    law, (found, last) = scenario.law(), try_measure(scenario, motions.of, start)
+    return Row(point, scenario.label, law.F_fk, law.F_fs, *found), last
 
 
-def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:
-    """Return the result of `measure_case`; a numerical failure becomes a status."""
+def try_measure(
+    scenario: Scenario, motion_of: MotionSource, start: AnyState | None = None
+) -> SolvedCase:
+    """Return the result of `measure_motion`; a numerical failure becomes a status."""
+    case = assemble(scenario, motion_of(scenario))
+    start = case.start if start is None else start
     try:
-        return measure_case(assemble(scenario, motion_of(scenario)))
+        return measure_motion(case, start)
     except SolverError as fault:
-        return {}, FAILED, str(fault)
+        return ({}, FAILED, str(fault)), start
 
 
 def measure_case(case: Case) -> CaseResult:
     """Return metrics, status and note of a case."""
+    return measure_motion(case, case.start)[0]
+
+
+def measure_motion(case: Case, start: AnyState) -> SolvedCase:
+    """Return the result of a case from a start state, and its last state."""
     if case.period is None:
-        trajectory, weighted = solve_and_weight(case, case.start, case.step, case.window)
-        return measure_window(case, trajectory, case.window, None, weighted), OK, ""
-    orbit, step = periodic_orbit(case)
+        trajectory, weighted = solve_and_weight(case, start, case.step, case.window)
+        found = measure_window(case, trajectory, case.window, None, weighted)
+        return (found, OK, ""), trajectory.state(case.window[1])
+    orbit, step = periodic_orbit(case, start)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
     # A fixed-step orbit is measured even if it does not close: `closure` shows it.
     if isinstance(case.approach, ExactApproach):
         if not orbit.settled:
-            return unknown, NOT_SETTLED, not_settled_note(orbit.run_up)
+            return (unknown, NOT_SETTLED, not_settled_note(orbit.run_up)), start
         if not orbit.unique:
-            return unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE
+            return (unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE), start
     window = (0.0, orbit.periods * case.period)
     trajectory, weighted = solve_and_weight(case, orbit.state, step, window)
-    return measure_window(case, trajectory, window, orbit.closure, weighted), OK, ""
+    found = measure_window(case, trajectory, window, orbit.closure, weighted)
+    return (found, OK, ""), orbit.state
 
 
 def measure_window(
@@ -432,13 +458,13 @@ GRID_TOLERANCE = 1e-9
 """Distance of a period from a whole number of steps, in steps, that counts as rounding."""
 
 
-def periodic_orbit(case: Case) -> tuple[Orbit, float]:
-    """Return the periodic orbit of a case, and the step of its solution [s]."""
+def periodic_orbit(case: Case, start: AnyState) -> tuple[Orbit, float]:
+    """Return the periodic orbit reached from a start, and the step of its solution [s]."""
     period = case.period
     assert period is not None, "only periodic excitation has an orbit"
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples are not periodic"
-    scene = (case.plant, case.law, motion, case.start, period)
+    scene = (case.plant, case.law, motion, start, period)
     if isinstance(approach, ExactApproach):
         return approach.orbit(*scene), case.step
     step, exact = dividing_step(case.step, period), StickSlip().orbit(*scene)

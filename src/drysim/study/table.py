@@ -22,7 +22,7 @@ from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import METRICS, UNITS, Metrics
-from drysim.scenario.axes import FILE_KEY, Axis, count_points
+from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
 from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
 from drysim.study.outcome import (
     count_verdicts,
@@ -174,6 +174,31 @@ class Table:
         row = found and found.row
         return BestCase(objective, row, own.admissible, own.cases, closest, over_records)
 
+    @cached_property
+    def hysteresis(self) -> tuple[Hysteresis, ...] | None:
+        """Where the sweeps up and down differ, for each pair of them that does.
+
+        None unless the scenario was swept in both directions, and completely.
+        """
+        directions = next((a.values for a in self.axes if a.key == DIRECTION_KEY), ())
+        own = next(iter(self.tallies.values()), None)
+        if len(directions) < 2 or not self.complete or own is None:
+            return None
+        length = chain_length(self.axes)
+        T_a = self._column(own, lambda batch: batch.metrics["T_a"]).reshape(2, -1, length)
+        values = self.axes[0].at(np.arange(length))
+        with np.errstate(invalid="ignore"):
+            gap = abs(T_a[0] - T_a[1]) / np.fmax(*T_a)
+        gap = np.where(np.isnan(T_a[0]) == np.isnan(T_a[1]), np.nan_to_num(gap), np.inf)
+        found = []
+        for chain in np.flatnonzero((gap > HYSTERESIS_TOLERANCE).any(axis=1)).tolist():
+            differ = values[gap[chain] > HYSTERESIS_TOLERANCE]
+            finite = np.where(np.isfinite(gap[chain]), gap[chain], 0.0)
+            at = chain * length + int(np.argmax(finite if finite.any() else gap[chain]))
+            up, down = (self._row_of(own, at + k * gap.size) for k in (0, 1))
+            found.append(Hysteresis(differ.min().item(), differ.max().item(), up, down))
+        return tuple(found)
+
     @property
     def answers(self) -> list[tuple[str, BestCase]]:
         """The best case, and the best design over all records, with their names."""
@@ -277,6 +302,38 @@ class Table:
             }
             frames.append(pd.DataFrame(columns, index=range(len(batch))))
         return pd.concat(frames, ignore_index=True)
+
+
+HYSTERESIS_TOLERANCE = 1e-6
+"""Relative difference of T_a above which two motions are different ones [-]."""
+
+
+class Hysteresis(NamedTuple):
+    """Difference between a sweep up and the sweep down along the same values.
+
+    Attributes
+    ----------
+    low, high : float
+        Least and greatest value of the first key at which T_a differs.
+    up, down : Row
+        The case with the greatest difference of T_a, in both directions.
+    """
+
+    low: float
+    high: float
+    up: Row
+    down: Row
+
+    @property
+    def point(self) -> dict[str, Any]:
+        """Values of the swept keys at the greatest difference, without the direction."""
+        return {key: value for key, value in self.up.point.items() if key != DIRECTION_KEY}
+
+    @property
+    def gap(self) -> float:
+        """Greatest difference of T_a [-]; 0 if it is unknown in one of the directions."""
+        up, down = self.up.metrics["T_a"], self.down.metrics["T_a"]
+        return 0.0 if up is None or down is None else abs(up - down)
 
 
 class BestCase(NamedTuple):
