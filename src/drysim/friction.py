@@ -19,7 +19,7 @@ from itertools import chain
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from drysim import system
 from drysim.core.model import (
@@ -44,6 +44,7 @@ from drysim.units import (
     Quantity,
     by_direction,
     depends_on_direction,
+    plain_or_block,
 )
 from drysim.wording import format_number
 
@@ -83,7 +84,7 @@ class FrictionLaw(Block):
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults; m is the mass [kg]."""
-        return self.model_dump(exclude_none=True)
+        return self.model_dump(exclude_none=True, by_alias=True)
 
     def describe(self, swept: Collection[str] = ()) -> Iterator[str]:
         """Yield the name of the law, then its own keys as `v_s 0.005 m/s`.
@@ -140,13 +141,39 @@ class KineticForce(FrictionLaw):
         return words
 
 
+Ratio = Annotated[float, Quantity("", at_least=1)]
+
+
+class RatioInterval(Block):
+    """Interval of F_fs/F_fk, of which only bounds are known."""
+
+    low: Ratio = Field(alias="from")
+    """Lower bound [-], at least 1."""
+    high: Ratio = Field(alias="to")
+    """Upper bound [-], above the lower one."""
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if self.high <= self.low:
+            raise InvalidValue(f"must be above `from`, {self.low:.12g}", "to")
+        return self
+
+
+StaticRatio = Annotated[
+    Annotated[Ratio, Tag("plain")] | Annotated[RatioInterval, Tag("block")],
+    Discriminator(plain_or_block),
+]
+"""One ratio F_fs/F_fk [-], or an interval."""
+
+
 class FrictionLimits(KineticForce):
     """Kinetic friction and a static limit for a contact at rest."""
 
     static: Force | None = None
     """Static limit F_fs [N], at least the kinetic force; default: equal to it."""
-    static_ratio: Annotated[float, Quantity("", at_least=1)] | None = None
-    """F_fs/F_fk [-], at least 1, in place of `static`; default 1."""
+    static_ratio: StaticRatio | None = None
+    """F_fs/F_fk [-], at least 1, in place of `static`; default 1. One value or, if only bounds
+    are known, `{from: ..., to: ...}`, for which `drysim run` gives the range of each metric."""
     mu_static: Coefficient | None = None
     """Coefficient of static friction [-], at least that of kinetic friction."""
 
@@ -183,12 +210,15 @@ class FrictionLimits(KineticForce):
         return (self.static, self.static_ratio, self.mu_static) != (None, None, None)
 
     def static_force(self, m: float) -> float:
-        """Return F_fs [N]."""
+        """Return F_fs [N]; of an interval the smallest one."""
         if self.static is not None:
             return self.static
         if self.mu_static is not None:
             return self.force_from_coefficient(self.mu_static, m)
-        return self.kinetic_force(m) * (1.0 if self.static_ratio is None else self.static_ratio)
+        ratio = self.static_ratio
+        if isinstance(ratio, RatioInterval):
+            ratio = ratio.low
+        return self.kinetic_force(m) * (1.0 if ratio is None else ratio)
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""

@@ -136,7 +136,7 @@ def run(
     from drysim.study.statistics import max_seeds
 
     mode = OutputMode(as_json, quiet)
-    case = prepare(load(scenario, options.overrides(changes, approach)))
+    case = prepare(load(scenario, options.overrides(changes, approach)), interval=True)
     single = max_seeds(case.scenario) == 1
     if single:
         check_single_seed_options(workers, resume)
@@ -152,6 +152,8 @@ def run(
         kept = f"the finished {' and '.join(held)} in {folder}.partial"
         mode.print_status(f"this run discards {kept}; use --out to keep them")
     how = output_options(context, no_plots, picture_format) | {"report": report}
+    if case.scenario.static_interval:
+        return run_interval(case, folder, mode, strict, how)
     if single:
         return run_single(case, folder, mode, strict, how)
     from drysim import output
@@ -208,6 +210,22 @@ def run_single(
     fields = output.write_run(outcome, folder, exit_code=code, **how)
     show = partial(summaries.show_outcome, outcome, folder)
     return mode.report(fields, show, outcome.warnings, folder, code)
+
+
+def run_interval(
+    case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
+) -> int:
+    """Compute, write and show a case over an interval of the static ratio."""
+    from drysim import output
+    from drysim.console import many
+    from drysim.study import interval
+
+    table = interval.solve(case)
+    code = table.exit_code(strict)
+    fields = output.write_table(table, folder, exit_code=code, **how)
+    return mode.report(
+        fields, partial(many.show_table, table, folder), table.warnings, folder, code
+    )
 
 
 def sweep(

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from drysim.study.compare import Comparison, Deviation, Isolation
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Row, Statistic
-    from drysim.study.table import Extreme, SeedSummary, Table
+    from drysim.study.table import Extreme, Jump, SeedSummary, Table
 
 
 # An ensemble: one case with many seeds.
@@ -250,6 +250,7 @@ def table_rows(table: Table) -> Iterator[SummaryRow]:
         yield SummaryRow("peak |ẍ|", values, describe_extent(table, own, "x_dd_peak"))
     yield from stroke_rows(table, own)
     yield from _hysteresis_rows(table)
+    yield from _jump_rows(table)
     yield from _best_rows(table)
     if ends := own.extremes.get("stuck_share"):
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
@@ -318,6 +319,43 @@ def _hysteresis_rows(table: Table) -> Iterator[SummaryRow]:
         f"{format_range(format_number(low), format_number(high))} {unit}".rstrip(),
         f"T_a {up} up against {down} down at {where}",
     )
+
+
+def _jump_rows(table: Table) -> Iterator[SummaryRow]:
+    """Yield the values of the static ratio at which the answer jumps."""
+    if table.jumps is None:
+        return
+    if not table.jumps:
+        yield SummaryRow("jumps", "none", "no metric changes abruptly by more than 1 %")
+    for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
+        name = "" if at else "jumps"
+        yield SummaryRow(name, f"at {format_number(jump.value, digits=7)}", describe_jump(jump))
+    if (left := len(table.jumps) - MAX_NAMED_JUMPS) > 0:
+        yield SummaryRow("", f"and {left} more", "all are in drysim.json")
+
+
+MAX_NAMED_JUMPS = 6
+"""Jumps that are listed one by one."""
+
+
+JUMPING_METRICS: tuple[tuple[str, str, Callable[[float | None], str]], ...] = (
+    ("T_a", "T_a", lambda value: format_number(value, digits=5)),
+    ("peak |x_r|", "x_r_peak", format_length),
+    ("stuck", "stuck_share", format_percent),
+)
+"""Label and metric of what is said of a jump, and how its values are written."""
+
+
+def describe_jump(jump: Jump) -> str:
+    """Describe a jump by the metrics that read differently on both sides."""
+    if jump.below.status != jump.above.status:
+        return f"{jump.below.status} below, {jump.above.status} above"
+    parts = []
+    for label, metric, words in JUMPING_METRICS:
+        below, above = (words(row.metrics.get(metric)) for row in (jump.below, jump.above))
+        if below != above:
+            parts.append(f"{label} from {below} to {above}")
+    return ", ".join(parts)
 
 
 def _best_rows(table: Table) -> Iterator[SummaryRow]:

@@ -30,6 +30,7 @@ from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
 from drysim.study.case import combined_sha256, signal_sha256
+from drysim.study.interval import JUMP_METRICS
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
 if TYPE_CHECKING:
@@ -246,6 +247,18 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
                 "where": one.point,
             }
             for one in table.hysteresis
+        ]
+    if table.jumps is not None:
+        further["jumps"] = [
+            {
+                "key": table.axes[0].key,
+                "at": jump.value,
+                **{
+                    name: {"below": jump.below.metrics[name], "above": jump.above.metrics[name]}
+                    for name in JUMP_METRICS
+                },
+            }
+            for jump in table.jumps
         ]
     return sidecar_fields(table, table.motion, numerics, metrics, provenance, **further)
 

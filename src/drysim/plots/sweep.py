@@ -555,6 +555,10 @@ BEST_STYLE: Style = {
     "markeredgewidth": 0.8, "linestyle": "none", "zorder": 5, "clip_on": False,
 }  # fmt: skip
 
+JUMP_STYLE: Style = {
+    "color": "#b3261e", "linewidth": 0.9, "linestyle": (0, (1, 1.5)), "zorder": 1,
+}  # fmt: skip
+
 EMPTY_COLOR = "#d9d9d9"
 """Colour of the cells of a map without cases."""
 
@@ -612,6 +616,8 @@ def draw_panels(
             mark_gaps(axes, view, panel)
             _mark_admissible(axes, table, view, panel, metric)
             _mark_natural_frequency(axes, table, view)
+            for jump in table.jumps or ():
+                axes.axvline(jump.value, **JUMP_STYLE, label="jump")
         assert first is not None, "a view has a panel"
         values = list(known_values(view, metric.of))
         if not values:

@@ -30,7 +30,7 @@ from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
-from drysim.friction import Coulomb, Friction
+from drysim.friction import Coulomb, Friction, RatioInterval
 from drysim.metrics.table import METRICS, Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
@@ -102,6 +102,9 @@ SIDE_KEYS = ("stroke.limit.up", "stroke.limit.down", "stroke.offset")
 
 LIMIT_KEYS = ("stroke.limit", *SIDE_KEYS)
 """Keys of the stroke limits; each case has its own limits where one of them is swept."""
+
+STATIC_RATIO: KeyPath = ("friction", "static_ratio")
+"""Key of the ratio of the friction forces, which may be an interval."""
 
 CLOSED_FORM_LAWS = tuple(name for name, law in LAWS.items() if law.closed_form)
 """Friction laws that go with end stops and with damping by direction."""
@@ -214,12 +217,19 @@ class Scenario(FromFile):
     @property
     def ratios(self) -> dict[str, float]:
         """Parameters relative to others (spring, damping, static friction), by key."""
+        static = getattr(self.active_friction, "static_ratio", None)
         ratios = {
             "natural_frequency": self.oscillator.natural_frequency,
             "damping_ratio": self.oscillator.damping_ratio,
-            "static_ratio": getattr(self.active_friction, "static_ratio", None),
+            "static_ratio": None if self.static_interval else static,
         }
         return {key: value for key, value in ratios.items() if value is not None}
+
+    @property
+    def static_interval(self) -> RatioInterval | None:
+        """Interval of F_fs/F_fk, if only its bounds are given."""
+        ratio = getattr(self.active_friction, "static_ratio", None)
+        return ratio if isinstance(ratio, RatioInterval) else None
 
     @property
     def label(self) -> str:
@@ -646,7 +656,7 @@ def _unsupported_features(
         if law.compression is not None:
             directed = isinstance(getattr(friction, "kinetic", None), ByDirection)
             found.append((DIRECTED_FRICTION, ("friction", "kinetic" if directed else "static")))
-        if law.F_fs > law.F_fk or _STATIC_PATHS & {*swept}:
+        if law.F_fs > law.F_fk or scenario.static_interval or _STATIC_PATHS & {*swept}:
             given = (key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
             found.append((STATIC_LIMIT, ("friction", next(given, "static"))))
         if law.is_elastic or isinstance(law, DynamicLaw):
@@ -664,6 +674,9 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
     member = APPROACHES_BY_NAME[name]
     for feature, keys in _unsupported_features(scenario, member):
         yield keys, f"approach {name} {feature.fault}"
+    if scenario.static_interval and scenario.sweep:
+        sentence = "friction.static_ratio cannot be an interval with a sweep; give one value"
+        yield STATIC_RATIO, f"{sentence}, or sweep friction.static_ratio"
     dynamic = isinstance(scenario.nominal_law(), DynamicLaw)
     if scenario.stops is not None:
         if member.supports_stops and dynamic:

@@ -51,7 +51,7 @@ from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
 from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
-from drysim.scenario.model import Scenario, scene_period
+from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
 from drysim.units import Block, shorten
@@ -150,7 +150,9 @@ def require_scenario(scenario: Scenario) -> None:
         raise UsageError(f"expected a scenario, as `drysim.load` returns it, not {given}")
 
 
-def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> Case:
+def prepare(
+    scenario: Scenario, compared: bool = False, swept: bool = False, interval: bool = False
+) -> Case:
     """Return the case of a scenario: read its record and check that it can be solved.
 
     Parameters
@@ -160,6 +162,8 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
         Whether other approaches or laws also solve the scenario and use their options.
     swept : bool, optional
         Whether the cases of its sweep are solved, too: their records are then read as well.
+    interval : bool, optional
+        Whether `friction.static_ratio` may be an interval; its lower end is then prepared.
 
     Returns
     -------
@@ -186,6 +190,8 @@ def prepare(scenario: Scenario, compared: bool = False, swept: bool = False) -> 
         if check.metric in (metric.name for metric in FIT_METRICS):
             sentence = f"{check.metric} is known to `drysim fit` only; remove the check"
             raise case_error(scenario, sentence, ("checks", i))
+    if not interval or statistics.max_seeds(scenario) > 1:
+        refuse_interval(scenario)
     try:
         engine()
     except ValueError as fault:
@@ -229,6 +235,13 @@ def refuse_direction(scenario: Scenario, command: str) -> None:
             f"`start`; add --set sweep.{DIRECTION_KEY}=null"
         )
         raise case_error(scenario, sentence, (SWEEP_KEY, DIRECTION_KEY))
+
+
+def refuse_interval(scenario: Scenario) -> None:
+    """Raise a ScenarioError if the static ratio is an interval."""
+    if scenario.static_interval:
+        sentence = "an interval is for `drysim run` with a single seed; give one value"
+        raise case_error(scenario, f"friction.static_ratio: {sentence}", STATIC_RATIO)
 
 
 def swept_files(scenario: Scenario) -> Sequence[str]:

@@ -25,7 +25,7 @@ from drysim.errors import SolverError, UsageError, WarningMessage
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
-from drysim.study.case import Case, prepare, refuse_direction, require_scenario
+from drysim.study.case import Case, prepare, refuse_direction, refuse_interval, require_scenario
 from drysim.study.outcome import format_repr
 from drysim.study.plan import Plan
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
@@ -284,9 +284,11 @@ def scenarios_by_name(scenario: Scenario, names: Sequence[str]) -> dict[str, Sce
     Raises
     ------
     ScenarioError
-        When the scenario is swept up or down, or lacks a key of a law.
+        When the scenario is swept up or down, its static ratio is an interval, or it lacks a
+        key of a law.
     """
     refuse_direction(scenario, "drysim compare")
+    refuse_interval(scenario)
     return {name: scenario.variant(name) for name in dict.fromkeys((*names, "viscous"))}
 
 

@@ -18,7 +18,7 @@ from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.scenario.model import Scenario
-from drysim.study import plan
+from drysim.study import interval, plan
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
 from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
@@ -45,6 +45,7 @@ from drysim.wording import format_count
 
 if TYPE_CHECKING:
     from drysim.study.store import Store
+    from drysim.study.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ class Ensemble:
         return exit_code(self.checks, self.warnings, strict, lost)
 
 
-def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble:
+def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble | Table:
     """Solve a scenario.
 
     Parameters
@@ -127,8 +128,9 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
 
     Returns
     -------
-    Outcome or Ensemble
-        An ensemble if the scenario requests several seeds; its metrics are means.
+    Outcome or Ensemble or Table
+        An ensemble if the scenario requests several seeds; its metrics are means. A table of
+        cases if `friction.static_ratio` is an interval.
 
     Raises
     ------
@@ -141,8 +143,10 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     UsageError
         When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
-    case = prepare(scenario)
+    case = prepare(scenario, interval=True)
     worker_count(workers)  # validated for a single seed, too
+    if scenario.static_interval:
+        return interval.solve(case)
     if max_seeds(scenario) == 1:
         return one_case.solve(case)
     return solve(case, workers=workers)

@@ -49,7 +49,7 @@ from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import CHANNELS, DELAY_KEY
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS, fields_by_key
-from drysim.study.case import require_scenario
+from drysim.study.case import refuse_interval, require_scenario
 from drysim.study.fit_model import (
     UNCERTAIN,
     FitModel,
@@ -1013,6 +1013,7 @@ def fit(
 def require_fit(scenario: Scenario) -> None:
     """Raise a UsageError for anything but a scenario with a fit block."""
     require_scenario(scenario)
+    refuse_interval(scenario)
     if scenario.fit is None:
         raise UsageError(
             f"{scenario.name} has no fit block", "`drysim manual fit` shows how to write one"

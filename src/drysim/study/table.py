@@ -77,6 +77,8 @@ class Table:
         Records of the base motion.
     records : tuple of RecordSummary
         The swept records; none for other sweeps.
+    jumps : tuple of Jump or None
+        Where the answer jumps along an interval of the static ratio; None without one.
     """
 
     scenario: Scenario
@@ -90,6 +92,7 @@ class Table:
     summary: Mapping[str, Tally] = field(default_factory=dict)
     inputs: tuple[Input, ...] = ()
     records: tuple[RecordSummary, ...] = ()
+    jumps: tuple[Jump, ...] | None = None
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -153,8 +156,11 @@ class Table:
         """The best admissible case of the scenario's approach.
 
         None unless the cases are designs to choose from: under the same base motion or the same
-        records, and limited by a stroke limit or by checks.
+        records, and limited by a stroke limit or by checks. A static ratio known within bounds
+        only is no choice.
         """
+        if self.jumps is not None:
+            return None
         tallies = list(self.tallies.values())
         # In a comparison the reference, which the checks apply to, is not the first.
         own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
@@ -334,6 +340,14 @@ class Hysteresis(NamedTuple):
         """Greatest difference of T_a [-]; 0 if it is unknown in one of the directions."""
         up, down = self.up.metrics["T_a"], self.down.metrics["T_a"]
         return 0.0 if up is None or down is None else abs(up - down)
+
+
+class Jump(NamedTuple):
+    """Value at which the answer jumps, and the cases closest to it on both sides."""
+
+    value: float
+    below: Row
+    above: Row
 
 
 class BestCase(NamedTuple):

@@ -57,7 +57,7 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
     if scenario.design is not None:
         prepare_design(scenario)
     if not scenario.missing_values:
-        case = prepare(scenario, swept=bool(scenario.sweep))
+        case = prepare(scenario, swept=bool(scenario.sweep), interval=True)
         notes += describe_clean_up(case.motion, case.law)
         if isinstance(case.scenario.excitation, Record):
             notes.append(f"base: {case.scenario.excitation.describe(case.motion)}")

@@ -1,0 +1,193 @@
+"""A static ratio of which only bounds are known: ranges of the metrics, and their jumps."""
+
+from __future__ import annotations
+
+import json
+from math import sqrt
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.console import many
+from drysim.errors import ScenarioError
+from drysim.plots.sweep import draw_stroke
+from drysim.scenario.load import load
+from drysim.study import interval
+from drysim.study.sweep import sweep
+from drysim.yaml_document import dump
+
+SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45, static_ratio: {from: 1, to: 1.4}}
+excitation: {kind: harmonic, frequency: 1.6, rms: 0.5}
+solver: {step: 2.5e-3}
+checks: [T_a < 0.999, x_r_peak < 1 mm]
+"""
+LOCKED = sqrt(2) * 0.5 * 75 / 45
+"""Ratio from which on the mass never leaves its rest: F_fs = m A."""
+
+
+@pytest.fixture
+def seat(tmp_path):
+    """Return the scenario of a seat, with overrides."""
+
+    def loaded(*overrides, text=SEAT):
+        (tmp_path / "seat.yaml").write_text(text)
+        return load(tmp_path / "seat.yaml", overrides)
+
+    return loaded
+
+
+@pytest.fixture
+def table(seat):
+    """Return the answer over the interval."""
+    return package.run(seat())
+
+
+def test_jump_is_where_the_base_can_no_longer_break_the_mass_away(table):
+    (jump,) = table.jumps
+    assert jump.value == pytest.approx(LOCKED, abs=1e-6)
+    assert jump.below.metrics["T_a"] == pytest.approx(0.9939, abs=1e-4)
+    assert jump.above.metrics["T_a"] == 1.0
+    assert jump.above.metrics["stuck_share"] == 1.0
+
+
+def test_metrics_range_over_the_interval(seat, table):
+    ratios = np.array([row.point[interval.KEY] for row in table])
+    assert (ratios[0], ratios[-1]) == (1.0, 1.4)
+    assert (np.diff(ratios) > 0.0).all()
+    assert len(table) < 200
+    low, high = table.tallies["stick-slip"].ends["T_a"]
+    axis = {"friction.static_ratio": {"from": 1, "to": 1.4, "count": 201}}
+    fixed = seat(text=SEAT.replace("{from: 1, to: 1.4}", "1") + dump({"sweep": axis}))
+    swept = [row.metrics["T_a"] for row in sweep(fixed)]
+    assert low == pytest.approx(min(swept), abs=1e-4)
+    assert high == max(swept) == 1.0
+
+
+def test_row_is_the_run_with_that_ratio(seat, table):
+    row = table[5]
+    alone = package.run(seat(f"friction.static_ratio={row.point[interval.KEY]!r}"))
+    assert row.metrics["x_r_peak"] == pytest.approx(alone.metrics["x_r_peak"], rel=1e-9)
+
+
+def test_check_must_hold_for_every_ratio(table):
+    some, every = table.checks
+    assert some.passed is False
+    assert 0 < some.failed < some.cases == len(table)
+    assert every.passed is True
+    (warning,) = (one for one in table.warnings if one.slug == "check-undecided")
+    assert warning.numbers["from"] == pytest.approx(LOCKED, abs=1e-6)
+    assert warning.numbers["to"] == 1.4
+    assert table.exit_code() == 1
+    assert table.best is None
+
+
+def test_answer_without_a_jump_says_so(seat, capsys):
+    table = package.run(seat("friction.static_ratio.to=1.1"))
+    assert table.jumps == ()
+    assert table.checks[0].passed is True
+    many.show_table(table)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "jumps none" in shown
+    assert f"anywhere from 1 to 1.1 ({len(table)} values solved)" in shown
+
+
+def test_every_jump_between_neighbours_is_located(seat):
+    scenario = seat("excitation.frequency=0.5", "excitation.rms=0.55")
+    table = package.run(scenario)
+    (jump,) = table.jumps
+    assert jump.value == pytest.approx(1.1 * LOCKED, abs=1e-6)
+    steps = interval.large_steps({row.point[interval.KEY]: row for row in table})
+    assert len(steps) == 1
+
+
+def test_number_of_solutions_is_limited(seat, monkeypatch):
+    monkeypatch.setattr(interval, "MAX_VALUES", 40)
+    table = package.run(seat())
+    assert len(table) == 40
+    assert [one.slug for one in table.warnings if one.slug.startswith("jumps")] == [
+        "jumps-unresolved"
+    ]
+
+
+def test_records_have_intervals_too(seat, tmp_path):
+    t = np.arange(400) * 0.005
+    u_dd = 0.8 * np.sin(2 * np.pi * 2 * t)
+    rows = "".join(f"{a:.3f},{b!r}\n" for a, b in zip(t, u_dd.tolist(), strict=True))
+    (tmp_path / "base.csv").write_text("t [s],u_dd [m/s2]\n" + rows)
+    text = (
+        SEAT.partition("excitation")[0]
+        + "excitation: {kind: record, file: base.csv, time: t}\n"
+    )
+    table = package.run(seat(text=text))
+    peak = max(abs(u_dd))
+    assert table.jumps[-1].value == pytest.approx(75 * peak / 45, abs=1e-6)
+    assert table.jumps[-1].above.metrics["x_r_peak"] == 0.0
+
+
+def test_files_are_those_of_a_sweep_with_its_jumps(drysim, seat, tmp_path):
+    seat()
+    assert drysim("run", "seat.yaml", "-q", "-o", "out").code == 1
+    head, *rows = (tmp_path / "out" / "transmissibility.csv").read_text().splitlines()
+    assert head.startswith("approach,friction.static_ratio [-],F_fk [N],F_fs [N]")
+    kept = json.loads((tmp_path / "out" / "drysim.json").read_text())
+    assert len(rows) == kept["numerics"]["cases"]
+    (jump,) = kept["jumps"]
+    assert jump["key"] == "friction.static_ratio"
+    assert jump["at"] == pytest.approx(LOCKED, abs=1e-6)
+    assert jump["T_a"]["above"] == 1.0
+    assert "quantiles" not in kept["metrics"]["T_a"]
+    again = load(tmp_path / "out" / "scenario.yaml")
+    assert again.static_interval == seat().static_interval
+    assert drysim("validate", "out/scenario.yaml").code == 0
+
+
+def test_picture_marks_the_jump(table):
+    axes = draw_stroke(table).axes[0]
+    (marked,) = (line for line in axes.lines if line.get_label() == "jump")
+    assert marked.get_xdata()[0] == table.jumps[0].value
+
+
+def test_summary_names_the_jump(table, capsys):
+    many.show_table(table)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "jumps at 1.178511 T_a from 0.99392 to 1, peak |x_r| from 0.2121 mm" in shown
+
+
+NOISE = "kind: psd, points: [[1, 1], [9, 1]], duration: 9, seed: 1, seeds: 3"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (("friction.static_ratio.to=0.9",), "must be at least 1, not 0.9"),
+        (("friction.static_ratio.from=1.5",), "must be above `from`, 1.5"),
+        (("solver.approach=moreau",), "moreau does not support a static limit"),
+        (("sweep={excitation.rms: [1, 2]}",), "cannot be an interval with a sweep"),
+        (
+            (f"excitation={{{NOISE}}}",),
+            "an interval is for `drysim run` with a single seed",
+        ),
+    ],
+)
+def test_interval_is_refused_in_its_place(seat, overrides, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        package.run(seat(*overrides))
+    assert sentence in fault.value.problems[0].sentence
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("compare", "viscous", "vs", "stick-slip", "-s", "seat.yaml"),
+        ("compare", "stick-slip", "vs", "viscous", "-s", "seat.yaml"),
+        ("bench", "seat.yaml"),
+    ],
+)
+def test_other_commands_refuse_an_interval(drysim, seat, words):
+    seat()
+    answer = drysim(*words)
+    assert answer.code == 2
+    assert "seat.yaml:2:" in answer.err
