@@ -408,6 +408,46 @@ def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> No
     assert (free[o.EXCURSIONS_UP], free[o.ENTRIES], free[o.TIME_BEYOND]) == (0, 0, 0)
 
 
+def dimensionless(beta: float, zeta: float, phi: float, ratio: float = 1.0) -> list:
+    """Return the columns of an oscillator with m = k_x = 1 on a sine of amplitude 1."""
+    law = phi, ratio * phi, 0.0, 0.0, 0.0
+    sine = 1.0, beta / (2 * math.pi), 0.0
+    return [1.0, 1.0, 2 * zeta, *law, 0.0, 0.0, 2 * math.pi / beta, math.inf, math.inf, *sine]
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi", "below", "above"),
+    [(0.25, 0.05, 0.051111380, 0, 2), (0.25, 0.05, 0.229713945, 2, 4),
+     (0.25, 0.05, 0.282327218, 4, 2), (0.5, 0.05, 0.287808502, 0, 2),
+     (0.3, 1 / 3, 0.047206091, 0, 2)],
+)  # fmt: skip
+def test_number_of_stops_changes_at_the_known_friction(
+    fast: SimpleNamespace, beta: float, zeta: float, phi: float, below: int, above: int
+) -> None:
+    o = fast.orbit
+    scenes = np.array([dimensionless(beta, zeta, phi + step) for step in (-2e-9, 2e-9)])
+    found = solve(fast, scenes)
+    assert found[:, o.STOPS].tolist() == [below, above]
+    assert (found[:, o.ASYMMETRY] < 1e-9).all()
+
+
+def test_symmetry_breaks_where_two_stops_become_unstable(fast: SimpleNamespace) -> None:
+    # Shaw (1986): with F_fs = 2 F_fk at β = 1/2, ζ = 0.05 below φ = 0.217466646.
+    o = fast.orbit
+    found = solve(
+        fast, np.array([dimensionless(0.5, 0.05, x, 2.0) for x in (0.2, 0.216, 0.22)])
+    )
+    assert found[:, o.STOPS].tolist() == [1, 2, 2]
+    assert (found[:2, o.ASYMMETRY] > 0.05).all()
+    assert found[2, o.ASYMMETRY] < 1e-9
+
+
+def test_locked_mass_has_no_stops(kernel: SimpleNamespace) -> None:
+    o = kernel.orbit
+    found = solve(kernel, np.array([scene(2.0, 90.0, rms=0.75)]))[0]
+    assert (found[o.STOPS], found[o.ASYMMETRY], found[o.SLIDING_DISTANCE]) == (0, 0, 0)
+
+
 def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:
     found = solve(kernel, np.array([scene(0.5, 15.0)]), capacity=4)
     assert found[0, kernel.orbit.STATUS] == kernel.orbit.LOG_FULL

@@ -74,14 +74,15 @@ phase [rad] of each sine."""
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
     X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, LOWEST, HIGHEST, UPCROSSINGS,
     ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, TRACE, DETERMINANT,
-    ANSWER_COLUMNS,
-) = range(29)  # fmt: skip
+    STOPS, ASYMMETRY, ANSWER_COLUMNS,
+) = range(31)  # fmt: skip
 """Columns of an answer: status; time reported with a failure [s]; periods per repetition,
 closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
 repetition; its integrals as in `Totals`; extremes of x_r [m], upcrossings of zero and entries
 beyond the limits; excursions as in `excursions`; trace and determinant of the Jacobian of the
-repetition, whose eigenvalues are the Floquet multipliers. ANSWER_COLUMNS is the number of
-columns."""
+repetition, whose eigenvalues are the Floquet multipliers; stops that end sliding, and how far
+half the repetition is from the mirror image of the other half, as in `half_wave_change`.
+ANSWER_COLUMNS is the number of columns."""
 
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
 """Status of a scene. The last three have no orbit: endless events without progress in time,
@@ -240,6 +241,35 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
     # The first event is the state at the start.
     a, b, c, e = period_map_jacobian(scene, length, rate, state.d, 1, count)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
+    answer[STOPS] = count_stops(kind)
+    peak = max(answer[HIGHEST], -answer[LOWEST])
+    answer[ASYMMETRY] = half_wave_change(solution, length) / (peak if peak > 0.0 else 1.0)
+
+
+@compiled
+def count_stops(kind):
+    """Return the number of stops among the events of a motion, however short they are.
+
+    The first entry is the state at its start.
+    """
+    stops = 0
+    for i in range(1, len(kind)):
+        stops += kind[i] == STICK
+    return stops
+
+
+@inlined
+def half_wave_change(solution, length):
+    """Return the change from a state to the mirror image of that half a repetition later [m].
+
+    It is 0 for an orbit whose halves mirror each other. Without a spring only velocities count,
+    as all positions are equivalent.
+    """
+    x_r, v_r = state_at(solution, 0.0)
+    x_half, v_half = state_at(solution, 0.5 * length)
+    rate = velocity_scale_rate(solution.plant, length)
+    change = abs(x_r + x_half) if solution.plant.k_x > 0.0 else 0.0
+    return max(change, abs(v_r + v_half) / rate)
 
 
 # Fixed points of the period map and of its powers.
@@ -516,7 +546,7 @@ def period_map(scene, period, state):
 
 
 (
-    X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, STOPS, REVERSALS, PEAK, IMAGE_COLUMNS,
+    X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, IMAGE_STOPS, IMAGE_REVERSALS, IMAGE_PEAK, IMAGE_COLUMNS,
 ) = range(10)  # fmt: skip
 """Columns of an image: state after a repetition [m, m/s], its derivatives with respect to the
 state before, stops and immediate reversals, largest |x_r| at an event or an end [m]."""
@@ -539,25 +569,25 @@ def solve_repetition(row, values, length, x_r, v_r, log, image):
     log : EventLog
         Written: the events.
     image : array, shape (IMAGE_COLUMNS,)
-        Written, columns as named above; STOPS is negative without progress in time or if the
+        Written, columns as named above; IMAGE_STOPS is negative without progress in time or if the
         log is full.
     """
     plant, law = plant_and_law(row)
     scene = SineScene(plant, law, scene_waves(row, values, law), log)
     d = initial_slip_state(plant, law, scene.waves, x_r, v_r, log).d
     end, events, peak = period_map(scene, length, PeriodState(x_r, v_r, d))
-    image[X_IMAGE], image[V_IMAGE], image[PEAK] = end.x_r, end.v_r, peak
-    image[STOPS], image[REVERSALS] = -1.0, 0.0
+    image[X_IMAGE], image[V_IMAGE], image[IMAGE_PEAK] = end.x_r, end.v_r, peak
+    image[IMAGE_STOPS], image[IMAGE_REVERSALS] = -1.0, 0.0
     if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
         return
     a, b, c, e = period_map_jacobian(scene, length, 1.0, d, int(ZERO), events)
     image[X_BY_X], image[X_BY_V], image[V_BY_X], image[V_BY_V] = a, b, c, e
-    image[STOPS] = 0.0
+    image[IMAGE_STOPS] = 0.0
     for i in range(events):
         if log.kind[i] == STICK:
-            image[STOPS] += 1.0
+            image[IMAGE_STOPS] += 1.0
         elif abs(log.kind[i]) == REVERSAL:
-            image[REVERSALS] += 1.0
+            image[IMAGE_REVERSALS] += 1.0
 
 
 @compiled
