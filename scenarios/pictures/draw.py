@@ -40,6 +40,7 @@ PICTURES = {
         "stroke.png",
     ),
     "design.png": (["design", f"{GALLERY}/design-seat.yaml"], "design.png"),
+    "regime-map.png": (["map", f"{GALLERY}/regime-map.yaml"], "map.png"),
     "comparison.png": (
         ["compare", "signum", "vs", "stick-slip", "-s", f"{GALLERY}/paper-random.yaml"],
         "comparison.png",

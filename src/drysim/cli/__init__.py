@@ -40,7 +40,7 @@ from drysim.errors import (
 
 COMMANDS: tuple[Callable[..., int], ...] = (
     commands.init, commands.run, commands.sweep, commands.compare, commands.fit,
-    commands.design, commands.branches, commands.validate,
+    commands.design, commands.branches, commands.regime_map, commands.validate,
     commands.summarise, commands.report, commands.bench, commands.schema, commands.doctor,
     manual, explain,
 )  # fmt: skip

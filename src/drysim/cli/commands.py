@@ -429,6 +429,7 @@ def branches(
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -449,11 +450,58 @@ def branches(
 
     result = solve(case)
     code = result.exit_code(strict)
-    how = output_options(context, no_plots, picture_format)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
     fields = output.write_branches(result, folder, exit_code=code, **how)
     return mode.report(
         fields, partial(show_branches, result, folder), result.warnings, folder, code
     )
+
+
+def regime_map(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Map over two keys where the mass locks, stops or slides."""
+    from drysim.output.folder import check_writable
+    from drysim.scenario.load import load
+    from drysim.study.regimes import count_nodes, prepare_map, solve
+
+    mode = OutputMode(as_json, quiet)
+    case = prepare_map(load(scenario, changes or []))
+    folder = out or Path("out", f"{case.scenario.name}-map")
+    check_writable(folder)
+    if dry_run:
+        from drysim.cli import work
+
+        return work.show_map_plan(case, folder, mode)
+    from drysim import output
+    from drysim.cli import process
+    from drysim.console import terminal
+    from drysim.console.regimes import show_map
+
+    def advance_or_stop(count: int) -> None:
+        advance(count)
+        process.raise_if_interrupted()
+
+    with terminal.progress(count_nodes(case), "orbits", quiet) as advance:
+        result = solve(case, workers=workers, advance=advance_or_stop)
+    code = result.exit_code(strict)
+    how = output_options(context, no_plots, picture_format) | {"report": report}
+    fields = output.write_map(result, folder, exit_code=code, **how)
+    return mode.report(fields, partial(show_map, result, folder), result.warnings, folder, code)
+
+
+regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
 
 
 def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:

@@ -243,6 +243,21 @@ def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
     return mode.plan(fields, words, found.warnings)
 
 
+def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
+    """Show what a regime map would do; everything before the computation has been checked."""
+    from drysim.console.regimes import map_scene
+    from drysim.study.regimes import count_nodes, require_map
+
+    axes, nodes = require_map(case.scenario), count_nodes(case)
+    lines = [f"{name}: {words}" for name, words in map_scene(case, axes)]
+    fields = plan_fields(case, folder) | {
+        "axes": [axis.key for axis in axes],
+        "nodes": nodes,
+    }
+    first = f"{case.scenario.name}: {nodes} orbits, and those that trace the boundaries"
+    return mode.plan(fields, [first, *lines], case.warnings)
+
+
 def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputMode) -> int:
     """Show what a sweep or a comparison would do; `words` names its approaches or laws."""
     from drysim.scenario.axes import count_points

@@ -267,6 +267,10 @@ def show_sidecar(fields: Fields) -> None:
     if "design" in fields:
         print_line(console)
         print_labelled(console, "best", sidecar_design(fields["design"]))
+    if "map" in fields:
+        print_line(console)
+        for at, words in enumerate(sidecar_map(fields["map"])):
+            print_labelled(console, "" if at else "here", words)
     if fields["checks"]:
         print_line(console)
     for passed, words in sidecar_checks(fields):
@@ -375,10 +379,37 @@ def sidecar_conditions(fields: Fields) -> list[list[str]]:
     return table
 
 
+def sidecar_branches(found: Fields) -> str:
+    """Return the motions at the value of the scenario, by the field of drysim.json."""
+    stable = [one for one in found["motions"] if one["stable"]]
+    words = "; ".join(
+        f"T_a {format_number(one['T_a'], digits=4)}, stroke "
+        f"{wording.format_length(one['x_r_peak'])}"
+        for one in stable
+    )
+    if found["own_value"] is None:
+        return f"{format_count(len(found['branches']), 'branch')} along {found['key']}."
+    place = f"{found['key']} {format_number(found['own_value'])}"
+    return f"Stable motions at {place}: {words or 'none found'}."
+
+
+def sidecar_map(found: Fields) -> Iterator[str]:
+    """Yield what a regime map says of the scenario itself, by its field of drysim.json."""
+    here, units = found["here"], {axis["key"]: axis["unit"] for axis in found["axes"]}
+    if here["motion"]:
+        place = wording.describe_point(here["values"], units)
+        yield f"At {place}: {'; '.join(here['motion'])}."
+    for one in here["nearest"]:
+        more = "more" if one["distance"] > 0.0 else "less"
+        unit = wording.format_unit(units[one["key"]])
+        change = f"{format_number(abs(one['distance']), unit, 3)} {more} {one['key']}"
+        yield f"{change}: {one['what']}."
+
+
 def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
-    """Yield the metrics of every approach of a comparison; one unnamed table otherwise."""
+    """Yield the metrics of every approach of a comparison; else one unnamed table."""
     several = all(isinstance(one, Mapping) and "least" not in one for one in metrics.values())
-    yield from metrics.items() if several and metrics else [("", metrics)]
+    yield from metrics.items() if several else [("", metrics)]
 
 
 def metric_columns(metrics: Fields) -> list[list[str]]:

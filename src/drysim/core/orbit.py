@@ -546,7 +546,8 @@ def period_map(scene, period, state):
 
 
 (
-    X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, IMAGE_STOPS, IMAGE_REVERSALS, IMAGE_PEAK, IMAGE_COLUMNS,
+    X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, IMAGE_STOPS, IMAGE_REVERSALS,
+    IMAGE_PEAK, IMAGE_COLUMNS,
 ) = range(10)  # fmt: skip
 """Columns of an image: state after a repetition [m, m/s], its derivatives with respect to the
 state before, stops and immediate reversals, largest |x_r| at an event or an end [m]."""
@@ -569,8 +570,8 @@ def solve_repetition(row, values, length, x_r, v_r, log, image):
     log : EventLog
         Written: the events.
     image : array, shape (IMAGE_COLUMNS,)
-        Written, columns as named above; IMAGE_STOPS is negative without progress in time or if the
-        log is full.
+        Written, columns as named above; IMAGE_STOPS is negative without progress in time or if
+        the log is full.
     """
     plant, law = plant_and_law(row)
     scene = SineScene(plant, law, scene_waves(row, values, law), log)

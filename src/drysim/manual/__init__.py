@@ -14,8 +14,8 @@ from typing import NamedTuple
 SECTIONS = {
     "start": ("symbols", "first-run"),
     "tasks": (
-        "own-record", "fit", "sweep", "design", "branches", "compare", "seat", "seeds", "shock",
-        "report", "python",
+        "own-record", "fit", "sweep", "map", "design", "branches", "compare", "seat", "seeds",
+        "shock", "report", "python",
     ),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",

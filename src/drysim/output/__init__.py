@@ -42,11 +42,12 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
+    from drysim.study.regimes import RegimeMap
     from drysim.study.table import Table
 
 
 def write_scenario_yaml(
-    result: Outcome | Ensemble | Table | BranchesResult, folder: Path
+    result: Outcome | Ensemble | Table | BranchesResult | RegimeMap, folder: Path
 ) -> None:
     """Write scenario.yaml: all defaults explicit, can be run again as it is."""
     _write_yaml(result.scenario, folder, SCENARIO_FILE)
@@ -340,6 +341,7 @@ def write_branches(
     command: str,
     exit_code: int,
     picture_format: str = PNG,
+    report: bool = False,
 ) -> dict[str, Any]:
     """Write the output folder of branches; parameters and errors as in `write_run`."""
     writers = (
@@ -348,7 +350,42 @@ def write_branches(
         tables.write_bifurcations_csv,
         *_plot_writers("branches", plots, picture_format),
     )
-    return write_folder(result, folder, writers, sidecar.branches_fields, command, exit_code)
+    return write_folder(
+        result,
+        folder,
+        writers,
+        sidecar.branches_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
+
+
+def write_map(
+    result: RegimeMap,
+    folder: Path,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+    report: bool = False,
+) -> dict[str, Any]:
+    """Write the output folder of a regime map; parameters and errors as in `write_run`."""
+    writers = (
+        write_scenario_yaml,
+        tables.write_map_csv,
+        *_plot_writers("map", plots, picture_format),
+    )
+    return write_folder(
+        result,
+        folder,
+        writers,
+        sidecar.map_fields,
+        command,
+        exit_code,
+        _report_writer(report, plots),
+    )
 
 
 def _report_writer(

@@ -69,13 +69,14 @@ PICTURES = {
     "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},
     "design": {"design": "design.draw"},
     "branches": {"branches": "branches.draw"},
+    "map": {"map": "regimes.draw"},
 }
 """Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
 that draws it, as module and name. It returns no figure if there is nothing to draw."""
 
 RESULT_FILES = re.compile(
     r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
-    r"|fit|residuals|design|branches|bifurcations|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
+    r"|fit|residuals|design|branches|bifurcations|map|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
     rf"\.({PNG}|{SVG}|{PDF})"
     r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml|report\.html"
@@ -509,7 +510,10 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
         When the folder has none.
     """
     file = folder / MARKER
-    hint = "name an output folder of `drysim run`, `sweep`, `compare`, `fit` or `design`"
+    hint = (
+        "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `design`, `branches` "
+        "or `map`"
+    )
     try:
         if not stat.S_ISDIR(folder.stat().st_mode):
             own = f"name its folder, {folder.parent}" if folder.name == MARKER else hint

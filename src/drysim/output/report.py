@@ -27,9 +27,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 import drysim
 from drysim import wording
 from drysim.approach import EXACT
+from drysim.console import branches as branches_summary
 from drysim.console import design as design_summary
 from drysim.console import fit as fit_summary
 from drysim.console import many, summaries
+from drysim.console import regimes as map_summary
 from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
 from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
@@ -37,13 +39,15 @@ from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import sidecar
 from drysim.output.folder import MARKER, PICTURES, REPORT_FILE, SCENARIO_FILE, read_sidecar
 from drysim.output.sidecar import Provenance
-from drysim.study import compare, design, ensemble, fit, sweep
+from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
+from drysim.study.branches import BranchesResult, describe_motions
 from drysim.study.case import prepare
 from drysim.study.compare import Comparison
 from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
 from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome, format_metric_ranges, format_metrics
+from drysim.study.regimes import RegimeMap
 from drysim.study.table import Table
 from drysim.wording import format_count, format_number
 from drysim.yaml_document import dump
@@ -55,7 +59,7 @@ Fields = dict[str, Any]
 Lines = Iterator[tuple[str, str]]
 Advance = Callable[[int], None]
 AnyResult = Any
-"""Outcome, Ensemble, Table, Comparison, FitResult or DesignResult."""
+"""Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap."""
 
 TEMPLATE = "report.html.jinja"
 
@@ -80,6 +84,8 @@ CAPTIONS = {
     "of all",
     "fit": "Measured and fitted motion, and the residuals between them",
     "design": "Objective of the designs over the varied keys, or front of two objectives",
+    "map": "Regimes of the steady motion over two keys, and the boundaries between them",
+    "branches": "All periodic motions along the key: stable ones solid, unstable ones dashed",
     "profiles": "Rise of the sum of squares over each fitted value",
 }
 """What a picture shows."""
@@ -144,6 +150,19 @@ def _design_rows(result: DesignResult) -> Iterator[SummaryRow]:
     if len(result.front) > 1:
         yield from design_summary.front_rows(result)
     yield from design_summary.variant_rows(result)
+
+
+def _map_rows(result: RegimeMap) -> Iterator[SummaryRow]:
+    """Yield the regimes, the scenario itself, and its nearest boundaries."""
+    yield from map_summary.share_rows(result)
+    yield from map_summary.place_rows(result)
+
+
+def _branches_rows(result: BranchesResult) -> Iterator[SummaryRow]:
+    """Yield the motions at the value of the scenario, the branches and their bifurcations."""
+    yield SummaryRow("motions", describe_motions(result))
+    yield from branches_summary.branch_rows(result)
+    yield from branches_summary.bifurcation_rows(result)
 
 
 def _fit_rows(result: FitResult) -> Iterator[SummaryRow]:
@@ -215,6 +234,26 @@ KINDS = {
         _design_rows,
         sidecar.design_fields,
     ),
+    "map": Kind(
+        "a regime map",
+        RegimeMap,
+        attrgetter("scenario"),
+        ROOM_OF_MANY,
+        (("map", _itself),),
+        map_summary.result_scene,
+        _map_rows,
+        sidecar.map_fields,
+    ),
+    "branches": Kind(
+        "branches of periodic motions",
+        BranchesResult,
+        attrgetter("scenario"),
+        ROOM_OF_MANY,
+        (("branches", _itself),),
+        branches_summary.branches_scene,
+        _branches_rows,
+        sidecar.branches_fields,
+    ),
 }
 """The kinds of result that have a report, by name."""
 
@@ -222,7 +261,9 @@ KINDS = {
 def kind_of(fields: Fields) -> str:
     """Return the name of the kind of a result, by its drysim.json."""
     numerics = fields["numerics"]
-    if found := next((name for name in ("fit", "design") if name in fields), ""):
+    if found := next(
+        (name for name in ("fit", "design", "map", "branches") if name in fields), ""
+    ):
         return found
     if "ensemble" in fields:
         return "ensemble"
@@ -250,7 +291,11 @@ def solve(
             return fit.fit(scenario, finished=advance)
         case "design":
             case = design.prepare_design(scenario)
-            return design.solve(case, sweep.on_threads(None), None, advance)
+            return design.Study(case, sweep.on_threads(None), None, advance).solve()
+        case "map":
+            return regimes.solve(regimes.prepare_map(scenario), advance=advance)
+        case "branches":
+            return branches.branches(scenario)
     return ensemble.run(scenario)
 
 
@@ -272,13 +317,15 @@ class Note(NamedTuple):
     sentence: str
 
 
-def report(result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult) -> str:
+def report(
+    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult | RegimeMap,
+) -> str:
     """Return the report of a result: one page of HTML that needs no other file.
 
     Parameters
     ----------
-    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult
-        Of `run`, `sweep`, `compare`, `fit` or `design`.
+    result : Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap
+        Of `run`, `sweep`, `compare`, `fit`, `design` or `map_regimes`.
 
     Returns
     -------
@@ -294,7 +341,8 @@ def report(result: Outcome | Ensemble | Table | Comparison | FitResult | DesignR
     if kind is None:
         sentence = f"a report needs a result, not {type(result).__name__}"
         raise UsageError(
-            sentence, "pass what drysim.run, sweep, compare, fit or design returned"
+            sentence,
+            "pass what drysim.run, sweep, compare, fit, design or map_regimes returned",
         )
     judged = result.table if isinstance(result, Comparison) else result
     fields = kind.fields(result, Provenance("", judged.exit_code(), {}))
@@ -329,8 +377,9 @@ def page(
         The content of scenario.yaml.
     scenario : Scenario, optional
         The same, if it can be read.
-    result : Outcome or Ensemble or Table or Comparison or FitResult or DesignResult, optional
-        What the pictures show.
+    result : optional
+        Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap:
+        what the pictures show.
     plots : bool, optional
         Whether to draw pictures.
     notes : sequence of Note, optional
@@ -484,6 +533,10 @@ def answers(fields: Fields) -> Iterator[str]:
     if "design" in fields:
         words = summaries.sidecar_design(fields["design"])
         yield f"Best design: {words}." if fields["design"]["best"] else f"{words}."
+    elif "map" in fields:
+        yield from summaries.sidecar_map(fields["map"])
+    elif "branches" in fields:
+        yield summaries.sidecar_branches(fields["branches"])
     else:
         yield from main_numbers(fields)
     yield from fields.get("verdict", ())

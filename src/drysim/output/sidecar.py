@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import drysim
+from drysim.core.compile import engine
 from drysim.core.model import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
+    from drysim.study.regimes import RegimeMap
     from drysim.study.statistics import Row, Statistic
     from drysim.study.table import BestCase, Extreme, Table, Tally
 
@@ -106,7 +108,14 @@ def _spectra_fields(found: Spectra) -> Fields:
 
 
 def sidecar_fields(
-    result: Outcome | Ensemble | Table | BenchCase | FitResult | DesignResult | BranchesResult,
+    result: Outcome
+    | Ensemble
+    | Table
+    | BenchCase
+    | FitResult
+    | DesignResult
+    | BranchesResult
+    | RegimeMap,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],
     metrics: Mapping[str, Any],
@@ -117,7 +126,7 @@ def sidecar_fields(
 
     Parameters
     ----------
-    result : Outcome, Ensemble, Table, BenchCase, FitResult, DesignResult or BranchesResult
+    result : object
         What was computed.
     motion : Sines or Samples or None
         The base motion; None if it differs from case to case.
@@ -561,6 +570,38 @@ def _condition_fields(result: DesignResult, row: Row) -> Fields:
         "half_widths": {name: row.half_widths.get(name) for name in names},
         "checks": [_check_fields(verdict) for verdict in result.judge((row,))],
     }
+
+
+def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a regime map."""
+    lines, place = result.boundaries, result.place
+    numerics = {
+        "method": "periodic orbits on a grid; boundaries bisected on its edges",
+        "engine": engine(),
+        "cases": result.orbits,
+        "cell": [float(axis.shares[1]) for axis in result.axes],
+        "width": max((line.width for line in lines), default=0.0),
+    }
+    found = {
+        "axes": [
+            {"key": axis.key, "unit": axis.unit, "from": axis.low, "to": axis.high,
+             "scale": "log" if axis.is_log else "linear", "count": len(axis.shares)}
+            for axis in result.axes
+        ],
+        "regimes": result.regimes,
+        "boundaries": dict(Counter(line.name for line in lines)),
+        "here": {
+            "values": dict(place.values),
+            "motion": list(result.describe_place()),
+            "nearest": [
+                {"key": one.key, "distance": one.distance, "what": one.sentence}
+                for one in place.changes
+            ],
+        },
+    }  # fmt: skip
+    return sidecar_fields(
+        result, result.motion, numerics, result.metrics, provenance, map=found
+    )
 
 
 def bench_fields(bench: Bench, provenance: Provenance) -> Fields:

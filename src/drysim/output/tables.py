@@ -6,6 +6,7 @@ in blocks. Parquet has one file per block of cases.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
+    from drysim.study.regimes import RegimeMap
     from drysim.study.table import Table
 
 
@@ -439,6 +441,20 @@ def write_design_csv(result: DesignResult, folder: Path) -> None:
     if rows[0].over:
         columns += [SEEDS_COLUMN, *map(interval_column, named)]
     write_cases(folder / "design.csv", columns, rows)
+
+
+def write_map_csv(result: RegimeMap, folder: Path) -> None:
+    """Write map.csv: the points of each traced boundary, in order along its lines."""
+    lines, numbers = result.boundaries, Counter[str]()
+    names, counts, points = list[bytes](), list[bytes](), [np.empty((0, 2))]
+    for line in lines:
+        numbers[line.name] += 1
+        names += [quote_cell(line.name).encode()] * len(line.points)
+        counts += [b"%d" % numbers[line.name]] * len(line.points)
+        points.append(line.points)
+    rows = join_rows([names, counts, format_numbers(list(np.concatenate(points).T))])
+    keys = [f"{axis.key} [{axis.unit}]" for axis in result.axes]
+    write_csv(folder / "map.csv", ["boundary", "line [-]", *keys], [rows])
 
 
 def write_comparison_csv(result: Comparison, folder: Path) -> None:

@@ -10,6 +10,7 @@ from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
 from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome
+from drysim.study.regimes import RegimeMap
 from drysim.study.table import Table
 
 if TYPE_CHECKING:
@@ -17,24 +18,43 @@ if TYPE_CHECKING:
 
 
 def plot(
-    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult | BranchesResult,
+    result: (
+        Outcome
+        | Ensemble
+        | Table
+        | Comparison
+        | FitResult
+        | DesignResult
+        | BranchesResult
+        | RegimeMap
+    ),
 ) -> Figure:
     """Return the main picture of a result as a figure of matplotlib.
 
     Parameters
     ----------
-    result : Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or BranchesResult
-        Of `run`, `sweep`, `compare`, `fit`, `design` or `branches`.
+    result : object
+        What `run`, `sweep`, `compare`, `fit`, `design`, `branches` or `map_regimes` returned.
 
     Returns
     -------
     matplotlib.figure.Figure
         As the commands write it: the motion of a run, distributions over seeds,
         transmissibilities of a sweep, approaches side by side, measured and fitted motion,
-        the objective of designs, or branches of periodic motions.
+        the objective of designs, branches of periodic motions, or regimes over two keys.
         `figure.savefig` writes it.
     """
-    from drysim.plots import branches, comparison, design, ensemble, fit, response, style, sweep
+    from drysim.plots import (
+        branches,
+        comparison,
+        design,
+        ensemble,
+        fit,
+        regimes,
+        response,
+        style,
+        sweep,
+    )
 
     with style.picture_style():
         if isinstance(result, BranchesResult):
@@ -43,6 +63,8 @@ def plot(
             return comparison.draw(result)
         if isinstance(result, DesignResult):
             return design.draw(result)
+        if isinstance(result, RegimeMap):
+            return regimes.draw(result)
         if isinstance(result, FitResult):
             return fit.draw_fit(result)
         if isinstance(result, Ensemble):

@@ -1,0 +1,104 @@
+"""Summary of a regime map: the regimes, the scenario itself, and its nearest boundaries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.summaries import (
+    SummaryRow,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_warnings,
+)
+from drysim.console.terminal import stdout
+from drysim.study.regimes import (
+    ISOLATION,
+    SEVERAL,
+    STROKE,
+    MapAxis,
+    RegimeMap,
+    describe_regime,
+)
+from drysim.wording import format_number, format_percent, format_unit, short_key
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+
+VALUE_WIDTH = 10
+"""Width of the values."""
+
+SHARE_ROWS = {
+    ISOLATION: ("T_a below 1", "the mass is isolated"),
+    STROKE: ("stroke limit", "|x_r| reaches it"),
+    SEVERAL: ("several", "other starts lead to another stable motion"),
+}
+"""Names and explanations of the shares of the map in which a label is 1."""
+
+
+def show_map(result: RegimeMap, folder: Path | None = None) -> None:
+    """Show the summary of a regime map."""
+    console = stdout()
+    show_title(console, result.scenario)
+    show_scene(console, result_scene(result))
+    show_rows(console, share_rows(result), VALUE_WIDTH)
+    show_rows(console, place_rows(result), VALUE_WIDTH)
+    show_folder(console, folder)
+    show_warnings(result.warnings)
+
+
+def map_scene(case: Case, axes: Sequence[MapAxis]) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: the axes, and what all points of the map share."""
+    scenario, keys = case.scenario, [axis.key for axis in axes]
+    for name, axis in zip(("over", "and"), axes, strict=True):
+        yield name, f"{axis.key} {axis.description}"
+    sizes = " × ".join(str(len(axis.shares)) for axis in axes)
+    yield "grid", f"{sizes} periodic orbits; a regime smaller than a cell may be missed"
+    forces = any(key.startswith("friction.") for key in keys)
+    shared = dict.fromkeys(wording.ALL_SHARED, not forces)
+    law = scenario.law()
+    yield from wording.describe_scene(scenario, case.plant, law, keys, shared)
+    yield "base", scenario.excitation.describe_cases(case.motion, keys)
+
+
+def result_scene(result: RegimeMap) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what was mapped, and how well the boundaries are known."""
+    yield from map_scene(result.case, result.axes)
+    width = max((line.width for line in result.boundaries), default=0.0)
+    known = "to rounding"
+    if width > 0.0:
+        share = format_number(100.0 * width, "%", 1)
+        known += f", and to {share} of an axis where the motion settles too slowly"
+    count = wording.format_count(len(result.boundaries), "line")
+    yield "boundaries", f"{count} by {result.orbits} orbits, {known}"
+
+
+def share_rows(result: RegimeMap) -> Iterator[SummaryRow]:
+    """Yield the share of the map in each regime."""
+    for label, share in result.shares.items():
+        yield SummaryRow(describe_regime(label), format_percent(share), "of the map")
+    for field, (name, words) in SHARE_ROWS.items():
+        if field in result.labels and (share := result.share(field)):
+            yield SummaryRow(name, format_percent(share), words)
+
+
+def place_rows(result: RegimeMap) -> Iterator[SummaryRow]:
+    """Yield what the scenario itself does, and the nearest boundaries along the axes."""
+    place, keys = result.place, [axis.key for axis in result.axes]
+    if not place.values:
+        yield SummaryRow("here", "–", "the file does not state both keys")
+        return
+    values = ", ".join(
+        f"{short_key(axis.key, keys)} "
+        f"{format_number(place.values[axis.key], format_unit(axis.unit))}"
+        for axis in result.axes
+    )
+    yield SummaryRow("here", values, "; ".join(result.describe_place()))
+    if not place.is_inside:
+        yield SummaryRow("", "", "outside the map")
+    for one in place.changes:
+        yield SummaryRow(short_key(one.key, keys), one.step, one.sentence)

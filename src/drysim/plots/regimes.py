@@ -1,0 +1,261 @@
+"""Picture of a regime map: tinted regions with traced boundaries and labels in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.plots import style
+from drysim.plots.style import Style
+from drysim.plots.sweep import axis_label, set_ticks
+from drysim.scenario.axes import Axis
+from drysim.study.regimes import (
+    ISOLATION,
+    LOCKED,
+    PERIODS,
+    REGIME,
+    SEVERAL,
+    STROKE,
+    UNSETTLED,
+    UNSYMMETRIC,
+    RegimeMap,
+    describe_regime,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PANEL_HEIGHT = 5.2
+"""Height of the map [inch]."""
+
+STOP_TINTS = ("#ffffff", "#e6eff7", "#cfe0ef", "#b8d1e6", "#a2c1dc")
+"""Tints of symmetric regions by pairs of stops; the last one also of more."""
+
+OTHER_TINTS = {LOCKED: "#d4d4d4", UNSETTLED: "#f5d5d0"}
+UNSYMMETRIC_TINT, PERIODS_TINT = "#fbe7bf", "#e3d3ec"
+
+LINE_STYLES: dict[str, Style] = {
+    REGIME: {"color": "#333333", "linewidth": 1.3},
+    ISOLATION: {"color": "#1f6f43", "linewidth": 1.6, "linestyle": (0, (6, 2))},
+    STROKE: {"color": "#b3261e", "linewidth": 1.8, "linestyle": (0, (1, 1.2))},
+    SEVERAL: {"color": "#6a3d9a", "linewidth": 1.5, "linestyle": (0, (7, 2, 1.5, 2))},
+}
+FIELD_LABELS = {
+    ISOLATION: "isolation: $T_a$ < 1",
+    STROKE: "beyond the stroke limit",
+    SEVERAL: "several stable motions",
+}
+"""Labels of the regions of the other fields, in the colours of their boundaries."""
+
+OWN_COLOR, OWN_WORDS = "#b3261e", "this scenario"
+OWN_STYLE: Style = {
+    "linestyle": "none", "marker": "o", "markersize": 8.0, "color": "white",
+    "markeredgecolor": OWN_COLOR, "markeredgewidth": 2.0, "zorder": 6,
+}  # fmt: skip
+
+LABEL_SIZE, LETTER_SHARE, LINE_SHARE = 9.0, 0.0088, 0.036
+"""Font size of the labels, and width of a letter and height of a line as shares of the map."""
+
+ROOM, MARGIN = 0.45, 0.02
+"""Least room of a label as a share of its height, and a margin as a share of the map."""
+
+OUTSIDE_STEP = 0.055
+"""Least distance of labels outside the map, as a share of its height."""
+
+MAX_OUTSIDE = 14
+"""Most labels outside the map; smaller regions have none."""
+
+
+def draw(result: RegimeMap) -> Figure:
+    """Return the figure of a regime map."""
+    figure, grid = style.panel_grid(1, 1)
+    figure.set_figheight(PANEL_HEIGHT)
+    axes = figure.add_subplot(grid[0, 0])
+    set_axes(axes, result)
+    tint(axes, result)
+    hatch(axes, result)
+    for line in sorted(result.boundaries, key=lambda line: line.field != REGIME):
+        axes.plot(*line.points.T, **LINE_STYLES[line.field])
+    if result.place.is_inside:
+        axes.plot(*([x] for x in result.place.values.values()), **OWN_STYLE)
+    write_labels(axes, result)
+    axes.grid(visible=False)
+    style.finish_figure(figure, heading(result))
+    return figure
+
+
+def heading(result: RegimeMap) -> style.Heading:
+    """Return the heading: what the scenario itself does, and its nearest boundary."""
+    words = "regimes of the steady motion"
+    if result.place.labels:
+        words = f"this scenario: {'; '.join(result.describe_place())}"
+    changes = [str(one) for one in result.place.changes[:1]]
+    scenario, keys = result.scenario, [axis.key for axis in result.axes]
+    base = scenario.excitation.describe_swept(keys)
+    return style.make_heading(scenario, "; ".join([words, *changes]), "", base)
+
+
+def set_axes(axes: Axes, result: RegimeMap) -> None:
+    """Set scales, limits and labels of both axes."""
+    for which, one in zip("xy", result.axes, strict=True):
+        getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
+        getattr(axes, f"set_{which}lim")(one.low, one.high)
+        set_ticks(axes.xaxis if which == "x" else axes.yaxis)
+        getattr(axes, f"set_{which}label")(axis_label(Axis(one.key, one.unit, ())))
+
+
+def tint_of(label: int) -> str:
+    """Return the colour of a regime."""
+    if label in OTHER_TINTS:
+        return OTHER_TINTS[label]
+    if label >= UNSYMMETRIC:
+        return PERIODS_TINT if label == PERIODS else UNSYMMETRIC_TINT
+    return STOP_TINTS[min((label + 1) // 2, len(STOP_TINTS) - 1)]
+
+
+def tint(axes: Axes, result: RegimeMap) -> None:
+    """Fill the regions: cells, and over them the parts of those that hold a boundary."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
+
+    labels = result.labels[REGIME]
+    corner = labels[:-1, :-1]
+    colors = np.ones((*corner.shape, 3))
+    for label in result.shares:
+        colors[corner == label] = to_rgb(tint_of(label))
+    x, y = (axis.values for axis in result.axes)
+    axes.pcolormesh(x, y, colors, rasterized=True, zorder=0)
+    parts = PolyCollection(
+        [patch.points for patch in result.patches],
+        facecolors=[tint_of(patch.label) for patch in result.patches],
+        edgecolors="none", antialiased=False, zorder=0.5,
+    )  # fmt: skip
+    axes.add_collection(parts, autolim=False)
+
+
+def hatch(axes: Axes, result: RegimeMap) -> None:
+    """Hatch the region in which there are several stable motions."""
+    if SEVERAL not in result.labels or not (result.labels[SEVERAL] == 1).any():
+        return
+    x, y = (axis.values for axis in result.axes)
+    found = axes.contourf(
+        x,
+        y,
+        result.labels[SEVERAL],
+        levels=[0.5, 1.5],
+        colors="none",
+        hatches=["///"],
+        zorder=1,
+    )
+    found.set_edgecolor("#b9a3cf")
+    found.set_linewidth(0.0)
+
+
+# Labels of the regions.
+
+
+def write_labels(axes: Axes, result: RegimeMap) -> None:
+    """Write the name of each region into its widest place, or beside the map."""
+    rows, columns = result.labels[REGIME].shape
+    free = away_from_lines(result)
+    write_own_label(axes, result, free)
+    regions = [
+        (result.labels[REGIME] == label, describe_regime(label), tint_of(label), "#222222")
+        for label in result.shares
+    ]
+    regions += [
+        (result.labels[field] == 1, words, "none", LINE_STYLES[field]["color"])
+        for field, words in FIELD_LABELS.items()
+        if field in result.labels and (result.labels[field] == 1).any()
+    ]
+    outside = []
+    for region, words, background, color in regions:
+        wide, high = len(words.replace("$", "")) * LETTER_SHARE * columns, LINE_SHARE * rows
+        room, row, column = widest_place(region & free, wide / high)
+        if room >= ROOM * high:
+            axes.text(
+                *node(result, row, column), words, ha="center", va="center",
+                fontsize=LABEL_SIZE, color=color, zorder=5,
+                bbox={"boxstyle": "round,pad=0.1", "facecolor": background,
+                      "edgecolor": "none", "alpha": 0.85},
+            )  # fmt: skip
+            block(free, row, column, wide, 1.5 * high)
+        else:
+            _, row, column = widest_place(region, 1.0)
+            outside.append((row / (rows - 1), node(result, row, column), words, color))
+    write_outside(axes, outside[:MAX_OUTSIDE])
+
+
+def away_from_lines(result: RegimeMap) -> Any:
+    """Return which nodes have neighbours with the same labels only."""
+    free = np.ones(result.labels[REGIME].shape, dtype=bool)
+    for labels in result.labels.values():
+        across, along = labels[1:] != labels[:-1], labels[:, 1:] != labels[:, :-1]
+        free[1:] &= ~across
+        free[:-1] &= ~across
+        free[:, 1:] &= ~along
+        free[:, :-1] &= ~along
+    return free
+
+
+def node(result: RegimeMap, row: int, column: int) -> tuple[float, float]:
+    """Return the values of a node of the grid."""
+    along, across = result.axes
+    return float(along.values[column]), float(across.values[row])
+
+
+def block(free: Any, row: int, column: int, wide: float, high: float) -> None:
+    """Mark a box of nodes around a node as not free."""
+    low, left = max(0, round(row - 0.5 * high)), max(0, round(column - 0.5 * wide))
+    free[low : round(row + 0.5 * high) + 1, left : round(column + 0.5 * wide) + 1] = False
+
+
+def write_own_label(axes: Axes, result: RegimeMap, free: Any) -> None:
+    """Write what the point of the scenario is, and keep its place free of other labels."""
+    if not result.place.is_inside:
+        return
+    values = [result.place.values[axis.key] for axis in result.axes]
+    along, across = (axis.share(x) for axis, x in zip(result.axes, values, strict=True))
+    rows, columns = free.shape
+    turned = along > 1.0 - MARGIN - LETTER_SHARE * len(OWN_WORDS)
+    axes.annotate(
+        OWN_WORDS, xy=(values[0], values[1]), xytext=(-8 if turned else 8, 0),
+        textcoords="offset points", ha="right" if turned else "left", va="center",
+        fontsize=LABEL_SIZE, color=OWN_COLOR, zorder=6,
+        bbox={"boxstyle": "round,pad=0.05", "facecolor": "white", "edgecolor": "none",
+              "alpha": 0.6},
+    )  # fmt: skip
+    wide = (LETTER_SHARE * len(OWN_WORDS) + MARGIN) * columns
+    middle = along * (columns - 1) + (-0.5 if turned else 0.5) * wide
+    block(free, round(across * (rows - 1)), round(middle), 1.3 * wide, 2 * LINE_SHARE * rows)
+
+
+def widest_place(inside: Any, aspect: float) -> tuple[float, int, int]:
+    """Return half the height of the largest text box in a region, and its middle as a node.
+
+    `aspect` is the width of the box over its height, in nodes.
+    """
+    from scipy import ndimage
+
+    padded = np.pad(inside, 1)
+    room = ndimage.distance_transform_edt(padded, sampling=(1.0, 1.0 / aspect))[1:-1, 1:-1]
+    row, column = np.unravel_index(int(np.argmax(room)), room.shape)
+    return float(room[row, column]), int(row), int(column)
+
+
+def write_outside(
+    axes: Axes, several: Sequence[tuple[float, tuple[float, float], str, str]]
+) -> None:
+    """Write labels beside the map, from top to bottom, each with a line to its region."""
+    height = 1.0
+    for share, at, words, color in sorted(several, reverse=True):
+        height = min(height - OUTSIDE_STEP, share)
+        axes.annotate(
+            words, xy=at, xytext=(1.02, height), textcoords="axes fraction",
+            fontsize=LABEL_SIZE - 0.5, color=color, va="center", annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": "#777777", "linewidth": 0.6,
+                        "shrinkA": 0.0, "shrinkB": 0.0},
+        )  # fmt: skip

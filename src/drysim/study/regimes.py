@@ -1,0 +1,1096 @@
+"""Regime map: the kinds of steady motion over two keys, and the boundaries between them.
+
+Problem
+    The steady motion under sines and Coulomb friction is of distinct kinds: locked, sliding
+    without stops, with two or more stops per period, unsymmetric, of several periods. In the
+    plane of two keys each kind is a region with sharp boundaries, and so are the regions of
+    isolation (T_a < 1), of a stroke beyond its limit, and of several stable motions.
+
+Method
+    1. Solve the periodic orbit from the start of the scenario at every node of a grid, many in
+       one call of the kernel, and label it in each of the `FIELDS`.
+    2. With F_fs above F_fk other starts may lead to other orbits. Where one is found, continue
+       it to the neighbouring nodes: its basin may be too small to be hit by a fixed start.
+    3. On every edge whose ends have different labels, bisect to the label of one end; if that
+       does not lead to the label of the other end, bisect the rest of the edge again. All edges
+       are bisected at once.
+    4. Around each cell, join the crossings of the same two labels; where three or more regions
+       meet, join all crossings in one point of the cell. The segments make polylines.
+
+What may be missed
+    A region without a node of the grid, and between two equal labels on an edge. Where the
+    motion settles too slowly to be labelled, as next to a loss of symmetry, the boundary is the
+    middle of the unlabelled strip, whose width is reported.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import drysim
+from drysim.core.model import Sines
+from drysim.errors import WarningMessage
+from drysim.excitation.harmonic import Harmonic, SineSum
+from drysim.friction import Coulomb
+from drysim.metrics.checks import Verdict
+from drysim.metrics.table import Values
+from drysim.scenario.axes import SWEEP_KEY, Axis
+from drysim.scenario.model import Scenario
+from drysim.scenario.reading import numeric_keys
+from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.plan import can_solve_together, scene_array
+from drysim.study.sweep import choose_engine
+from drysim.system import map_in_order, worker_count
+from drysim.wording import format_number, format_unit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Labels = Mapping[str, Integers]
+Advance = Callable[[int], None]
+
+REGIME, ISOLATION, STROKE, SEVERAL = "regime", "isolation", "stroke", "several"
+FIELDS = (REGIME, ISOLATION, STROKE, SEVERAL)
+"""Labels of a steady motion: its regime; whether T_a is below 1; whether |x_r| reaches the
+stroke limit; whether other starts lead to another stable motion."""
+
+UNRESOLVED, UNSETTLED, LOCKED = -3, -2, -1
+"""Regimes of a motion too small to be told from rounding, without a settled or unique orbit,
+and without motion. Labels of other fields are the same where they mean nothing, and 0 or 1
+otherwise. No node and no region is unresolved: bisection takes the label of the neighbour."""
+
+UNSYMMETRIC, PERIODS = 10_000, 1_000_000
+"""Added to the number of stops per period of an unsymmetric orbit, and the regime of all orbits
+that repeat after several periods: their numbers change from point to point next to chaos."""
+
+BLOCKS = ("oscillator", "friction", "excitation")
+"""Blocks of the scenario whose keys can be axes of a map."""
+
+MIN_NODES, USUAL_NODES, MAX_ORBITS = 33, 129, 1_000_000
+"""Nodes along an axis: those of the sweep if they are at least `MIN_NODES`, else `USUAL_NODES`;
+and most nodes of a grid."""
+
+MIN_ORBITS, ORBITS_PER_CALL = 32, 512
+"""Least and most orbits in one call of the kernel: 0.5 to 10 ms of work."""
+
+ASYMMETRY_TOLERANCE = 1e-6
+"""Relative asymmetry above which an orbit is unsymmetric; converged symmetric orbits have less
+than 1e-9. Near the loss of symmetry it grows as the root of the distance."""
+
+SMALLEST_MOTION = 1e-9
+"""Largest |x_r| as a share of A/f² below which the kind of a motion is rounding, as next to the
+locked mass with F_fs = F_fk."""
+
+SMALLEST_EXCESS = 1e-4
+"""Excess of m A over F_fs and F_fk, relative, below which a motion from rest is too small. It
+would take thousands of periods to close to rounding."""
+
+SMALLEST_CHANGE = 1e-11
+"""Difference of T_a² from 1 that is rounding."""
+
+SAME_MOTION = 1e-3
+"""Relative difference of sliding distance and mean squared velocity up to which two motions are
+the same; mirror images agree in both, and one that settles slowly is close to its end."""
+
+HALVINGS, HALVINGS_TO_FOLD = 40, 24
+"""Bisections of an edge: to 1e-12 of it and less than that of the axis; and up to the end of a
+second motion, where both the motion and its continuation settle ever more slowly."""
+
+MAX_REGIONS_PER_EDGE = 16
+"""Most regions that are looked for on one edge."""
+
+
+# Axes and place of a map.
+
+
+class MapAxis(NamedTuple):
+    """An axis of a map: a key, its SI unit, its range, and the shares of the nodes in it."""
+
+    key: str
+    unit: str
+    low: float
+    high: float
+    is_log: bool
+    shares: Floats
+
+    def at(self, shares: Floats) -> Floats:
+        """Return the values at shares of the range."""
+        if self.is_log:
+            inner = self.low * (self.high / self.low) ** shares
+        else:
+            inner = self.low + (self.high - self.low) * shares
+        return np.where(shares == 1.0, self.high, inner)
+
+    def share(self, value: float) -> float:
+        """Return the share of the range at a value."""
+        if self.is_log:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    @property
+    def values(self) -> Floats:
+        """Values at the nodes."""
+        return self.at(self.shares)
+
+    @property
+    def description(self) -> str:
+        """Range as text."""
+        low, high = format_number(self.low), format_number(self.high, format_unit(self.unit))
+        return f"{low} to {high}{', log' * self.is_log}"
+
+
+def require_map(scenario: Scenario) -> tuple[MapAxis, MapAxis]:
+    """Return the axes of a map; raise ScenarioError for what it does not support."""
+    require_scenario(scenario)
+    sweep, excitation = scenario.sweep, scenario.excitation
+    if not sweep:
+        sentence = (
+            "sweep is required: two keys with their ranges are the axes of the map, such as "
+            "{excitation.frequency: {from: 0.5, to: 10, count: 129, scale: log}, "
+            "friction.kinetic: {from: 0, to: 120, count: 129}}"
+        )
+        raise case_error(scenario, sentence, SWEEP_KEY)
+    for axis in sweep:
+        if axis.group:
+            kind = axis.group.partition(".")[0]
+            sentence = f"{SWEEP_KEY}.{kind} varies keys together; a map needs two ranges"
+            raise case_error(scenario, sentence, (SWEEP_KEY, kind))
+    if len(sweep) != 2:
+        keys = ", ".join(axis.key for axis in sweep)
+        sentence = f"a map has two axes, but {SWEEP_KEY} has {len(sweep)}: {keys}; keep two"
+        raise case_error(scenario, sentence, SWEEP_KEY)
+    found = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
+    if (count := len(found[0].shares) * len(found[1].shares)) > MAX_ORBITS:
+        sentence = f"sweep has {count} nodes; a map takes at most {MAX_ORBITS}"
+        raise case_error(scenario, f"{sentence}, as with larger steps", SWEEP_KEY)
+    if not isinstance(excitation, Harmonic | SineSum):
+        sentence = (
+            f"excitation.kind {excitation.kind} has no periodic orbits; a map needs "
+            "`harmonic` or `sines`"
+        )
+        raise case_error(scenario, sentence, ("excitation", "kind"))
+    if scenario.stops is not None:
+        sentence = "stroke has end stops, which a map does not support; remove them"
+        raise case_error(scenario, sentence, "stroke")
+    law = scenario.active_friction
+    if law is not None and not isinstance(law, Coulomb):
+        sentence = f"friction.law {law.law} is not supported by a map; take coulomb"
+        raise case_error(scenario, sentence, ("friction", "law"))
+    if not can_solve_together(steady_scenario(scenario)):
+        sentence = (
+            "a map needs the approach stick-slip, a damper and friction that are the same in "
+            "both directions, and a normal force that never vanishes"
+        )
+        raise case_error(scenario, sentence, "friction" if law else "oscillator")
+    return found
+
+
+def read_axis(scenario: Scenario, axis: Axis) -> MapAxis:
+    """Return an axis of the map; raise ScenarioError for one that is not a range of floats."""
+    at = axis.location or (SWEEP_KEY, axis.key)
+    if axis.key.partition(".")[0] not in BLOCKS or isinstance(axis.values[0], int | str):
+        sentence = (
+            f"{axis.key} cannot be an axis of a map; take a number of oscillator, friction or "
+            "excitation"
+        )
+        raise case_error(scenario, sentence, at)
+    if not isinstance(axis.words, Mapping):
+        low, high = min(axis.values), max(axis.values)
+        sentence = (
+            f"{axis.key} has a list of values; a map needs a range, such as "
+            f"{{from: {low:g}, to: {high:g}, count: {USUAL_NODES}}}"
+        )
+        raise case_error(scenario, sentence, at)
+    count = len(axis.values) if len(axis.values) >= MIN_NODES else USUAL_NODES
+    ends = float(axis.values[0]), float(axis.values[-1])
+    is_log = axis.words.get("scale") == "log"
+    return MapAxis(axis.key, axis.unit, *ends, is_log, np.linspace(0.0, 1.0, count))
+
+
+def steady_scenario(scenario: Scenario) -> Scenario:
+    """Return the scenario with the steady state as its window, without weighting."""
+    steady = scenario.measure.model_copy(update={"steady": True, "weighting": None})
+    return scenario.copy_with({"measure": steady})
+
+
+def own_values(scenario: Scenario, axes: Sequence[MapAxis]) -> dict[str, float]:
+    """Return the values of the scenario itself at the axes; empty if it does not state both."""
+    known = numeric_keys(type(scenario), scenario.resolved())
+    found = {}
+    for axis in axes:
+        numeral = known.get(axis.key)
+        if numeral is not None and (value := numeral.here(axis.key)) is not None:
+            found[axis.key] = value
+    return found if len(found) == len(axes) else {}
+
+
+# Results.
+
+
+class Boundary(NamedTuple):
+    """A traced line between two regions.
+
+    Attributes
+    ----------
+    field : str
+        One of `FIELDS`.
+    labels : tuple of int
+        Labels of the regions on both sides.
+    points : ndarray, shape (n, 2)
+        Values at both axes in SI.
+    width : float
+        Largest width of the strip in which the boundary lies, as a share of an axis; 0 if it
+        is known to rounding.
+    """
+
+    field: str
+    labels: tuple[int, int]
+    points: Floats
+    width: float
+
+    @property
+    def name(self) -> str:
+        """What the line separates."""
+        if self.field == REGIME:
+            return " | ".join(map(describe_regime, self.labels))
+        return LINE_NAMES[self.field]
+
+
+LINE_NAMES = {
+    ISOLATION: "T_a = 1",
+    STROKE: "stroke limit reached",
+    SEVERAL: "several stable motions",
+}
+"""Names of the boundaries of the other fields."""
+
+
+class Change(NamedTuple):
+    """The nearest boundary from the scenario along one axis in one direction.
+
+    Attributes
+    ----------
+    key, unit : str
+    distance : float
+        Signed change of the key up to the boundary, SI.
+    sentence : str
+        What changes there.
+    """
+
+    key: str
+    unit: str
+    distance: float
+    sentence: str
+
+    @property
+    def step(self) -> str:
+        """The change of the key as text."""
+        more = "more" if self.distance > 0.0 else "less"
+        return f"{format_number(abs(self.distance), format_unit(self.unit), 3)} {more}"
+
+    def __str__(self) -> str:
+        """Return the change as one sentence."""
+        return f"{self.step} {self.key}: {self.sentence}"
+
+
+class Place(NamedTuple):
+    """The scenario itself in the map.
+
+    Attributes
+    ----------
+    values : mapping
+        Its values at the axes; empty if it does not state both.
+    labels : mapping
+        Its label in each field.
+    changes : tuple of Change
+        Nearest boundaries along the axes; empty if it lies outside the map.
+    is_inside : bool
+    """
+
+    values: Mapping[str, float]
+    labels: Mapping[str, int]
+    changes: tuple[Change, ...]
+    is_inside: bool
+
+
+class Patch(NamedTuple):
+    """Part of a cell with one regime: a polygon of shape (n, 2) in SI."""
+
+    label: int
+    points: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class RegimeMap:
+    """Regimes of the steady motion over two keys, and the boundaries between them.
+
+    Attributes
+    ----------
+    case : Case
+    axes : tuple of MapAxis
+    labels : mapping
+        Labels of the nodes in each field, arrays of shape (second axis, first axis).
+    boundaries : tuple of Boundary
+    patches : tuple of Patch
+        The cells that hold a boundary between regimes, divided along it.
+    place : Place
+        The scenario itself.
+    orbits : int
+        Number of orbits solved.
+    """
+
+    case: Case
+    axes: tuple[MapAxis, MapAxis]
+    labels: Labels
+    boundaries: tuple[Boundary, ...]
+    patches: tuple[Patch, ...]
+    place: Place
+    orbits: int
+
+    checks: tuple[Verdict, ...] = ()
+    """A map judges no checks."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with its sweep."""
+        return self.case.scenario
+
+    @property
+    def warnings(self) -> tuple[WarningMessage, ...]:
+        """Warnings about the scenario."""
+        return self.case.warnings
+
+    @property
+    def motion(self) -> Sines | None:
+        """Base motion of the scenario itself."""
+        return self.case.motion if isinstance(self.case.motion, Sines) else None
+
+    @property
+    def metrics(self) -> Values:
+        """A map has regimes in place of metrics."""
+        return {}
+
+    @cached_property
+    def shares(self) -> dict[int, float]:
+        """Share of the nodes in each regime, the largest first."""
+        found, counts = np.unique(self.labels[REGIME], return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        total = self.labels[REGIME].size
+        return {int(found[i]): float(counts[i]) / total for i in order}
+
+    @property
+    def regimes(self) -> dict[str, float]:
+        """Share of the nodes by the name of the regime, the largest first."""
+        return {describe_regime(label): share for label, share in self.shares.items()}
+
+    def share(self, field: str) -> float:
+        """Return the share of the nodes with label 1 in a field."""
+        return float((self.labels[field] == 1).mean())
+
+    def describe_place(self) -> Iterator[str]:
+        """Yield what the scenario itself does, in the fields that have a meaning."""
+        labels = self.place.labels
+        if REGIME in labels:
+            yield describe_regime(labels[REGIME])
+        if labels.get(ISOLATION, LOCKED) >= 0:
+            yield "isolates, T_a below 1" if labels[ISOLATION] else "does not isolate"
+        if labels.get(STROKE) == 1:
+            yield "reaches the stroke limit"
+        if labels.get(SEVERAL) == 1:
+            yield "another start leads to another stable motion"
+
+    def __repr__(self) -> str:
+        """Return the regimes in one line."""
+        words = ", ".join(self.regimes)
+        lines = f"{len(self.boundaries)} lines"
+        return format_repr("RegimeMap", self.scenario.name, lines, words)
+
+    def _repr_html_(self) -> str:
+        """Return the regimes as HTML, for notebooks."""
+        rows = [
+            (describe_regime(label), f"{share:.1%}") for label, share in self.shares.items()
+        ]
+        return html_table(repr(self), ("regime", "share of the map"), rows, self.checks)
+
+    def plot(self) -> Any:
+        """Return the picture of the map, a figure of matplotlib."""
+        return drysim.plot(self)
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Return 0, or 1 for a warning if `strict`."""
+        return exit_code(self.checks, self.warnings, strict)
+
+
+def describe_regime(label: int) -> str:
+    """Return the name of a regime."""
+    if label == UNSETTLED:
+        return "no single steady motion"
+    if label == LOCKED:
+        return "locked"
+    if label == PERIODS:
+        return "repeats after several periods"
+    words = describe_stops(label % UNSYMMETRIC)
+    return f"unsymmetric, {words}" if label >= UNSYMMETRIC else words
+
+
+def describe_stops(count: int) -> str:
+    """Return the number of stops per period as text."""
+    if count == 0:
+        return "sliding without stops"
+    return f"{count} stop{'s' * (count > 1)} a period"
+
+
+def describe_change(field: str, label: int) -> str:
+    """Return what happens where a label begins."""
+    if field == ISOLATION:
+        return "isolation begins, T_a falls below 1" if label else "isolation ends, T_a = 1"
+    if field == STROKE:
+        return f"it {'reaches' if label else 'keeps'} the stroke limit"
+    if field == SEVERAL:
+        return f"a second stable motion {'appears' if label else 'ends'}"
+    if label == UNSETTLED:
+        return "there is no single steady motion"
+    if label == LOCKED:
+        return "it locks"
+    if label == PERIODS:
+        return "it repeats only after several periods"
+    count = label % UNSYMMETRIC
+    times = {0: "slides without stops", 1: "stops once a period", 2: "stops twice a period"}
+    words = times.get(count, f"stops {count} times a period")
+    return f"it {words}{', unsymmetrically' * (label >= UNSYMMETRIC)}"
+
+
+# The map.
+
+
+def map_regimes(scenario: Scenario, *, workers: int | None = None) -> RegimeMap:
+    """Map the regimes of the steady motion over the two keys of a scenario's sweep block.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Under sines, with Coulomb friction or none, and two ranges in its sweep block.
+    workers : int, optional
+        Number of threads; default: one per processor. The result does not depend on it.
+
+    Returns
+    -------
+    RegimeMap
+
+    Raises
+    ------
+    ScenarioError
+        When the scenario has no two ranges, or something that a map does not support.
+    UsageError
+        When `scenario` is not a Scenario, or `workers` not a number of threads.
+    """
+    return solve(prepare_map(scenario), workers=workers)
+
+
+def prepare_map(scenario: Scenario) -> Case:
+    """Return the case of a map; errors as `map_regimes`."""
+    require_map(scenario)
+    return prepare(scenario)
+
+
+def count_nodes(case: Case) -> int:
+    """Return the number of nodes of the grid."""
+    along, across = require_map(case.scenario)
+    return len(along.shares) * len(across.shares)
+
+
+def solve(
+    case: Case, *, workers: int | None = None, advance: Advance = lambda _: None
+) -> RegimeMap:
+    """Solve the map of a prepared case; `advance` is called with the number of solved nodes."""
+    axes = require_map(case.scenario)
+    grid = Grid(*(len(axis.shares) for axis in axes))
+    choose_engine(case, (case.scenario,), 10 * grid.nodes)
+    plane = Plane(case.scenario, axes, worker_count(workers), advance)
+    points = np.stack(np.meshgrid(*(axis.shares for axis in axes)), axis=-1).reshape(-1, 2)
+    net = Net(plane, points, grid.edges, counted=True)
+    boundaries: list[Boundary] = []
+    patches: list[Patch] = []
+    for field in plane.fields:
+        joined = join_crossings(grid, points, net.labels[field], net.crossings(field))
+        boundaries += trace(axes, field, joined)
+        if field == REGIME:
+            patches = [Patch(label, to_values(axes, at)) for label, at in joined.patches]
+    shape = len(axes[1].shares), len(axes[0].shares)
+    labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
+    place = find_place(plane, axes)
+    return RegimeMap(case, axes, labels, tuple(boundaries), tuple(patches), place, plane.orbits)
+
+
+def to_values(axes: Sequence[MapAxis], shares: Floats) -> Floats:
+    """Return points of the map in SI; `shares` has shape (n, 2)."""
+    return np.stack([axis.at(shares[:, i]) for i, axis in enumerate(axes)], axis=1)
+
+
+class Plane:
+    """Solves and labels points of the map.
+
+    Attributes
+    ----------
+    fields : tuple of str
+        The fields that apply to the scenario.
+    orbits : int
+        Number of orbits solved so far.
+    """
+
+    def __init__(
+        self, scenario: Scenario, axes: Sequence[MapAxis], threads: int, advance: Advance
+    ) -> None:
+        self.scenario, self.axes, self.threads, self.advance = scenario, axes, threads, advance
+        varied = getattr(scenario.active_friction, "normal_variation", None)
+        # Only then do both halves of a period mirror each other, unless the motion does not.
+        self.is_symmetric = isinstance(scenario.excitation, Harmonic) and varied is None
+        limits = [] if scenario.stroke is None else [STROKE]
+        several = [] if scenario.active_friction is None else [SEVERAL]
+        self.fields = (REGIME, ISOLATION, *limits, *several)
+        self.orbits = 0
+
+    def scenes(self, points: Floats) -> Floats:
+        """Return the scenes at points of shape (n, 2), given as shares of the axes."""
+        columns = {axis.key: axis.at(points[:, i]) for i, axis in enumerate(self.axes)}
+        return scene_array(self.scenario, columns, len(points))[0]
+
+    def solve(self, scenes: Floats, counted: bool = False) -> Floats:
+        """Return the answers of the orbit kernel; `counted` nodes count as progress."""
+        from drysim.approach.coulomb import solve_orbits
+        from drysim.core.orbit import ANSWER_COLUMNS, CONVERGED, RUN_UP_PEAK, STATUS
+
+        small = self.is_too_small(scenes)
+        scenes = scenes[~small]
+        length = min(max(len(scenes) // (2 * self.threads), MIN_ORBITS), ORBITS_PER_CALL)
+        blocks = [scenes[i : i + length] for i in range(0, len(scenes), length)]
+        answers = [np.empty((0, ANSWER_COLUMNS))]
+        for answer in map_in_order(solve_orbits, blocks, min(self.threads, len(blocks) or 1)):
+            answers.append(answer)
+            self.advance(len(answer) if counted else 0)
+        self.orbits += len(scenes)
+        found = np.full((len(small), ANSWER_COLUMNS), np.nan)
+        found[~small] = np.concatenate(answers)
+        found[small, STATUS], found[small, RUN_UP_PEAK] = CONVERGED, 0.0
+        return found
+
+    def is_too_small(self, scenes: Floats) -> NDArray[np.bool_]:
+        """Return where the motion from rest is known to be too small to have a regime."""
+        from drysim.core.forcing import F_FK, F_FS, V_R, X_R, M
+        from drysim.core.orbit import SINES
+
+        peak = scenes[:, M] * scenes[:, SINES]
+        excess, drop = peak - scenes[:, F_FS], scenes[:, F_FS] - scenes[:, F_FK]
+        at_rest = (scenes[:, X_R] == 0.0) & (scenes[:, V_R] == 0.0)
+        small = (excess > 0.0) & (np.maximum(excess, drop) < SMALLEST_EXCESS * peak)
+        found: NDArray[np.bool_] = small & at_rest & self.is_symmetric
+        return found
+
+    def labels(self, scenes: Floats, answers: Floats, field: str) -> Integers:
+        """Return the labels of solved scenes in a field other than `SEVERAL`."""
+        from drysim.core import orbit as o
+
+        found = answers.T
+        lost, still = found[o.STATUS] != o.CONVERGED, found[o.SLIDING_DISTANCE] == 0.0
+        size = SMALLEST_MOTION * scenes[:, o.SINES :: 3].sum(axis=1) * scenes[:, o.PERIOD] ** 2
+        small = ~still & (found[o.RUN_UP_PEAK] < size)
+        with np.errstate(invalid="ignore"):
+            if field == ISOLATION:
+                change = found[o.X_DD2] / found[o.U_DD2] - 1.0
+                label = np.where(still, LOCKED, change < 0.0)
+                small |= ~still & (abs(change) < SMALLEST_CHANGE)
+            elif field == STROKE:
+                up, down = scenes[:, o.UP], scenes[:, o.DOWN]
+                label = (found[o.HIGHEST] >= up) | (found[o.LOWEST] <= -down)
+                small[:] = False
+            else:
+                stops = found[o.STOPS]
+                uneven = (found[o.ASYMMETRY] > ASYMMETRY_TOLERANCE) & self.is_symmetric
+                # A symmetric orbit has as many stops in each half; in a stop of no length,
+                # rounding decides between them.
+                stops = stops + (stops % 2.0) * (self.is_symmetric & ~uneven)
+                label = np.where(uneven, UNSYMMETRIC, 0) + stops
+                label = np.where(found[o.MULTIPLE] > 1.0, PERIODS, label)
+                label = np.where(still, LOCKED, label)
+        label = np.where(lost, UNSETTLED, np.nan_to_num(label))
+        return np.where(small, UNRESOLVED, label).astype(np.int64)
+
+    def other_starts(self, scenes: Floats) -> Iterator[Floats]:
+        """Yield starts that may lead to other motions: arrays of shape (n, 2).
+
+        They are the steady state without dry friction, half of it, and rest at both ends of
+        the stick zone.
+        """
+        from drysim.core.forcing import F_FS, K_X, B, M
+        from drysim.core.orbit import SINES
+
+        m, k_x, b, F_fs = (scenes[:, i] for i in (M, K_X, B, F_FS))
+        state = np.zeros((len(scenes), 2))
+        for at in range(SINES, scenes.shape[1], 3):
+            A, omega, phase = scenes[:, at], 2.0 * np.pi * scenes[:, at + 1], scenes[:, at + 2]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                swing = -m * A * np.exp(1j * phase) / (k_x - m * omega**2 + 1j * b * omega)
+            state += np.stack([swing.imag, omega * swing.real], axis=1)
+        state = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, 0.0)
+        edge = np.divide(F_fs, k_x, out=np.zeros(len(scenes)), where=k_x > 0.0)
+        ends = np.stack([edge, np.zeros(len(scenes))], axis=1)
+        yield from (state, 0.5 * state, ends, -ends)
+
+
+def with_start(scenes: Floats, start: Floats) -> Floats:
+    """Return scenes with other starts, of shape (n, 2)."""
+    from drysim.core.forcing import V_R, X_R
+
+    moved = scenes.copy()
+    moved[:, [X_R, V_R]] = start
+    return moved
+
+
+def state_of(answers: Floats) -> Floats:
+    """Return x_r and v_r at the beginning of each orbit, shape (n, 2)."""
+    from drysim.core.orbit import V_BEGIN, X_BEGIN
+
+    return answers[:, [X_BEGIN, V_BEGIN]]
+
+
+def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Whether the orbits of two arrays of answers are different motions, and both settled."""
+    from drysim.core import orbit as o
+
+    settled = (one[:, o.STATUS] == o.CONVERGED) & (other[:, o.STATUS] == o.CONVERGED)
+    columns = [o.V2, o.SLIDING_DISTANCE]
+    with np.errstate(invalid="ignore"):
+        a, b = (x[:, columns] / x[:, [o.MULTIPLE]] for x in (one, other))
+        apart = np.abs(a - b) > SAME_MOTION * np.maximum(np.abs(a), np.abs(b))
+    different: NDArray[np.bool_] = settled & apart.any(axis=1)
+    return different
+
+
+class Crossing(NamedTuple):
+    """A boundary on an edge: share of the edge, labels on both sides, width of the strip."""
+
+    share: float
+    before: int
+    after: int
+    width: float
+
+
+Crossings = Mapping[int, Sequence[Crossing]]
+"""Crossings by the number of their edge, in order along it."""
+
+
+class Net:
+    """Labelled nodes and the edges between them.
+
+    Parameters
+    ----------
+    plane : Plane
+    points : ndarray, shape (n, 2)
+        Nodes, as shares of the axes.
+    edges : ndarray, shape (m, 2)
+        Numbers of the nodes at both ends.
+    counted : bool, optional
+        Whether the nodes count as progress.
+    """
+
+    def __init__(
+        self, plane: Plane, points: Floats, edges: Integers, counted: bool = False
+    ) -> None:
+        self.plane, self.points, self.edges = plane, points, edges
+        scenes = plane.scenes(points)
+        answers = plane.solve(scenes, counted)
+        self.labels = {
+            field: self.filled(plane.labels(scenes, answers, field))
+            for field in plane.fields
+            if field != SEVERAL
+        }
+        if SEVERAL in plane.fields:
+            self.several = np.zeros(len(points), dtype=bool)
+            self.states = np.concatenate([state_of(answers)] * 2, axis=1)
+            self.find_second_motions(scenes, answers)
+            self.labels[SEVERAL] = self.several.astype(np.int64)
+
+    def filled(self, labels: Integers) -> Integers:
+        """Return labels with those of lone unknown nodes taken from a neighbour.
+
+        Such a node lies in a narrow strip, where the motion is small or settles slowly.
+        """
+        labels = np.where(labels == UNRESOLVED, UNSETTLED, labels)
+        known = labels != UNSETTLED
+        if known.all():
+            return labels
+        degree, settled = np.zeros(len(labels)), np.zeros(len(labels))
+        result = labels.copy()
+        for a, b in (self.edges.T, self.edges.T[::-1]):
+            np.add.at(degree, a, 1.0)
+            np.add.at(settled, a, known[b])
+        lone = ~known & (2.0 * settled >= degree)
+        for a, b in (self.edges.T, self.edges.T[::-1]):
+            takes = lone[a] & known[b]
+            result[a[takes]] = labels[b[takes]]
+        return result
+
+    def find_second_motions(self, scenes: Floats, answers: Floats) -> None:
+        """Find the nodes where other starts lead to another motion than the scenario's."""
+        from drysim.core.forcing import F_FK, F_FS
+
+        possible = np.flatnonzero(scenes[:, F_FS] > scenes[:, F_FK])
+        for start in self.plane.other_starts(scenes[possible]):
+            self.try_starts(possible, scenes, answers, start)
+        can_have = np.zeros(len(scenes), dtype=bool)
+        can_have[possible] = True
+        new = self.several.copy()
+        while new.any():
+            before = self.several.copy()
+            a, b = np.concatenate([self.edges, self.edges[:, ::-1]]).T
+            front = new[a] & ~self.several[b] & can_have[b]
+            nodes, first = np.unique(b[front], return_index=True)
+            states = self.states[a[front][first]]
+            for start in (states[:, 2:], states[:, :2]):
+                self.try_starts(nodes, scenes, answers, start)
+            new = self.several & ~before
+
+    def try_starts(
+        self, nodes: Integers, scenes: Floats, answers: Floats, start: Floats
+    ) -> None:
+        """Note which nodes have a second motion that is reached from a start, and its state."""
+        left = ~self.several[nodes] & np.isfinite(start).all(axis=1)
+        nodes = nodes[left]
+        found = self.plane.solve(with_start(scenes[nodes], start[left]))
+        other = are_different(answers[nodes], found)
+        self.several[nodes[other]] = True
+        self.states[nodes[other], 2:] = state_of(found)[other]
+
+    def crossings(self, field: str) -> Crossings:
+        """Return the boundaries of a field on all edges whose ends differ."""
+        if field == SEVERAL:
+            return self.crossings_of_several()
+        labels = self.labels[field]
+        begin, end = labels[self.edges[:, 0]], labels[self.edges[:, 1]]
+        pending = np.flatnonzero(begin != end)
+        share, before, last = np.zeros(len(pending)), begin[pending], end[pending]
+        found: dict[int, list[Crossing]] = defaultdict(list)
+        for _ in range(MAX_REGIONS_PER_EDGE):
+            low, high, after = self.bisect(field, pending, share, before, last)
+            columns = (pending, 0.5 * (low + high), before, after)
+            for edge, at, label, following in zip(*(x.tolist() for x in columns), strict=True):
+                found[edge].append(Crossing(at, label, following, 0.0))
+            left = after != last
+            if not left.any():
+                break
+            pending, share, before, last = pending[left], high[left], after[left], last[left]
+        return {edge: merge_unsettled(several) for edge, several in found.items()}
+
+    def bisect(
+        self, field: str, edges: Integers, share: Floats, before: Integers, last: Integers
+    ) -> tuple[Floats, Floats, Integers]:
+        """Return the ends of the intervals in which the first label ends, and the next label.
+
+        Parameters
+        ----------
+        field : str
+        edges : ndarray, shape (n,)
+            Numbers of the edges.
+        share : ndarray, shape (n,)
+            Where on each edge to begin.
+        before, last : ndarray, shape (n,)
+            Labels there and at the end of the edge.
+        """
+        low, high, after = share.copy(), np.ones(len(edges)), last.copy()
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            scenes = self.plane.scenes(self.on_edges(edges, middle))
+            labels = self.plane.labels(scenes, self.plane.solve(scenes), field)
+            nearest = np.where(before == LOCKED, last, before)
+            labels = np.where(labels == UNRESOLVED, nearest, labels)
+            same = labels == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            after = np.where(same, after, labels)
+        return low, high, after
+
+    def crossings_of_several(self) -> Crossings:
+        """Return where a second motion ends, on all edges; it is continued along them."""
+        has = self.several[self.edges]
+        edges = np.flatnonzero(has[:, 0] != has[:, 1])
+        turned = has[edges, 1]
+        states = self.states[np.where(turned, self.edges[edges, 1], self.edges[edges, 0])]
+        low, high = np.zeros(len(edges)), np.ones(len(edges))
+        for _ in range(HALVINGS_TO_FOLD):
+            middle = 0.5 * (low + high)
+            at = np.where(turned, 1.0 - middle, middle)
+            scenes = self.plane.scenes(self.on_edges(edges, at))
+            own = self.plane.solve(scenes)
+            exists = np.zeros(len(edges), dtype=bool)
+            for start in (states[:, 2:].copy(), states[:, :2].copy()):
+                left = np.flatnonzero(~exists)
+                found = self.plane.solve(with_start(scenes[left], start[left]))
+                other = are_different(own[left], found)
+                states[left[other], :2] = state_of(own)[left[other]]
+                states[left[other], 2:] = state_of(found)[other]
+                exists[left[other]] = True
+            low, high = np.where(exists, middle, low), np.where(exists, high, middle)
+        share = np.where(turned, 1.0 - high, high)
+        return {
+            edge: [Crossing(at, 1 - back, int(back), 0.0)]
+            for edge, at, back in zip(
+                edges.tolist(), share.tolist(), turned.tolist(), strict=True
+            )
+        }
+
+    def on_edges(self, edges: Integers, share: Floats) -> Floats:
+        """Return the points at shares of edges."""
+        a, b = self.points[self.edges[edges, 0]], self.points[self.edges[edges, 1]]
+        found: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
+        return found
+
+
+def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
+    """Replace an unsettled strip within an edge by one boundary in its middle."""
+    merged: list[Crossing] = []
+    for one in several:
+        if merged and merged[-1].after == UNSETTLED and one.before == UNSETTLED:
+            first = merged.pop()
+            if first.before != one.after:
+                middle, width = 0.5 * (first.share + one.share), one.share - first.share
+                if (
+                    first.before == LOCKED
+                ):  # what moves is not locked, however slowly it settles
+                    middle, width = first.share, 0.0
+                elif one.after == LOCKED:
+                    middle, width = one.share, 0.0
+                merged.append(Crossing(middle, first.before, one.after, width))
+        else:
+            merged.append(one)
+    return merged
+
+
+# From crossings on edges to lines.
+
+
+class Grid(NamedTuple):
+    """Numbers of nodes along both axes; the first varies fastest in the numbers of nodes."""
+
+    columns: int
+    rows: int
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.columns * self.rows
+
+    @property
+    def edges(self) -> Integers:
+        """Numbers of the nodes at both ends of each edge: along the first axis, then others."""
+        number = np.arange(self.nodes).reshape(self.rows, self.columns)
+        along = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+        across = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
+        return np.concatenate([along, across])
+
+    def sides(self, cell: tuple[int, int]) -> Iterator[tuple[int, int, bool]]:
+        """Yield the sides around a cell: first node, edge, and whether it is reversed."""
+        i, j = cell
+        node, along = j * self.columns + i, j * (self.columns - 1) + i
+        across = self.rows * (self.columns - 1) + node
+        yield node, along, False
+        yield node + 1, across + 1, False
+        yield node + self.columns + 1, along + self.columns - 1, True
+        yield node + self.columns, across, True
+
+    def cells_at(self, edge: int) -> Iterator[tuple[int, int]]:
+        """Yield the cells on both sides of an edge."""
+        count = self.rows * (self.columns - 1)
+        if edge < count:
+            j, i = divmod(edge, self.columns - 1)
+            yield from ((i, row) for row in (j - 1, j) if 0 <= row < self.rows - 1)
+        else:
+            j, i = divmod(edge - count, self.columns)
+            yield from ((column, j) for column in (i - 1, i) if 0 <= column < self.columns - 1)
+
+
+Pair = tuple[int, int]
+"""Labels on both sides of a boundary, the smaller first."""
+
+
+class Joined(NamedTuple):
+    """Crossings joined in the cells.
+
+    Attributes
+    ----------
+    points : list of tuple
+        Points, as shares of the axes.
+    widths : list of float
+        Width of the strip at each point.
+    segments : mapping
+        Pairs of points by the labels that they separate.
+    patches : list of tuple
+        Label and polygon of the parts of divided cells.
+    """
+
+    points: list[Floats]
+    widths: list[float]
+    segments: dict[Pair, list[tuple[int, int]]]
+    patches: list[tuple[int, Floats]]
+
+
+class Corner(NamedTuple):
+    """A point on the perimeter of a cell, and the label that begins there; -1 for a node."""
+
+    number: int
+    at: Floats
+    before: int
+    after: int
+
+    @property
+    def pair(self) -> Pair:
+        """The labels that a crossing separates."""
+        return min(self.before, self.after), max(self.before, self.after)
+
+
+def join_crossings(
+    grid: Grid, points: Floats, labels: Integers, crossings: Crossings
+) -> Joined:
+    """Join the crossings of all edges in the cells between them."""
+    edges = grid.edges
+    joined = Joined([], [], defaultdict(list), [])
+    numbers: dict[int, list[int]] = {}
+    for edge, several in crossings.items():
+        a, b = points[edges[edge]]
+        numbers[edge] = list(range(len(joined.points), len(joined.points) + len(several)))
+        joined.points.extend(a + one.share * (b - a) for one in several)
+        joined.widths.extend(one.width * float(np.abs(b - a).max()) for one in several)
+    for cell in sorted({cell for edge in crossings for cell in grid.cells_at(edge)}):
+        perimeter: list[Corner] = []
+        for node, edge, is_reversed in grid.sides(cell):
+            label = int(labels[node])
+            perimeter.append(Corner(-1, points[node], label, label))
+            on_edge = [
+                Corner(number, joined.points[number], one.before, one.after)
+                for number, one in zip(
+                    numbers.get(edge, ()), crossings.get(edge, ()), strict=True
+                )
+            ]
+            if is_reversed:
+                on_edge = [
+                    one._replace(before=one.after, after=one.before) for one in on_edge[::-1]
+                ]
+            perimeter += on_edge
+        join_cell(perimeter, joined)
+    return joined
+
+
+def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
+    """Join the crossings on the perimeter of one cell, and divide the cell along the lines."""
+    left = [one for one in perimeter if one.number >= 0]
+    if len(left) < 2:
+        return
+    if len(left) == 4 and len({one.pair for one in left}) == 1:  # a saddle: the shorter way
+        lengths = [np.hypot(*(left[i].at - left[i - 1].at)) for i in range(4)]
+        if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
+            left = [left[-1], *left[:-1]]
+        joined.patches.append((left[1].after, np.array([one.at for one in left])))
+    at = 0
+    while at + 1 < len(left):
+        one, other = left[at : at + 2]
+        if one.pair == other.pair:
+            joined.segments[one.pair].append((one.number, other.number))
+            del left[at : at + 2]
+            at = max(0, at - 1)
+        else:
+            at += 1
+    if len(left) == 2 and left[0].pair == left[1].pair:
+        joined.segments[left[0].pair].append((left[0].number, left[1].number))
+        left = []
+    elif len(left) > 1 and left[0].pair == left[-1].pair:
+        joined.segments[left[0].pair].append((left[-1].number, left[0].number))
+        left = left[1:-1]
+    if left:  # three or more regions meet
+        joined.points.append(np.mean([one.at for one in left], axis=0))
+        joined.widths.append(0.0)
+        for one in left:
+            joined.segments[one.pair].append((one.number, len(joined.points) - 1))
+    first = next(i for i, one in enumerate(perimeter) if one.number >= 0)
+    around = [*perimeter[first:], *perimeter[: first + 1]]
+    begin = 0
+    for end in range(1, len(around)):
+        if around[end].number >= 0:
+            polygon = [one.at for one in around[begin : end + 1]]
+            polygon += [joined.points[-1]] if left else []
+            joined.patches.append((around[begin].after, np.array(polygon)))
+            begin = end
+
+
+def trace(axes: Sequence[MapAxis], field: str, joined: Joined) -> Iterator[Boundary]:
+    """Yield the lines of a field, without those of no meaning, as T_a = 1 of a locked mass."""
+    for pair in sorted(joined.segments):
+        if field == REGIME or min(pair) >= 0:
+            for line in polylines(joined.segments[pair]):
+                points = to_values(axes, np.array([joined.points[i] for i in line]))
+                yield Boundary(field, pair, points, max(joined.widths[i] for i in line))
+
+
+def polylines(segments: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
+    """Yield lines of segments between numbered points; a loop ends where it begins."""
+    neighbours: dict[int, list[int]] = defaultdict(list)
+    for a, b in segments:
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    ends = [point for point, others in neighbours.items() if len(others) % 2]
+    for start in [*ends, *neighbours]:
+        while neighbours[start]:
+            line = [start]
+            while neighbours[line[-1]]:
+                following = neighbours[line[-1]].pop()
+                neighbours[following].remove(line[-1])
+                line.append(following)
+            yield line
+
+
+# The scenario itself.
+
+
+def find_place(plane: Plane, axes: tuple[MapAxis, MapAxis]) -> Place:
+    """Return the labels of the scenario itself, and the nearest boundaries along the axes."""
+    values = own_values(plane.scenario, axes)
+    if not values:
+        return Place({}, {}, (), False)
+    own = np.array([axis.share(values[axis.key]) for axis in axes])
+    is_inside = bool(((own >= 0.0) & (own <= 1.0)).all())
+    if not is_inside:
+        net = Net(plane, own[None, :], np.empty((0, 2), dtype=np.int64))
+        return Place(
+            values, {name: int(found[0]) for name, found in net.labels.items()}, (), False
+        )
+    changes: list[Change] = []
+    for i, axis in enumerate(axes):
+        shares = np.union1d(axis.shares, own[i])
+        points = np.tile(own, (len(shares), 1))
+        points[:, i] = shares
+        edges = np.arange(len(shares) - 1)[:, None] + np.array([0, 1])
+        net = Net(plane, points, edges)
+        at = int(np.searchsorted(shares, own[i]))
+        labels = {name: int(found[at]) for name, found in net.labels.items()}
+        found = [
+            (
+                float(axis.at(net.on_edges(np.array([edge]), np.array([one.share])))[0, i]),
+                field,
+                one,
+            )
+            for field in plane.fields
+            for edge, several in net.crossings(field).items()
+            for one in several
+            if field == REGIME or min(one.before, one.after) >= 0
+        ]
+        below = max((one for one in found if one[0] < values[axis.key]), default=None)
+        above = min((one for one in found if one[0] >= values[axis.key]), default=None)
+        for one, after in ((below, False), (above, True)):
+            if one is not None:
+                sentence = describe_change(one[1], one[2].after if after else one[2].before)
+                distance = one[0] - values[axis.key]
+                changes.append(Change(axis.key, axis.unit, distance, sentence))
+    return Place(values, labels, tuple(changes), True)

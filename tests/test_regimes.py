@@ -1,0 +1,320 @@
+"""Regime maps: boundaries against closed forms and tables, lines, files, faults."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.study.regimes import (
+    ISOLATION,
+    LOCKED,
+    PERIODS,
+    REGIME,
+    SEVERAL,
+    STROKE,
+    UNSETTLED,
+    UNSYMMETRIC,
+    Crossing,
+    Grid,
+    describe_regime,
+    join_crossings,
+    merge_unsettled,
+    polylines,
+)
+
+PAPER = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}
+stroke: {limit: 15 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {step: 2.5e-3}
+"""
+OVER = """
+sweep:
+  excitation.frequency: {from: 0.25, to: 10, count: 33, scale: log}
+  friction.kinetic: {from: 0, to: 120, count: 33}
+"""
+
+
+def loaded(folder: Path, text: str, **overrides: object) -> drysim.Scenario:
+    """Return a scenario from its text."""
+    file = folder / "plane.yaml"
+    file.write_text(f"drysim: 1\n{text}", encoding="utf-8")
+    return drysim.load(file, overrides)
+
+
+def unit_plane(folder: Path, beta: float, zeta: float, phi: float, ratio: float = 1.0):
+    """Return the map over β and φ of an oscillator with m = k_x = A = 1."""
+    f = beta / (2 * np.pi)
+    text = f"""
+oscillator: {{mass: 1, stiffness: 1, damping: {2 * zeta!r}}}
+friction: {{law: coulomb, kinetic: {phi!r}, static_ratio: {ratio}}}
+excitation: {{kind: harmonic, frequency: {f!r}, amplitude: 1}}
+solver: {{step: 0.1}}
+sweep:
+  excitation.frequency: {{from: {0.8 * f!r}, to: {1.2 * f!r}, count: 33}}
+  friction.kinetic: {{from: {0.5 * phi!r}, to: {1.5 * phi!r}, count: 33}}
+"""
+    return drysim.map_regimes(loaded(folder, text))
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi", "known", "sentence", "error"),
+    [(0.25, 0.05, 0.053, 0.051111380, "it slides without stops", 1e-9),
+     (0.25, 0.05, 0.22, 0.229713945, "it stops 4 times a period", 1e-9),
+     (0.25, 0.05, 0.27, 0.282327218, "it stops twice a period", 1e-9),
+     (0.5, 0.05, 0.3, 0.287808502, "it slides without stops", 1e-9),
+     (0.3, 1 / 3, 0.05, 0.047206091, "it slides without stops", 1e-9),
+     (0.8, 0.05, 0.7, 0.729441, "it stops twice a period", 1e-6),
+     (5.0, 1 / 3, 0.5, 0.512873, "it stops twice a period", 1e-6)],
+)  # fmt: skip
+def test_number_of_stops_changes_at_the_known_friction(
+    tmp_path, beta, zeta, phi, known, sentence, error
+):
+    found = unit_plane(tmp_path, beta, zeta, phi)
+    ends = [
+        phi + one.distance
+        for one in found.place.changes
+        if one.key == "friction.kinetic" and one.sentence == sentence
+    ]
+    assert min(ends, key=lambda end: abs(end - known)) == pytest.approx(known, abs=error)
+
+
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory):
+    """Return the map of the paper's oscillator over frequency and friction."""
+    return drysim.map_regimes(loaded(tmp_path_factory.mktemp("paper"), PAPER + OVER))
+
+
+def lines(found: drysim.RegimeMap, name: str) -> list[np.ndarray]:
+    """Return the lines of a boundary."""
+    return [one.points for one in found.boundaries if one.name == name]
+
+
+def test_mass_is_locked_where_the_static_limit_exceeds_the_inertia_force(paper):
+    (locked,) = lines(paper, "locked | 2 stops a period")
+    force = 75.0 * np.sqrt(2.0) / 1.2
+    assert locked[:, 1] == pytest.approx(force, rel=1e-10)
+    assert sorted(locked[[0, -1], 0]) == pytest.approx([0.25, 10.0])
+    assert ((paper.labels[REGIME] == LOCKED) == (paper.axes[1].values[:, None] >= force)).all()
+
+
+def test_isolation_begins_at_root_two_times_the_natural_frequency_without_friction(paper):
+    (line,) = lines(paper, "T_a = 1")
+    lowest = line[np.argmin(line[:, 1])]
+    assert lowest == pytest.approx([np.sqrt(2.0) * 10.0 / (2.0 * np.pi), 0.0], abs=1e-10)
+
+
+def test_every_point_of_a_line_separates_the_motions_that_it_names(paper):
+    scenario = paper.scenario
+    for name, below, above in (("sliding without stops | 2 stops a period", 0, 2),):
+        (line,) = lines(paper, name)
+        for f, force in line[5:-5:9].tolist():
+            for change, stops in ((-1e-6, below), (1e-6, above)):
+                point = {"excitation.frequency": f, "friction.kinetic": force * (1 + change)}
+                events = drysim.run(scenario.at(point)).events.kind
+                assert np.count_nonzero(events[1:] == 0) == stops, (f, force)
+    (line,) = lines(paper, "stroke limit reached")
+    for f, force in line[1:-1:5].tolist():
+        point = {"excitation.frequency": f, "friction.kinetic": force}
+        peak = drysim.run(scenario.at(point)).metrics["x_r_peak"]
+        assert peak == pytest.approx(0.015, rel=1e-9)
+
+
+def test_second_motion_ends_at_its_fold(tmp_path):
+    # The paper's Fig. 4 at 0.50 m/s²: locked from rest; a stable orbit exists up to the fold.
+    text = PAPER.replace("rms: 1.0", "rms: 0.5").replace("frequency: 1.6", "frequency: 1.0")
+    over = """
+sweep:
+  excitation.frequency: {from: 0.4, to: 1.2, count: 33}
+  friction.static_ratio: {from: 1, to: 1.5, count: 33}
+"""
+    for frequency, fold in ((0.5, 1.38072), (1.0, 1.23209)):
+        scenario = loaded(tmp_path, text + over, **{"excitation.frequency": frequency})
+        found = drysim.map_regimes(scenario)
+        assert found.place.labels[REGIME] == LOCKED
+        assert found.place.labels[SEVERAL] == 1
+        (end,) = (
+            1.2 + one.distance for one in found.place.changes
+            if one.sentence == "a second stable motion ends" and one.distance > 0.0
+            and one.key == "friction.static_ratio"
+        )  # fmt: skip
+        assert end == pytest.approx(fold, abs=2e-5)
+        assert "another start leads to another stable motion" in found.describe_place()
+
+
+def test_loss_of_symmetry_is_found_within_the_reported_strip(tmp_path):
+    # Shaw (1986); next to it the motion settles too slowly, so the boundary is a strip.
+    found = unit_plane(tmp_path, 0.5, 0.05, 0.23, 2.0)
+    broken = [
+        one for one in found.boundaries
+        if one.name == "2 stops a period | unsymmetric, 2 stops a period"
+    ]  # fmt: skip
+    (less,) = (one for one in found.place.changes if one.key == "friction.kinetic")
+    assert less.sentence == "it stops twice a period, unsymmetrically"
+    assert 0.23 + less.distance == pytest.approx(0.217466646, abs=5e-4)
+    assert max(one.width for one in broken) > 0.0
+
+
+def test_map_does_not_depend_on_the_number_of_threads(paper, tmp_path):
+    alone = drysim.map_regimes(loaded(tmp_path, PAPER + OVER), workers=1)
+    for one, other in zip(paper.boundaries, alone.boundaries, strict=True):
+        assert one.name == other.name
+        assert np.array_equal(one.points, other.points)
+
+
+def test_mass_without_friction_has_no_stops_and_one_motion(tmp_path):
+    text = PAPER.replace("friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}\n", "")
+    over = """
+sweep:
+  excitation.frequency: {from: 0.5, to: 5, count: 33}
+  oscillator.damping: {from: 50, to: 1000, count: 33}
+"""
+    found = drysim.map_regimes(loaded(tmp_path, text + over))
+    assert {*found.shares} == {0}
+    (line,) = lines(found, "T_a = 1")
+    assert line[:, 0] == pytest.approx(np.sqrt(2.0) * 10.0 / (2.0 * np.pi), abs=1e-9)
+    assert SEVERAL not in found.labels
+
+
+def test_scenario_outside_of_the_map_has_a_regime_and_no_distances(tmp_path):
+    found = drysim.map_regimes(loaded(tmp_path, PAPER + OVER, **{"friction.kinetic": 300}))
+    assert found.place.labels == {REGIME: LOCKED, ISOLATION: LOCKED, STROKE: 0, SEVERAL: 0}
+    assert found.place.changes == ()
+
+
+# Joining of crossings.
+
+
+def test_lines_follow_the_regions_of_a_checkerboard_and_meet_where_three_do():
+    grid = Grid(3, 3)
+    points = np.stack(np.meshgrid([0, 0.5, 1], [0, 0.5, 1]), axis=-1).reshape(-1, 2)
+    for labels in ([0, 0, 1, 0, 0, 1, 2, 2, 1], [0, 1, 0, 1, 0, 1, 0, 1, 0]):
+        labels = np.array(labels)
+        ends = labels[grid.edges]
+        crossings = {
+            int(i): [Crossing(0.5, int(a), int(b), 0.0)]
+            for i, (a, b) in enumerate(ends.tolist())
+            if a != b
+        }
+        joined = join_crossings(grid, points, labels, crossings)
+        ends = [n for several in joined.segments.values() for pair in several for n in pair]
+        # Within the map every line goes on; it ends at the edge of the map.
+        counts = np.bincount(ends)
+        for number, count in enumerate(counts.tolist()):
+            inner = all(0.0 < x < 1.0 for x in joined.points[number])
+            assert count >= (2 if inner else 1)
+        area = sum(polygon_area(at) for _, at in joined.patches)
+        assert area == pytest.approx(
+            0.25 * len({c for e in crossings for c in grid.cells_at(e)})
+        )
+
+
+def polygon_area(points: np.ndarray) -> float:
+    """Return the area of a polygon."""
+    x, y = points.T
+    return 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
+
+
+def test_polylines_use_each_segment_once_and_close_loops():
+    found = sorted(polylines([(1, 2), (3, 2), (3, 4), (7, 8), (8, 9), (9, 7)]), key=len)
+    assert found[0] in ([1, 2, 3, 4], [4, 3, 2, 1])
+    assert found[1][0] == found[1][-1]
+    assert {*found[1]} == {7, 8, 9}
+
+
+def test_unsettled_strip_within_an_edge_is_one_boundary():
+    first, last = Crossing(0.2, 2, UNSETTLED, 0.0), Crossing(0.4, UNSETTLED, 5, 0.0)
+    (one,) = merge_unsettled([first, last])
+    assert (one.share, one.before, one.after, one.width) == pytest.approx((0.3, 2, 5, 0.2))
+    assert merge_unsettled([first, last._replace(after=2)]) == []
+    (one,) = merge_unsettled([first, last._replace(after=LOCKED)])
+    assert (one.share, one.width) == (0.4, 0.0)
+
+
+def test_regimes_have_names():
+    assert [describe_regime(one) for one in (UNSETTLED, LOCKED, 0, 2, UNSYMMETRIC + 1)] == [
+        "no single steady motion", "locked", "sliding without stops", "2 stops a period",
+        "unsymmetric, 1 stop a period",
+    ]  # fmt: skip
+    assert describe_regime(PERIODS) == "repeats after several periods"
+
+
+# The command.
+
+
+@pytest.fixture
+def command(drysim):
+    """Return `drysim` as a function; the name of the fixture is that of the package."""
+    return drysim
+
+
+def test_command_writes_lines_picture_and_report(command, tmp_path):
+    (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{PAPER}{OVER}")
+    done = command("map", "plane.yaml", "--report")
+    assert done.code == 0, done.err
+    assert "2.67 N more" in done.out
+    folder = tmp_path / "out" / "plane-map"
+    assert {file.name for file in folder.iterdir()} >= {
+        "map.csv",
+        "map.png",
+        "report.html",
+        "scenario.yaml",
+    }
+    rows = list(csv.reader((folder / "map.csv").read_text().splitlines()))
+    assert rows[0] == [
+        "boundary",
+        "line [-]",
+        "excitation.frequency [Hz]",
+        "friction.kinetic [N]",
+    ]
+    assert {row[0] for row in rows[1:]} >= {"T_a = 1", "locked | 2 stops a period"}
+    fields = json.loads((folder / "drysim.json").read_text())
+    assert fields["map"]["here"]["motion"][0] == "sliding without stops"
+    summary = command("summarise", str(folder))
+    assert "2.67 N more friction.kinetic: it stops twice a period" in summary.out
+    again = command("report", str(folder), "--out", "again.html")
+    assert again.code == 0, again.err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(PAPER, "sweep is required: two keys with their ranges"),
+     (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}}", "sweep has 1:"),
+     (PAPER + "sweep: {friction.kinetic: [1, 2], oscillator.mass: {from: 1, to: 9, count: 5}}",
+      "friction.kinetic has a list of values; a map needs a range"),
+     (PAPER + "sweep: {solver.step: {from: 1e-3, to: 2e-3, count: 5}, "
+      "oscillator.mass: {from: 1, to: 9, count: 5}}", "solver.step cannot be an axis"),
+     (PAPER + "sweep: {zip: {friction.kinetic: [1, 2], oscillator.mass: [1, 2]}}",
+      "sweep.zip varies keys together"),
+     (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5000}, "
+      "oscillator.mass: {from: 1, to: 9, count: 5000}}", "25000000 nodes"),
+     (PAPER.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}",
+                    "{kind: standard, class: EM1, duration: 5 s, seed: 1}")
+      + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, "
+      "oscillator.mass: {from: 1, to: 9, count: 5}}", "excitation.kind standard has no"),
+     (PAPER.replace("law: coulomb, kinetic: 45, static_ratio: 1.2",
+                    "law: stribeck, kinetic: 45, static: 50, stribeck_velocity: 0.1")
+      + "sweep: {oscillator.damping: {from: 100, to: 900, count: 5}, "
+      "oscillator.mass: {from: 1, to: 9, count: 5}}",
+      "friction.law stribeck is not supported"),
+     (PAPER.replace("{limit: 15 mm}", "{limit: 15 mm, stops: {restitution: 0.5}}") + OVER,
+      "end stops, which a map does not support"),
+     (PAPER.replace("static_ratio: 1.2", "static: 50") + OVER,
+      "static")],
+    ids=["no-sweep", "one-key", "list", "step", "zip", "nodes", "noise", "law", "stops",
+         "static"],
+)  # fmt: skip
+def test_what_a_map_does_not_support_is_located(command, tmp_path, text, words):
+    (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{text}\n")
+    done = command("map", "plane.yaml")
+    assert done.code == 2, done.out
+    assert words in done.err
+    assert "plane.yaml:" in done.err
+    assert "Traceback" not in done.err
+    assert not (tmp_path / "out").exists()
