@@ -848,7 +848,8 @@ def test_process_that_can_open_few_files_leaves_no_empty_partial(spare):
 HEADER = (
     "approach,excitation.frequency [Hz],excitation.rms [m/s2],F_fk [N],F_fs [N],a_u [m/s2],"
     "a_x [m/s2],T_a [-],T_x [-],x_r_rms [m],x_r_peak [m],stroke_used [-],stuck_share [-],"
-    "chatter_share [-],violations [-],closure [-],status"
+    "chatter_share [-],violations [-],closure [-],status,"
+    "multiplier_1 [-],multiplier_1_phase [rad],multiplier_2 [-],multiplier_2_phase [rad],stable [-]"
 )
 
 
@@ -930,7 +931,7 @@ def test_comparison_adds_the_deviation_from_the_yardstick():
     made = comparison(["signum", "stick-slip"], *axes(force=[15, 45], rms=[0.33, 0.67]), n=800)
     compare(made)
     header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
-    assert header.endswith(",closure [-],status,T_a_deviation [-]")
+    assert header.endswith(",stable [-],T_a_deviation [-]")
     rows = rows_of("out/comparison.csv")
     own = {
         (row["friction.kinetic [N]"], row["excitation.rms [m/s2]"]): float(row["T_a [-]"])

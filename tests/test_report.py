@@ -483,7 +483,7 @@ def nested(folder):
 
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
-    "no folder": (shutil.rmtree, "of `drysim run`, `sweep`, `compare`, `fit` or `design`"),
+    "no folder": (shutil.rmtree, "`compare`, `fit`, `design`, `branches` or `map`"),
     "not a result": (unmark, "out is no result of drysim: it has no drysim.json"),
     "a file": (replace_by_file, "out is a file, not a folder"),
     "marker is a folder": (mark_by_folder, "is not a plain file"),

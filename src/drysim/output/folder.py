@@ -511,8 +511,8 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     """
     file = folder / MARKER
     hint = (
-        "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `design`, `branches` "
-        "or `map`"
+        "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `design`, "
+        "`branches` or `map`"
     )
     try:
         if not stat.S_ISDIR(folder.stat().st_mode):

@@ -414,7 +414,7 @@ def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
     UsageError
         When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
-    return solve(prepare_design(scenario), on_threads(workers))
+    return Study(prepare_design(scenario), on_threads(workers)).solve()
 
 
 def prepare_design(scenario: Scenario) -> Case:
@@ -495,28 +495,6 @@ def limits_of(scenario: Scenario) -> tuple[Check, ...]:
     return design_of(scenario).limits(scenario.checks, stroke)
 
 
-def solve(
-    case: Case,
-    execute: Execute,
-    store: Store | None = None,
-    advance: Callable[[int], None] = lambda count: None,
-) -> DesignResult:
-    """Solve a prepared design study.
-
-    Parameters
-    ----------
-    case : Case
-        As `prepare_design` returns it.
-    execute : callable
-        Solves the cases of designs.
-    store : Store, optional
-        Cases that it holds are not computed again, all others are written to it.
-    advance : callable, optional
-        Called with the number of new designs.
-    """
-    return Study(case, execute, store, advance).solve()
-
-
 @dataclass
 class Study:
     """Evaluation of designs, round by round.
@@ -524,8 +502,12 @@ class Study:
     Attributes
     ----------
     case : Case
-    execute, store, advance
-        As for `solve`.
+    execute : callable
+        Solves the cases of designs.
+    store : Store, optional
+        Cases that it holds are not computed again, all others are written to it.
+    advance : callable, optional
+        Called with the number of new designs.
     candidates : list of Candidate
         All designs so far.
     first : int
@@ -534,8 +516,8 @@ class Study:
 
     case: Case
     execute: Execute
-    store: Store | None
-    advance: Callable[[int], None]
+    store: Store | None = None
+    advance: Callable[[int], None] = lambda count: None
     candidates: list[Candidate] = field(default_factory=list)
     first: int = 0
 
