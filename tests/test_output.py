@@ -849,7 +849,8 @@ HEADER = (
     "approach,excitation.frequency [Hz],excitation.rms [m/s2],F_fk [N],F_fs [N],a_u [m/s2],"
     "a_x [m/s2],T_a [-],T_x [-],x_r_rms [m],x_r_peak [m],stroke_used [-],stuck_share [-],"
     "chatter_share [-],violations [-],closure [-],status,"
-    "multiplier_1 [-],multiplier_1_phase [rad],multiplier_2 [-],multiplier_2_phase [rad],stable [-]"
+    "multiplier_1 [-],multiplier_1_phase [rad],multiplier_2 [-],multiplier_2_phase [rad],"
+    "stable [-]"
 )
 
 
