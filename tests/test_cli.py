@@ -257,7 +257,7 @@ def test_unknown_engine_is_a_fault_of_the_command_line(process, seat):
 
 
 def test_bug_shows_its_traceback_and_where_to_report_it(drysim, seat, monkeypatch):
-    def broken(_):
+    def broken(*_, **__):
         raise ZeroDivisionError("a planted bug")
 
     monkeypatch.setattr("drysim.study.case.prepare", broken)
@@ -268,7 +268,7 @@ def test_bug_shows_its_traceback_and_where_to_report_it(drysim, seat, monkeypatc
 
 
 def test_memory_that_runs_out_is_a_fault_and_not_a_bug(drysim, seat, monkeypatch):
-    def greedy(_):
+    def greedy(*_, **__):
         raise MemoryError
 
     monkeypatch.setattr("drysim.study.run.solve", greedy)

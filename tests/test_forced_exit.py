@@ -124,7 +124,7 @@ NOTHING_KEPT = {
         ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW),
     ),
     "a comparison": (
-        "patch('drysim.study.run.measure_case', 1)",
+        "patch('drysim.study.run.measure_motion', 1)",
         ("compare", "signum", "vs", "stick-slip", "-s", "seat.yaml", "--workers", "2"),
     ),
 }

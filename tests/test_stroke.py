@@ -96,9 +96,11 @@ def test_mirrored_motion_exchanges_the_sides_exactly(law, motion):
         mirror = PiecewiseLaw(15.0, 18.0, compression=(30.0, 36.0))
     here = measure(trajectory_of(LAWS[law], MOTIONS[motion]), (0.4, END), LIMITS)
     there = trajectory_of(mirror, mirrored(MOTIONS[motion]))
-    assert exchanged(measure(there, (0.4, END), StrokeLimits(0.007, 0.004))) == {
-        name: value for name, value in here.items() if name != "crossing_rate"
-    }
+    found = exchanged(measure(there, (0.4, END), StrokeLimits(0.007, 0.004)))
+    # Energies under samples are matrix products, whose rounding depends on the processor.
+    for name in [name for name in found if name.startswith("energy")]:
+        assert found.pop(name) == pytest.approx(here.pop(name), rel=1e-12, abs=1e-12)
+    assert found == {name: value for name, value in here.items() if name != "crossing_rate"}
 
 
 @pytest.mark.parametrize("stops", STOPS.values(), ids=STOPS)

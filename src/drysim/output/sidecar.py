@@ -31,7 +31,6 @@ from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
 from drysim.study.case import combined_sha256, signal_sha256
-from drysim.study.interval import JUMP_METRICS
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
 if TYPE_CHECKING:

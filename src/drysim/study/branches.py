@@ -274,7 +274,9 @@ def solve(case: Case) -> BranchesResult:
     """Follow the branches of a prepared case."""
     scenario = case.scenario
     axis = scenario.sweep[0]
-    compile.choose_engine(compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS + 1)
+    # As long as a large plain job: compiled kernels are used, but not compiled for this.
+    steps = compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
+    compile.choose_engine(steps, "orbit.solve_repetition")
     study = Study(scenario, axis)
     return study.solve(case)
 

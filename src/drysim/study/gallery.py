@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import drysim
@@ -18,6 +19,9 @@ SUFFIX = ".yaml"
 
 HARD_FOLDER = "hard"
 """Folder of the hard cases: scenes that are difficult to compute."""
+
+NAMED_COMMANDS = ("branches", "map")
+"""Commands without a block of their own: the comments of their scenarios name them."""
 
 LOOPS_FOLDER = Path("pictures", "loops")
 """Folder with the pictures of the friction loops."""
@@ -33,9 +37,11 @@ class GalleryScenario:
 
     @property
     def command(self) -> str:
-        """Command that the scenario is made for."""
-        words = read_document(self.file).value
-        return next((name for name in (FIT_KEY, DESIGN_KEY) if name in words), "run")
+        """Command that the scenario is made for: by its blocks, or as its comments say."""
+        words, text = read_document(self.file).value, self.file.read_text(encoding="utf-8")
+        blocks = (name for name in (FIT_KEY, DESIGN_KEY) if name in words)
+        named = (name for name in NAMED_COMMANDS if f"`drysim {name}`" in text)
+        return next(chain(blocks, named), "run")
 
     @property
     def loop(self) -> Path | None:

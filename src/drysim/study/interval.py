@@ -29,16 +29,13 @@ from drysim.study.plan import CaseRanges, solve_range
 from drysim.study.run import MotionCache
 from drysim.study.statistics import OK, Batch, Row, Rows
 from drysim.study.sweep import choose_engine, make_table
-from drysim.study.table import Jump, Table, Tally, stroke_limits
+from drysim.study.table import JUMP_METRICS, Jump, Table, Tally, stroke_limits
 from drysim.wording import format_number
 
 KEY = ".".join(map(str, STATIC_RATIO))
 
 FIRST_VALUES, MAX_VALUES = 33, 600
 """Number of evenly spaced values of the ratio, and of all values that are solved at most."""
-
-JUMP_METRICS = ("T_a", "x_r_rms", "x_r_peak", "stuck_share")
-"""Metrics by which motions are told apart."""
 
 MAX_DIFFERENCE = 0.01
 """Difference of a metric between neighbours that is resolved no further, relative to its

@@ -342,6 +342,10 @@ class Hysteresis(NamedTuple):
         return 0.0 if up is None or down is None else abs(up - down)
 
 
+JUMP_METRICS = ("T_a", "x_r_rms", "x_r_peak", "stuck_share")
+"""Metrics by which motions are told apart."""
+
+
 class Jump(NamedTuple):
     """Value at which the answer jumps, and the cases closest to it on both sides."""
 
