@@ -214,6 +214,21 @@ def test_the_only_branch_without_static_excess_is_stable(tmp_path):
     assert result.starts == 17  # rest only: two motions never move apart
 
 
+def test_rounding_of_a_range_adds_no_branch_and_no_bifurcation(tmp_path):
+    # 1.4 is no binary fraction: at its lower end both limits must still be equal.
+    scene = paper(tmp_path, 1.0)
+    short = drysim.load(
+        tmp_path / "paper.yaml", {"sweep": {"friction.static_ratio": [1, 1.2, 1.4]}}
+    )
+    one, other = drysim.branches(scene), drysim.branches(short)
+    assert [each.kind for each in other.bifurcations] == [
+        each.kind for each in one.bifurcations
+    ]
+    listed = {"sweep": {"friction.kinetic": [10, 20, 30]}}
+    (branch,) = drysim.branches(drysim.load(tmp_path / "paper.yaml", listed)).branches
+    assert (branch.values[0], branch.values[-1]) == (10.0, 30.0)
+
+
 def test_branches_scale_with_base_motion_and_friction(tmp_path):
     sweep = "friction.static_ratio: {from: 1, to: 2, count: 3}"
     one = scaled(tmp_path, 0.5, 0.05, 0.6, 1.5, sweep)
@@ -289,6 +304,15 @@ def test_command_writes_branches_bifurcations_and_picture(command, tmp_path):
         ),
         ({"sweep": {"start.x_r": [0.0, 0.1]}}, "branches follows the first key of the sweep"),
         ({"measure": {"settle": 0, "duration": 10}}, "needs a steady state"),
+        ({"sweep": {"excitation.phase": [0, 1]}}, "a phase only shifts the time"),
+        (
+            {"sweep": {"zip": {"oscillator.mass": [50, 100], "friction.kinetic": [10, 20]}}},
+            "values that vary together",
+        ),
+        (
+            {"sweep": {"friction.static_ratio": [1, 1.2], "direction": "up"}},
+            "sweep.direction does not apply",
+        ),
     ],
 )
 def test_scenes_without_branches_are_refused_with_the_reason(tmp_path, changes, words):

@@ -320,7 +320,7 @@ class Continuation:
             target = np.append(last.state, last.p) / scale + ds * last.tangent
             at_end = not 0.0 <= target[n] <= 1.0
             if at_end:
-                p = min(max(float(target[n]), 0.0), 1.0)
+                p = 0.0 if target[n] < 0.0 else 1.0
                 if p == last.p:
                     end = "range"
                     break
@@ -333,6 +333,8 @@ class Continuation:
                 float(target[n]), target[:n] * scale[:n], normal, scale, repetition
             )
             point = None if corrected is None else corrected[0]
+            if point is not None and at_end:
+                point = point._replace(p=p)
             if point is not None:
                 move = (np.append(point.state - last.state, point.p - last.p)) / scale
                 length = float(np.linalg.norm(move))

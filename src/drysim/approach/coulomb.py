@@ -504,7 +504,10 @@ def find_other_motions(
     rows[1:, [X_R, V_R]] = starts
     found: list[OtherMotion] = []
     known: list[float] = []
-    for answer in solve_orbits(rows):
+    answers = solve_orbits(rows)
+    if answers[0, orbit.STATUS] != orbit.CONVERGED:
+        return [], len(starts)
+    for answer in answers:
         if answer[orbit.STATUS] != orbit.CONVERGED:
             continue
         length = answer[orbit.MULTIPLE] * period
@@ -549,7 +552,7 @@ class SceneRows:
     """
 
     def __init__(self, exact: Callable[[Floats], Floats], low: float, high: float) -> None:
-        self.exact = exact
+        self.exact, self.ends = exact, (low, high)
         probes = np.linspace(low, high, PROBES)
         rows = exact(probes)
         self.has_one_sine = rows.shape[1] == orbit.SINES + 3
@@ -561,6 +564,7 @@ class SceneRows:
         size = np.abs(rows).max(axis=0)
         # Rounding of the offset of a column that is proportional to the parameter.
         self.base[np.abs(self.base) <= AFFINE_TOLERANCE * size] = 0.0
+        self.end_rows = first.copy(), last.copy()
         same = [self.affine(value) for value in probes.tolist()]
         with np.errstate(invalid="ignore"):
             self.is_affine = not (np.abs(same - rows) > AFFINE_TOLERANCE * size).any()
@@ -574,7 +578,17 @@ class SceneRows:
 
     def at(self, value: float) -> Floats:
         """Return the row of a value."""
-        return self.affine(value) if self.is_affine else self.exact(np.array([value]))[0]
+        row: Floats
+        if not self.is_affine:
+            row = self.exact(np.array([value]))[0]
+        elif value in self.ends:
+            row = self.end_rows[self.ends.index(value)].copy()
+        else:
+            row = self.affine(value)
+        # Rounding must not separate the limits, nor exchange them.
+        if abs(row[F_FS] - row[F_FK]) <= AFFINE_TOLERANCE * row[F_FK]:
+            row[F_FS] = row[F_FK]
+        return row
 
 
 class CoulombReturnMap:

@@ -23,7 +23,7 @@ from drysim.study.branches import (
     describe_branch,
     describe_motions,
 )
-from drysim.wording import describe_axis, format_length, format_number
+from drysim.wording import describe_axis, format_length, format_number, format_unit
 
 VALUE_WIDTH = 16
 """Width of the values."""
@@ -81,7 +81,8 @@ def bifurcation_rows(result: BranchesResult) -> Iterator[SummaryRow]:
         remarks = [f"branch {one.branch}"]
         if one.kind == GRAZING and before != after:
             remarks.append(f"{before} to {after} stops per period")
-        yield SummaryRow(one.kind, format_number(one.value, digits=10), "; ".join(remarks))
+        value = format_number(one.value, format_unit(result.axis.unit), 10)
+        yield SummaryRow(one.kind, value, "; ".join(remarks))
     if len(result.bifurcations) > MAX_SHOWN:
         more = len(result.bifurcations) - MAX_SHOWN
         yield SummaryRow("…", f"{more} more", "all are in bifurcations.csv")

@@ -32,6 +32,7 @@ from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
 from drysim.study.case import combined_sha256, signal_sha256
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
+from drysim.study.table import JUMP_METRICS
 
 if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCaseResult, HardCases

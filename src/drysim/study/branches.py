@@ -25,7 +25,13 @@ from drysim.metrics.checks import Verdict
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import numeric_keys
-from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.case import (
+    Case,
+    case_error,
+    prepare,
+    refuse_direction,
+    require_scenario,
+)
 from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.sweep import describe_numerics
@@ -244,6 +250,7 @@ def prepare_branches(scenario: Scenario) -> Case:
     """Return the case of a scenario whose branches can be followed; errors as `branches`."""
     require_scenario(scenario)
     approaches_of(scenario)  # requires a sweep
+    refuse_direction(scenario, "drysim branches")
     axis = scenario.sweep[0]
     if not isinstance(scenario.excitation, Harmonic):
         sentence = (
@@ -251,6 +258,15 @@ def prepare_branches(scenario: Scenario) -> Case:
             f"{scenario.excitation.kind}: only periodic motions have branches"
         )
         raise case_error(scenario, sentence, ("excitation", "kind"))
+    if axis.group:
+        sentence = "branches follows a single key: values that vary together have no branches"
+        raise case_error(scenario, sentence, axis.location or ("sweep",))
+    if axis.key == "excitation.phase":
+        sentence = "a phase only shifts the time: follow another key"
+        raise case_error(scenario, sentence, ("sweep", axis.key))
+    if getattr(scenario.active_friction, "normal_variation", None) is not None:
+        sentence = "branches does not support a varying normal force; remove it"
+        raise case_error(scenario, sentence, ("friction", "normal_variation"))
     numbers = [value for value in axis.values if isinstance(value, int | float)]
     if axis.key.split(".")[0] not in SWEEP_KEY_MODELS or len({*numbers}) < 2:
         sentence = (
@@ -290,8 +306,6 @@ class Study:
         self.scenario, self.axis = scenario, axis
         self.low, self.high = float(min(axis.values)), float(max(axis.values))
         self.is_log = is_log(axis)
-        friction = scenario.active_friction
-        self.symmetric = getattr(friction, "normal_variation", None) is None
         self.rows = SceneRows(self.exact_rows, self.low, self.high)
 
     def exact_rows(self, values: Floats) -> Floats:
@@ -319,7 +333,7 @@ class Study:
         continuation = Continuation(return_map, return_map.speed)
         shares = np.linspace(0.0, 1.0, SEED_VALUES)
         seeds = self.seeds(shares)
-        found, complete = continuation.find_branches(seeds.orbits, self.symmetric, MAX_BRANCHES)
+        found, complete = continuation.find_branches(seeds.orbits, True, MAX_BRANCHES)
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
         for number, low, high in self.locked_ranges(shares, seeds.stuck):
@@ -390,7 +404,7 @@ class Study:
         for p, scene, answer in zip(at, table, solve_orbits(table), strict=True):
             status = answer[o.STATUS]
             if status != o.CONVERGED:
-                lost += status != o.NOT_UNIQUE
+                lost += 1
                 continue
             length = answer[o.MULTIPLE] * scene[o.PERIOD]
             if answer[o.STUCK] >= length * (1.0 - 1e-12):
@@ -516,8 +530,9 @@ class Study:
         yield from case.warnings
         if seeds.lost:
             sentence = (
-                f"{seeds.lost} of {seeds.starts} starts did not settle on a periodic motion; "
-                "motions that are not periodic have no branch"
+                f"{seeds.lost} of {seeds.starts} starts did not settle on one periodic motion: "
+                "it decays too slowly, is not periodic, or is one of a continuum; branches may "
+                "be missing"
             )
             yield WarningMessage("starts-not-settled", sentence, {"starts": seeds.lost})
         if not complete:
