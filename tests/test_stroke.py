@@ -98,7 +98,8 @@ def test_mirrored_motion_exchanges_the_sides_exactly(law, motion):
     there = trajectory_of(mirror, mirrored(MOTIONS[motion]))
     found = exchanged(measure(there, (0.4, END), StrokeLimits(0.007, 0.004)))
     # Energies under samples are matrix products, whose rounding depends on the processor.
-    for name in [name for name in found if name.startswith("energy")]:
+    energies = [name for name in found if name.startswith("energy") and here[name] is not None]
+    for name in energies:
         assert found.pop(name) == pytest.approx(here.pop(name), rel=1e-12, abs=1e-12)
     assert found == {name: value for name, value in here.items() if name != "crossing_rate"}
 
