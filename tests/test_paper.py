@@ -44,6 +44,8 @@ solver: {approach: stick-slip, step: 2.5e-3}
 sweep: {friction.kinetic: [5, 15, 25, 35, 45, 55]}
 """
 
+EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
+
 F_0 = sqrt(7500 / 75) / (2 * pi)
 
 Curve = dict[float, Row]
@@ -303,3 +305,27 @@ def test_two_stable_motions_are_those_of_the_page(metrics_of: Callable[..., Metr
         assert at_rest["T_a"] == 1.0
         assert moving["x_r_peak"] == pytest.approx(amplitude * 1e-3, rel=1e-3)
         assert moving["T_a"] == pytest.approx(T_a, abs=6e-6)
+
+
+@pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")
+def test_a_block_on_el_centro_moves_as_the_page_says(tmp_path: Path) -> None:
+    rows = table("An earthquake record")
+    assert list(rows) == ["0.05", "0.1", "0.15", "0.2"]
+    file = tmp_path / "block.yaml"
+    for coefficient, row in rows.items():
+        file.write_text(
+            "drysim: 1\n"
+            "oscillator: {mass: 1, stiffness: 0, damping: 0}\n"
+            f"friction: {{law: coulomb, kinetic: {float(coefficient) * 9.80665}}}\n"
+            f"excitation: {{kind: record, file: {EL_CENTRO}, time: time, column: acc}}\n"
+        )
+        exact = run(load(file)).metrics
+        signum = {"solver.approach": "signum", "solver.signum.method": "semi-implicit"}
+        coarse = run(load(file, signum)).metrics
+        fine = run(
+            load(file, signum | {"excitation.resample": {"rate": "10 kHz", "by": "line"}})
+        ).metrics
+        assert exact["x_r_peak"] * 1e3 == pytest.approx(row[0], rel=5e-4)
+        assert exact["stuck_share"] * 100.0 == pytest.approx(row[1], abs=0.005)
+        assert exact["T_a"] == pytest.approx(row[2], abs=5e-4)
+        assert [coarse["T_a"], fine["T_a"]] == pytest.approx(row[3:], abs=5e-4)
