@@ -43,30 +43,21 @@ STEPS_AT_A_TIME = 8192
 
 
 class Rows(NamedTuple):
-    """Segments in order of time: their starts, each the end of the one before.
-
-    Attributes
-    ----------
-    n, s : array
-        Sample before the start, and time since [s].
-    x_r, v_r : array
-        State at the start [m, m/s].
-    k, b : float or array
-        Stiffness [N/m] and damping [N·s/m] in -m x_dd = k x_r + b v_r + force.
-    force : array
-        Constant force [N] in it.
-    rests : array of bool
-        Whether the mass rests on its base.
-    """
+    """Segments in order of time: their starts, each the end of the one before."""
 
     n: Any
     s: Any
+    """Sample before the start, and time since [s]."""
     x_r: Any
     v_r: Any
+    """State at the start [m, m/s]."""
     k: Any
     b: Any
+    """Stiffness [N/m] and damping [N·s/m] in -m x_dd = k x_r + b v_r + force."""
     force: Any
+    """Constant force [N] in it."""
     rests: Any
+    """Whether the mass rests on its base."""
 
 
 def peak_acceleration(trajectory: Trajectory, begin: float, end: float) -> float | None:

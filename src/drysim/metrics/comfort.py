@@ -32,19 +32,13 @@ HIGH_PASS, LOW_PASS = 0.4, 100.0
 
 
 class WeightingFilter(NamedTuple):
-    """Frequency weighting without its band limits.
-
-    Attributes
-    ----------
-    f_3, Q_4 : float
-        Corner [Hz] and resonance [-] of the transition from acceleration to velocity; f4 = f3.
-    step : tuple of float, or None
-        f5 [Hz], Q5, f6 [Hz], Q6 of the upward step; None for none.
-    """
+    """Frequency weighting without its band limits; f4 = f3."""
 
     f_3: float
     Q_4: float
+    """Corner [Hz] and resonance [-] of the transition from acceleration to velocity."""
     step: tuple[float, float, float, float] | None = None
+    """f5 [Hz], Q5, f6 [Hz], Q6 of the upward step; None for none."""
 
 
 WEIGHTINGS = {
@@ -62,26 +56,18 @@ UNVERIFIED_DIRECTIONS = ("horizontal",)
 
 
 class Weighted(NamedTuple):
-    """Frequency-weighted accelerations in a window, times the factor k of the direction.
-
-    Attributes
-    ----------
-    a_w, base_a_w : float
-        RMS on the mass and on the base [m/s²].
-    dose, base_dose : float
-        Fourth root of the integral of the fourth power [m/s^1.75].
-    running : float or None
-        Largest running RMS on the mass [m/s²]; None for a window that is too short.
-    peak : float
-        Largest magnitude on the mass [m/s²].
-    """
+    """Frequency-weighted accelerations in a window, times the factor k of the direction."""
 
     a_w: float
     base_a_w: float
+    """RMS on the mass and on the base [m/s²]."""
     dose: float
     base_dose: float
+    """Fourth root of the integral of the fourth power [m/s^1.75]."""
     running: float | None
+    """Largest running RMS on the mass [m/s²]; None for a window that is too short."""
     peak: float
+    """Largest magnitude on the mass [m/s²]."""
 
 
 def weighted_accelerations(

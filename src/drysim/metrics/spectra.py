@@ -44,50 +44,34 @@ class Bands(NamedTuple):
 
     NaN in a band that is narrower than the resolution of the window, or beyond half the
     sampling rate.
-
-    Attributes
-    ----------
-    a_u, a_x : ndarray
-        Of base and mass.
-    a_wu, a_w : ndarray or None
-        The same, frequency-weighted, times the factor k; None without a weighting.
     """
 
     a_u: Floats
     a_x: Floats
+    """Of base and mass."""
     a_wu: Floats | None
     a_w: Floats | None
+    """The same, frequency-weighted, times the factor k; None without a weighting."""
 
 
 class Spectra(NamedTuple):
-    """One-sided spectra at the lines above 0 Hz; each array has shape (n,).
-
-    Attributes
-    ----------
-    f : ndarray
-        Frequency [Hz].
-    G_u, G_x : ndarray
-        PSD of ü and of ẍ [(m/s²)²/Hz].
-    H1 : ndarray of complex
-        Transmissibility from ü to ẍ [-], cross spectrum over G_u.
-    coherence : ndarray
-        Share of G_x that is linearly related to ü [-].
-    segment : float
-        Length of a segment [s].
-    segments : int
-        Number of segments averaged, half overlapping.
-    bands : Bands or None
-        RMS values in bands, if requested.
-    """
+    """One-sided spectra at the lines above 0 Hz; each array has shape (n,)."""
 
     f: Floats
+    """Frequency [Hz]."""
     G_u: Floats
     G_x: Floats
+    """PSD of ü and of ẍ [(m/s²)²/Hz]."""
     H1: Complexes
+    """Transmissibility from ü to ẍ [-], cross spectrum over G_u."""
     coherence: Floats
+    """Share of G_x that is linearly related to ü [-]."""
     segment: float
+    """Length of a segment [s]."""
     segments: int
+    """Number of segments averaged, half overlapping."""
     bands: Bands | None = None
+    """RMS values in bands, if requested."""
 
 
 def spectra(response: Response, window: tuple[float, float], segment: float) -> Spectra:

@@ -29,22 +29,15 @@ MIN_TAIL_PEAKS, TAIL_SHARE = 30, 0.1
 
 
 class Excursions(NamedTuple):
-    """Intervals of time with x_r at or beyond a limit; or columns of those of many cases.
-
-    Attributes
-    ----------
-    up, down : int
-        Number of intervals on either side.
-    t_first : float or None
-        Beginning of the first [s].
-    t_beyond : float
-        Total length [s].
-    """
+    """Intervals of time with x_r at or beyond a limit; or columns of those of many cases."""
 
     up: Any
     down: Any
+    """Number of intervals on either side."""
     t_first: Any
+    """Beginning of the first [s]."""
     t_beyond: Any
+    """Total length [s]."""
 
 
 def excursions(
@@ -126,25 +119,17 @@ def level_crossing_time(
 
 
 class Impacts(NamedTuple):
-    """Contacts with the end stops.
-
-    Attributes
-    ----------
-    up, down : int
-        Number of contacts with the upper and with the lower stop.
-    speed : float
-        Largest |v_r| at a contact [m/s].
-    force : float or None
-        Largest force between mass and bumper [N]; None for rigid stops.
-    impulse : float or None
-        Largest impulse of an impact [N·s]; None for bumpers.
-    """
+    """Contacts with the end stops."""
 
     up: int
     down: int
+    """Number of contacts with the upper and with the lower stop."""
     speed: float
+    """Largest |v_r| at a contact [m/s]."""
     force: float | None
+    """Largest force between mass and bumper [N]; None for rigid stops."""
     impulse: float | None
+    """Largest impulse of an impact [N·s]; None for bumpers."""
 
 
 def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) -> Impacts:

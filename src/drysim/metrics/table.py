@@ -47,73 +47,49 @@ ENERGY_FLOOR = 1e-292
 
 @dataclass(frozen=True)
 class Measured:
-    """What the metrics of a motion follow from: numbers, or columns of numbers of many cases.
-
-    Attributes
-    ----------
-    plant : Plant
-    F_fk : float
-        Kinetic friction force [N].
-    length : float
-        Length of the window [s].
-    totals : Totals
-        Integrals over the window.
-    begin, end : State
-        At both ends of the window.
-    lowest, highest : float
-        Extremes of x_r in the window [m], or 0 where x_r stays on the other side.
-    reached : float
-        Largest |x_r| from the start to the end of the window [m].
-    upcrossings : int
-        Number of upward zero crossings of x_r in the window.
-    chatter : float
-        Share of the window with two sign changes of v_r within four steps [-].
-    closure : float or None
-        Closure of a periodic orbit [-]; None for any other motion.
-    x_dd_peak : float or None
-        Largest |x_dd| in the window [m/s²]; None where unknown.
-    hourly : float or None
-        Stroke exceeded once an hour, extrapolated [m]; None where unknown.
-    limits : StrokeLimits or None
-    limit_entries : int
-        How often x_r reaches a limit in the window.
-    excursions : Excursions or None
-        To the limits, from the start to the end of the window.
-    impacts : Impacts or None
-        On the end stops in the window.
-    bumper_energies : tuple of float
-        Elastic energy of the end stops at both ends of the window [J].
-    jacobian : tuple of float, or None
-        Trace and determinant of the Jacobian of a periodic orbit, the derivative of the state
-        after a repetition by the state before it; None where unknown.
-    weighted : Weighted or None
-        Frequency-weighted accelerations.
-    settings : Measure or None
-        The measure block of the scenario.
-    """
+    """What the metrics of a motion follow from: numbers, or columns of those of many cases."""
 
     plant: Plant
     F_fk: Any
+    """Kinetic friction force [N]."""
     length: Any
+    """Length of the window [s]."""
     totals: Totals
+    """Integrals over the window."""
     begin: AnyState
     end: AnyState
+    """At both ends of the window."""
     lowest: Any
     highest: Any
+    """Extremes of x_r in the window [m], or 0 where x_r stays on the other side."""
     reached: Any
+    """Largest |x_r| from the start to the end of the window [m]."""
     upcrossings: Any
+    """Number of upward zero crossings of x_r in the window."""
     chatter: Any
+    """Share of the window with two sign changes of v_r within four steps [-]."""
     closure: Any
+    """Closure of a periodic orbit [-]; None for any other motion."""
     x_dd_peak: float | None = None
+    """Largest |x_dd| in the window [m/s²]; None where unknown."""
     hourly: float | None = None
+    """Stroke exceeded once an hour, extrapolated [m]; None where unknown."""
     limits: StrokeLimits | None = None
     limit_entries: Any = 0
+    """How often x_r reaches a limit in the window."""
     excursions: Excursions | None = None
+    """To the limits, from the start to the end of the window."""
     impacts: Impacts | None = None
+    """On the end stops in the window."""
     bumper_energies: tuple[float, float] = (0.0, 0.0)
+    """Elastic energy of the end stops at both ends of the window [J]."""
     jacobian: tuple[Any, Any] | None = None
+    """Trace and determinant of the Jacobian of a periodic orbit, the derivative of the state
+    after a repetition by the state before it; None where unknown."""
     weighted: Weighted | None = None
+    """Frequency-weighted accelerations."""
     settings: Any = None
+    """The measure block of the scenario."""
 
     @property
     def exposure(self) -> float | None:
@@ -233,20 +209,13 @@ are at least 0."""
 
 
 class Need(NamedTuple):
-    """What some metrics need: an attribute of `Measured` that other motions do not have.
-
-    Attributes
-    ----------
-    attribute : str
-    name : str
-        Name in messages.
-    keys : tuple of str
-        Scenario keys one of which asks for it.
-    """
+    """What some metrics need: an attribute of `Measured` that other motions do not have."""
 
     attribute: str
     name: str
+    """Name in messages."""
     keys: tuple[str, ...]
+    """Scenario keys one of which asks for it."""
 
 
 LIMITS = Need("limits", "a stroke limit", ("stroke.limit",))
@@ -266,43 +235,29 @@ DAY_OF_WORK = 8 * 3600.0
 
 
 class Metric(NamedTuple):
-    """One metric.
-
-    Attributes
-    ----------
-    name : str
-        Name in checks and tables.
-    unit : str
-        SI unit.
-    about : str
-        Meaning.
-    formula : callable
-        Returns the value of a `Measured`; None, or NaN in a column, where it is not known.
-    needs : tuple of Need
-        What the metric is not known without.
-    kind : str
-        SHARE, SIGNED, COUNT, or "".
-    by_side : bool
-        Whether the metric is of one side of the stroke; tables have it only where the sides
-        are told apart.
-    in_tables : bool
-        Whether it is in every table of cases; others are there if the scenario asks for them.
-    with_interval : bool
-        Whether tables also have its confidence interval, where it is a mean over seeds.
-    with_quantiles : bool
-        Whether its quantiles over the cases are in drysim.json.
-    """
+    """One metric."""
 
     name: str
+    """Name in checks and tables."""
     unit: str
+    """SI unit."""
     about: str
+    """Meaning."""
     formula: Callable[[Any], Any]
+    """Returns the value of a `Measured`; None, or NaN in a column, where it is not known."""
     needs: tuple[Need, ...] = ()
+    """What the metric is not known without."""
     kind: str = ""
+    """SHARE, SIGNED, COUNT, or ""."""
     by_side: bool = False
+    """Whether the metric is of one side of the stroke; tables have it only where the sides are
+    told apart."""
     in_tables: bool = False
+    """Whether it is in every table of cases; others are there if the scenario asks for them."""
     with_interval: bool = False
+    """Whether tables also have its confidence interval, where it is a mean over seeds."""
     with_quantiles: bool = False
+    """Whether its quantiles over the cases are in drysim.json."""
 
 
 METRICS = (

@@ -197,21 +197,14 @@ def _sha256(file: Path) -> str:
 
 
 class LockedFolder(NamedTuple):
-    """A locked output folder.
-
-    Attributes
-    ----------
-    folder : Path
-        The output folder.
-    partial : Path
-        `<name>.partial`, where the files are written.
-    held : os.stat_result
-        Identity of `<name>.partial` when it was locked.
-    """
+    """A locked output folder."""
 
     folder: Path
+    """The output folder."""
     partial: Path
+    """`<name>.partial`, where the files are written."""
     held: os.stat_result
+    """Identity of `<name>.partial` when it was locked."""
 
 
 @contextmanager

@@ -62,20 +62,13 @@ Fields = dict[str, Any]
 
 
 class Provenance(NamedTuple):
-    """What the command contributes to drysim.json.
-
-    Attributes
-    ----------
-    command : str
-        The command line, quoted for a shell.
-    exit_code : int
-    files : mapping
-        Name of each file in the output folder to its SHA-256 (hex).
-    """
+    """What the command contributes to drysim.json."""
 
     command: str
+    """The command line, quoted for a shell."""
     exit_code: int
     files: Mapping[str, str]
+    """Name of each file in the output folder to its SHA-256 (hex)."""
 
 
 def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:

@@ -167,23 +167,15 @@ FORCE_COLUMNS = ("F_fk", "F_fs")
 
 
 class Column(NamedTuple):
-    """A column of a table of cases.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        Empty for text.
-    values : callable
-        Returns the column for a batch: numbers (NaN where missing), or text as bytes.
-    whole : bool
-        Whether the numbers are counts.
-    """
+    """A column of a table of cases."""
 
     name: str
     unit: str
+    """Empty for text."""
     values: Callable[[Batch], Values]
+    """Returns the column for a batch: numbers (NaN where missing), or text as bytes."""
     whole: bool = False
+    """Whether the numbers are counts."""
 
     @property
     def header(self) -> str:

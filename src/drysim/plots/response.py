@@ -453,26 +453,18 @@ ZOOM_POINTS = (150, 4000)
 
 
 class Curve(NamedTuple):
-    """Time histories of an interval, with two points per event: just before and just after.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        Time [s].
-    u_dd, x_dd : ndarray, shape (n,)
-        Acceleration of base and mass [m/s²].
-    x_r, v_r : ndarray, shape (n,)
-        Relative displacement [m] and velocity [m/s].
-    F_f : ndarray, shape (n,)
-        Friction force [N].
-    """
+    """Time histories of an interval, with two points per event: just before and just after."""
 
     t: Floats
+    """Time [s], shape (n,)."""
     u_dd: Floats
     x_dd: Floats
+    """Acceleration of base and mass [m/s²], shape (n,)."""
     x_r: Floats
     v_r: Floats
+    """Relative displacement [m] and velocity [m/s], shape (n,)."""
     F_f: Floats
+    """Friction force [N], shape (n,)."""
 
 
 class Peak(NamedTuple):

@@ -187,27 +187,18 @@ PEAK_STROKE = "x_r_peak"
 
 
 class PlottedMetric(NamedTuple):
-    """A metric as it is drawn in a panel.
-
-    Attributes
-    ----------
-    symbol : str
-        Symbol with unit, as matplotlib text.
-    name : str
-        Name of the metric.
-    scale : float
-        Displayed value over the value in SI units.
-    title : str
-        Name in the panel title.
-    unit : str
-        Displayed unit, if it is needed outside of `symbol`.
-    """
+    """A metric as it is drawn in a panel."""
 
     symbol: str
+    """Symbol with unit, as matplotlib text."""
     name: str
+    """Name of the metric."""
     scale: float = 1.0
+    """Displayed value over the value in SI units."""
     title: str = ""
+    """Name in the panel title."""
     unit: str = ""
+    """Displayed unit, if it is needed outside of `symbol`."""
 
     def of(self, row: Row) -> float | None:
         """Return the displayed value of a row, or None where it is unknown."""

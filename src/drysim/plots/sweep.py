@@ -211,71 +211,45 @@ Choice = TypeVar("Choice")
 
 
 class Line(NamedTuple):
-    """A curve.
-
-    Attributes
-    ----------
-    label : str
-    value : float
-        Value of the swept key by which lines differ.
-    rows : sequence of Row
-        Cases along the x-axis.
-    direction : str
-        Direction of the sweep, `up` or `down`; empty if every case begins at the start.
-    """
+    """A curve."""
 
     label: str
     value: float
+    """Value of the swept key by which lines differ."""
     rows: Sequence[Row]
+    """Cases along the x-axis."""
     direction: str = ""
+    """Direction of the sweep, `up` or `down`; empty if every case begins at the start."""
 
 
 class Panel(NamedTuple):
-    """The curves of a panel.
-
-    Attributes
-    ----------
-    point : mapping
-        Values of the swept keys by which panels differ.
-    title : str
-        These values as text; empty for a single panel.
-    lines, references : sequence of Line
-        Curves of the approach and of the reference.
-    """
+    """The curves of a panel."""
 
     point: Point
+    """Values of the swept keys by which panels differ."""
     title: str
+    """These values as text; empty for a single panel."""
     lines: Sequence[Line]
     references: Sequence[Line]
+    """Curves of the approach and of the reference."""
 
 
 class View(NamedTuple):
-    """Assignment of a table to x-axis, lines and panels.
-
-    Attributes
-    ----------
-    key : str
-        Swept key of the x-axis; empty if nothing is swept.
-    label : str
-        Label of the x-axis.
-    line : Axis or None
-        Swept key by which lines differ; the first of several keys that vary together.
-    panels : sequence of Panel
-    left_out : int
-        Number of curves that are not drawn.
-    sampled : bool
-        Whether the cases are random samples, which lines do not connect.
-    files : sequence of str
-        Swept files of the x-axis, which are drawn at 0, 1, 2 and so on.
-    """
+    """Assignment of a table to x-axis, lines and panels."""
 
     key: str
+    """Swept key of the x-axis; empty if nothing is swept."""
     label: str
+    """Label of the x-axis."""
     line: Axis | None
+    """Swept key by which lines differ; the first of several keys that vary together."""
     panels: Sequence[Panel]
     left_out: int
+    """Number of curves that are not drawn."""
     sampled: bool = False
+    """Whether the cases are random samples, which lines do not connect."""
     files: Sequence[Any] = ()
+    """Swept files of the x-axis, which are drawn at 0, 1, 2 and so on."""
 
     def x(self, row: Row) -> float:
         """Return the abscissa of a row; nan for a reference that does not depend on the key."""
@@ -1146,25 +1120,19 @@ def count_cases(
 
 @dataclass
 class Histogram:
-    """Histogram of a metric in every bin of a key, and its mean over two keys.
-
-    Attributes
-    ----------
-    metric : str
-    along, across : Bins
-        Bins of the x-axis, and of the y-axis of the map (None without a map).
-    counts : ndarray, shape (len(along), n)
-        Number of cases per bin and value; the values are spaced logarithmically.
-    sums, cell_counts : ndarray, shape (len(along) * len(across),)
-        Sum of the metric and number of cases in every cell of the map.
-    """
+    """Histogram of a metric in every bin of a key, and its mean over two keys."""
 
     metric: str
     along: Bins
     across: Bins | None
+    """Bins of the x-axis, and of the y-axis of the map (None without a map)."""
     counts: NDArray[np.int64] = field(init=False)
+    """Number of cases per bin and value; the values are spaced logarithmically, shape
+    (len(along), n)."""
     sums: Floats = field(init=False)
     cell_counts: NDArray[np.int64] = field(init=False)
+    """Sum of the metric and number of cases in every cell of the map, shape (len(along) *
+    len(across),)."""
 
     def __post_init__(self) -> None:
         """Allocate empty counts."""
@@ -1217,24 +1185,16 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Bins:
-    """A swept key as bins.
-
-    Attributes
-    ----------
-    axis : Axis
-    centers, edges : ndarray, shape (n,) and (n + 1,)
-        Centres and edges of the bins.
-    x : ndarray
-        Points of curves: the centres, and for a range also its two ends.
-    is_log : bool
-        Whether the axis is logarithmic.
-    """
+    """A swept key as bins."""
 
     axis: Axis
     centers: Floats
     edges: Floats
+    """Centres and edges of the bins, shape (n,) and (n + 1,)."""
     x: Floats
+    """Points of curves: the centres, and for a range also its two ends."""
     is_log: bool
+    """Whether the axis is logarithmic."""
 
     @classmethod
     def of(cls, axis: Axis) -> Bins:

@@ -65,25 +65,17 @@ class VaryRange(Block):
 
 
 class VariedKey(NamedTuple):
-    """A key to choose.
-
-    Attributes
-    ----------
-    key : str
-        Dotted key.
-    unit : str
-        SI unit as in table headers.
-    low, high : float
-        Bounds in SI.
-    scale : str
-        `linear` or `log`.
-    """
+    """A key to choose."""
 
     key: str
+    """Dotted key."""
     unit: str
+    """SI unit as in table headers."""
     low: float
     high: float
+    """Bounds in SI."""
     scale: str
+    """`linear` or `log`."""
 
     @property
     def is_log(self) -> bool:
@@ -102,18 +94,12 @@ class VariedKey(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """Conditions under which every design is judged.
-
-    Attributes
-    ----------
-    axes : tuple of Axis
-        Keys with their values; every combination is a condition.
-    take : str
-        `worst` or `mean`: how the objectives become one. Limits hold under every condition.
-    """
+    """Conditions under which every design is judged."""
 
     axes: tuple[Axis, ...] = ()
+    """Keys with their values; every combination is a condition."""
     take: str = WORST
+    """`worst` or `mean`: how the objectives become one. Limits hold under every condition."""
 
 
 def _require_vary(value: object) -> tuple[VariedKey, ...]:

@@ -119,17 +119,11 @@ class SampledValues(LazySequence[float]):
 
 @dataclass(frozen=True)
 class Design:
-    """Points in the unit cube.
-
-    Attributes
-    ----------
-    kind : str
-        `uniform` (independent), `latin` (one point in each layer of each dimension) or `sobol`
-        (scrambled).
-    count, dimensions, seed : int
-    """
+    """Points in the unit cube."""
 
     kind: str
+    """`uniform` (independent), `latin` (one point in each layer of each dimension) or `sobol`
+    (scrambled)."""
     count: int
     dimensions: int
     seed: int

@@ -67,42 +67,29 @@ STEPS_PER_WAVE = 5
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Everything that an approach needs, and the scenario that it comes from.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    approach : Approach
-        Approach with its options.
-    plant, law, motion, start
-        Oscillator, friction law, base motion and start state.
-    step : float
-        Step of the output grid [s].
-    window : tuple of float
-        Begin and end of the interval over which metrics are taken [s]; one period for a
-        periodic orbit.
-    period : float or None
-        Period of the excitation [s] for a periodic orbit, else None.
-    warnings : tuple of WarningMessage
-        Warnings known before the computation.
-    inputs : tuple of Input
-        Records of the base motion; all of them where the record is swept.
-    records : tuple of RecordSummary
-        The swept records; none for other sweeps.
-    """
+    """Everything that an approach needs, and the scenario that it comes from."""
 
     scenario: Scenario
     approach: Approach
+    """Approach with its options."""
     plant: Plant
     law: AnyLaw
     motion: Sines | Samples
     start: State
+    """Oscillator, friction law, base motion and start state."""
     step: float
+    """Step of the output grid [s]."""
     window: tuple[float, float]
+    """Begin and end of the interval over which metrics are taken [s]; one period for a periodic
+    orbit."""
     period: float | None
+    """Period of the excitation [s] for a periodic orbit, else None."""
     warnings: tuple[WarningMessage, ...]
+    """Warnings known before the computation."""
     inputs: tuple[Input, ...] = ()
+    """Records of the base motion; all of them where the record is swept."""
     records: tuple[RecordSummary, ...] = ()
+    """The swept records; none for other sweeps."""
 
     @property
     def steps(self) -> int:
@@ -581,27 +568,18 @@ def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
 
 
 class Oscillation(NamedTuple):
-    """Phase that an oscillation or a decay runs through within the window of a case.
-
-    Attributes
-    ----------
-    key : str
-        Scenario key that causes it.
-    name : str
-    radians : float
-        Phase [rad], or number of decay times of a damper.
-    minimum : float
-        Lower bound of the work, in units of `SECONDS_PER_RADIAN`; a damped oscillation decays
-        before its full phase.
-    each : float
-        Longest time per radian or decay time [s].
-    """
+    """Phase that an oscillation or a decay runs through within the window of a case."""
 
     key: str
+    """Scenario key that causes it."""
     name: str
     radians: float
+    """Phase [rad], or number of decay times of a damper."""
     minimum: float
+    """Lower bound of the work, in units of `SECONDS_PER_RADIAN`; a damped oscillation decays
+    before its full phase."""
     each: float = SECONDS_PER_RADIAN
+    """Longest time per radian or decay time [s]."""
 
     def describe(self, radians: float) -> str:
         """Describe so many radians, or decay times of a damper, in words."""

@@ -77,19 +77,13 @@ LOCAL_CLUSTER_CONFIG = {
 
 
 class Certificates(NamedTuple):
-    """Files (PEM) by which a scheduler and its clients authenticate each other.
-
-    Attributes
-    ----------
-    ca_file : Path or None
-        Certificate of the authority that all of them trust.
-    cert, key : Path or None
-        Certificate and key of this client; one file may hold both.
-    """
+    """Files (PEM) by which a scheduler and its clients authenticate each other."""
 
     ca_file: Path | None = None
+    """Certificate of the authority that all of them trust."""
     cert: Path | None = None
     key: Path | None = None
+    """Certificate and key of this client; one file may hold both."""
 
 
 NO_CERTIFICATES = Certificates()
@@ -661,27 +655,18 @@ MAX_OPEN_SWEEPS = 2
 
 @dataclass(frozen=True)
 class Payload:
-    """Scenario as text with the files that it names; no worker reads files of the client.
-
-    Attributes
-    ----------
-    words : str
-        Resolved scenario as YAML, with the files named as below.
-    files : tuple of (str, bytes)
-        Names and contents.
-    versions : tuple of (str, str)
-        Versions of the client.
-    sweep : str
-        Digest of the sweep, which its batches carry.
-    first : int
-        Number of the first case.
-    """
+    """Scenario as text with the files that it names; no worker reads files of the client."""
 
     words: str
+    """Resolved scenario as YAML, with the files named as below."""
     files: tuple[tuple[str, bytes], ...]
+    """Names and contents."""
     versions: tuple[tuple[str, str | None], ...]
+    """Versions of the client."""
     sweep: str
+    """Digest of the sweep, which its batches carry."""
     first: int
+    """Number of the first case."""
 
     @classmethod
     def of(cls, scenario: Scenario, sweep: str, first: int = 0) -> Self:

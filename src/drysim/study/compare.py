@@ -402,24 +402,16 @@ MAX_CHATTER = 0.01
 
 
 class Judgement(NamedTuple):
-    """How an approach and the reference compare at one point.
-
-    Attributes
-    ----------
-    row : Row
-        Whichever of the two has more swept keys.
-    T_a : tuple or None
-        Deviation of T_a and half-width, as by `relative_deviation`.
-    others : mapping
-        Deviation of the other judged metrics by label, where both are known [-].
-    chatter : float
-        Share of the time in which the approach chatters [-].
-    """
+    """How an approach and the reference compare at one point."""
 
     row: Row
+    """Whichever of the two has more swept keys."""
     T_a: tuple[float, float | None] | None
+    """Deviation of T_a and half-width, as by `relative_deviation`."""
     others: Mapping[str, float]
+    """Deviation of the other judged metrics by label, where both are known [-]."""
     chatter: float
+    """Share of the time in which the approach chatters [-]."""
 
     @property
     def agrees(self) -> bool:

@@ -123,18 +123,12 @@ def thread_count(case: Case, workers: int | None) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Ranges of a sweep, identical on every thread, process and machine.
-
-    Attributes
-    ----------
-    ranges : CaseRanges
-        Cases of each range.
-    motions : MotionCache
-        Base motions that ranges share. The cache does not affect the results.
-    """
+    """Ranges of a sweep, identical on every thread, process and machine."""
 
     ranges: CaseRanges
+    """Cases of each range."""
     motions: MotionCache = field(default_factory=MotionCache)
+    """Base motions that ranges share. The cache does not affect the results."""
 
     @classmethod
     def of(cls, scenarios: Sequence[Scenario], case: Case, first: int = 0) -> Self:
@@ -170,22 +164,15 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
 
 
 class CaseRange(NamedTuple):
-    """Consecutive cases of one approach that are solved together.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        Scenario with the approach and the sweep block.
-    first : int
-        Number of the first case, counted over all approaches.
-    begin, end : int
-        First case, and the case after the last, in the grid of this approach.
-    """
+    """Consecutive cases of one approach that are solved together."""
 
     scenario: Scenario
+    """Scenario with the approach and the sweep block."""
     first: int
+    """Number of the first case, counted over all approaches."""
     begin: int
     end: int
+    """First case, and the case after the last, in the grid of this approach."""
 
 
 class CaseRanges(LazySequence[CaseRange]):

@@ -41,38 +41,26 @@ STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 
 @dataclass(frozen=True)
 class Row:
-    """One case, solved by one approach.
-
-    Attributes
-    ----------
-    point : mapping
-        Swept keys and their values in SI, in the order of the axes; without keys that the
-        approach does not use (friction under `viscous`).
-    approach : str
-        Name of the approach, or of the law in a comparison of laws.
-    F_fk, F_fs : float
-        Kinetic and static friction force [N].
-    metrics : mapping
-        As `drysim.metrics.measure` returns them; all None if the status is not `ok`.
-    status : str
-        `ok`, `not settled`, `not unique` or `failed`.
-    note : str
-        Explanation of a status other than `ok`.
-    sha256 : str
-        Hash of the base acceleration (hex), if the case is one seed of an ensemble.
-    over : OverSeeds or None
-        Statistics beside the means, if the metrics are means over seeds.
-    """
+    """One case, solved by one approach."""
 
     point: Point
+    """Swept keys and their values in SI, in the order of the axes; without keys that the
+    approach does not use (friction under `viscous`)."""
     approach: str
+    """Name of the approach, or of the law in a comparison of laws."""
     F_fk: float
     F_fs: float
+    """Kinetic and static friction force [N]."""
     metrics: Metrics
+    """As `drysim.metrics.measure` returns them; all None if the status is not `ok`."""
     status: str = OK
+    """`ok`, `not settled`, `not unique` or `failed`."""
     note: str = ""
+    """Explanation of a status other than `ok`."""
     sha256: str = ""
+    """Hash of the base acceleration (hex), if the case is one seed of an ensemble."""
     over: OverSeeds | None = None
+    """Statistics beside the means, if the metrics are means over seeds."""
 
     @property
     def seed(self) -> int:
@@ -92,28 +80,19 @@ class Row:
 
 @dataclass(frozen=True)
 class OverSeeds:
-    """Statistics of a case over its seeds, beside the means of its metrics.
-
-    Attributes
-    ----------
-    count : int
-        Number of seeds.
-    half_widths : mapping
-        Half-width of the 95 % confidence interval, by metric.
-    values : mapping
-        Values of each seed, by metric: T_a, by which approaches are compared seed by seed, and
-        those by which designs are.
-    sha256 : str
-        Hash over the hashes of all base accelerations (hex).
-    narrow : bool
-        Whether the interval satisfies the stopping rule `until`, if there is one.
-    """
+    """Statistics of a case over its seeds, beside the means of its metrics."""
 
     count: int
+    """Number of seeds."""
     half_widths: Mapping[str, float | None] = field(default_factory=dict)
+    """Half-width of the 95 % confidence interval, by metric."""
     values: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
+    """Values of each seed, by metric: T_a, by which approaches are compared seed by seed, and
+    those by which designs are."""
     sha256: str = ""
+    """Hash over the hashes of all base accelerations (hex)."""
     narrow: bool = True
+    """Whether the interval satisfies the stopping rule `until`, if there is one."""
 
 
 COUNT_METRICS = frozenset(metric.name for metric in METRICS if metric.kind == COUNT)
@@ -125,40 +104,27 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Consecutive cases of one approach, as columns.
-
-    Attributes
-    ----------
-    first : int
-        Number of the first case, counted over all approaches.
-    approach : str
-        Name of the approach, or of the law in a comparison of laws.
-    points : mapping
-        Column of each swept key, shape (n,); integers if the key takes only whole numbers.
-    F_fk, F_fs : ndarray, shape (n,)
-        Kinetic and static friction forces [N].
-    metrics : mapping
-        Column of each metric in `METRICS`, shape (n,); NaN where unknown.
-    status : ndarray of int8, shape (n,)
-        Index into `STATUSES`.
-    notes : mapping
-        Notes of cases without numbers, by index in the batch.
-    over : mapping
-        `OverSeeds` of cases with several seeds, by index in the batch.
-    sha256 : mapping
-        Hashes of the base accelerations (hex) of cases that are seeds, by index in the batch.
-    """
+    """Consecutive cases of one approach, as columns."""
 
     first: int
+    """Number of the first case, counted over all approaches."""
     approach: str
+    """Name of the approach, or of the law in a comparison of laws."""
     points: Mapping[str, NDArray[Any]]
+    """Column of each swept key, shape (n,); integers if the key takes only whole numbers."""
     F_fk: Floats
     F_fs: Floats
+    """Kinetic and static friction forces [N], shape (n,)."""
     metrics: Mapping[str, Floats]
+    """Column of each metric in `METRICS`, shape (n,); NaN where unknown."""
     status: NDArray[np.int8]
+    """Index into `STATUSES`, shape (n,)."""
     notes: Mapping[int, str] = field(default_factory=dict)
+    """Notes of cases without numbers, by index in the batch."""
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
+    """`OverSeeds` of cases with several seeds, by index in the batch."""
     sha256: Mapping[int, str] = field(default_factory=dict)
+    """Hashes of the base accelerations (hex) of cases that are seeds, by index in the batch."""
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -318,30 +284,20 @@ QUANTILES = (0.05, 0.50, 0.95)
 
 
 class Statistic(NamedTuple):
-    """Statistics of a metric over the seeds for which it is known, in its unit.
-
-    Attributes
-    ----------
-    seeds : int
-        Number of these seeds.
-    mean : float
-    half_width : float or None
-        Half-width of the confidence interval of the mean, by Student's t; None for one seed.
-    std : float or None
-        Sample standard deviation (n - 1); None for one seed.
-    quantiles : tuple of float
-        At the levels `QUANTILES`.
-    least, greatest : tuple of (float, int)
-        Extreme value, and the first seed that has it.
-    """
+    """Statistics of a metric over the seeds for which it is known, in its unit."""
 
     seeds: int
+    """Number of these seeds."""
     mean: float
     half_width: float | None
+    """Half-width of the confidence interval of the mean, by Student's t; None for one seed."""
     std: float | None
+    """Sample standard deviation (n - 1); None for one seed."""
     quantiles: tuple[float, ...]
+    """At the levels `QUANTILES`."""
     least: tuple[float, int]
     greatest: tuple[float, int]
+    """Extreme value, and the first seed that has it."""
 
 
 def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:

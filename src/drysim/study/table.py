@@ -315,20 +315,14 @@ HYSTERESIS_TOLERANCE = 1e-6
 
 
 class Hysteresis(NamedTuple):
-    """Difference between a sweep up and the sweep down along the same values.
-
-    Attributes
-    ----------
-    low, high : float
-        Least and greatest value of the first key at which T_a differs.
-    up, down : Row
-        The case with the greatest difference of T_a, in both directions.
-    """
+    """Difference between a sweep up and the sweep down along the same values."""
 
     low: float
     high: float
+    """Least and greatest value of the first key at which T_a differs."""
     up: Row
     down: Row
+    """The case with the greatest difference of T_a, in both directions."""
 
     @property
     def point(self) -> dict[str, Any]:
@@ -355,29 +349,20 @@ class Jump(NamedTuple):
 
 
 class BestCase(NamedTuple):
-    """The admissible case with the least objective; no row if there is none.
-
-    Attributes
-    ----------
-    objective : str
-        One of the `OBJECTIVES`.
-    row : Row or None
-    admissible, cases : int
-        Number of cases that stay within the stroke limit and keep all checks, and of all.
-    closest : Verdict or None
-        If no case is admissible: the check that the case closest to it fails by most, relative
-        to the limit; the stroke limit counts as `stroke_used <= 1`.
-    over_records : BestCase or None
-        In a sweep over records, the same for designs, the values of all other keys. A design
-        counts as its worst record, and is admissible only if it is with every record.
-    """
+    """The admissible case with the least objective; no row if there is none."""
 
     objective: str
+    """One of the `OBJECTIVES`."""
     row: Row | None
     admissible: int
     cases: int
+    """Number of cases that stay within the stroke limit and keep all checks, and of all."""
     closest: Verdict | None = None
+    """If no case is admissible: the check that the case closest to it fails by most, relative
+    to the limit; the stroke limit counts as `stroke_used <= 1`."""
     over_records: BestCase | None = None
+    """In a sweep over records, the same for designs, the values of all other keys. A design
+    counts as its worst record, and is admissible only if it is with every record."""
     kind: str = "case"
     """What is chosen: a `case`, or a `design` over all records."""
 
@@ -510,53 +495,37 @@ RowAt = Callable[[int], Row]
 
 @dataclass
 class Tally:
-    """Statistics of the cases of one approach.
-
-    Attributes
-    ----------
-    approach : str
-    checks : sequence of Check
-        Checks that apply to these cases.
-    limits_of : callable
-        Returns the stroke limits at a point, or None.
-    cases, beyond : int
-        Number of cases, and of those that exceed the stroke limit.
-    lost : dict
-        Number and first of the cases without numbers, by status.
-    extremes : dict
-        Least and greatest value of each metric over the cases with numbers; the first case wins
-        a tie.
-    quantiles : dict
-        `Quantiles` over the cases with numbers, of the metrics `with_quantiles`.
-    worst : Row or None
-        The case that exceeds its stroke limit by most.
-    admissible : int
-        Number of cases that stay within the stroke limit and keep all checks.
-    best : dict
-        The first of these cases with the least value of each of the `OBJECTIVES`.
-    seeds : SeedSummary or None
-        Statistics of the means, if the cases have several seeds.
-    forces : list of float
-        Least and greatest F_fk, least and greatest F_fs [N].
-    """
+    """Statistics of the cases of one approach."""
 
     approach: str
     checks: Sequence[Check] = ()
+    """Checks that apply to these cases."""
     limits_of: LimitsOf = lambda _: None
+    """Returns the stroke limits at a point, or None."""
     cases: int = 0
     beyond: int = 0
+    """Number of cases, and of those that exceed the stroke limit."""
     lost: dict[str, Count] = field(default_factory=dict)
+    """Number and first of the cases without numbers, by status."""
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
+    """Least and greatest value of each metric over the cases with numbers; the first case wins
+    a tie."""
     quantiles: dict[str, Quantiles] = field(
         default_factory=lambda: {
             metric.name: Quantiles() for metric in METRICS if metric.with_quantiles
         }
     )
+    """`Quantiles` over the cases with numbers, of the metrics `with_quantiles`."""
     worst: Row | None = None
+    """The case that exceeds its stroke limit by most."""
     admissible: int = 0
+    """Number of cases that stay within the stroke limit and keep all checks."""
     best: dict[str, Extreme] = field(default_factory=dict)
+    """The first of these cases with the least value of each of the `OBJECTIVES`."""
     seeds: SeedSummary | None = None
+    """Statistics of the means, if the cases have several seeds."""
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
+    """Least and greatest F_fk, least and greatest F_fs [N]."""
     _most_beyond: float = -np.inf
     _verdicts: dict[int, Verdict] = field(default_factory=dict)
     _failed: Counter[int] = field(default_factory=Counter)
@@ -749,31 +718,21 @@ def add_cases(before: Count | None, row: Row, cases: int = 1) -> Count:
 
 @dataclass
 class SeedSummary:
-    """Statistics of the cases of one approach that are means over several seeds.
-
-    Attributes
-    ----------
-    cases : int
-        Number of those that have numbers.
-    least, most : int
-        Smallest and largest number of seeds of a case.
-    hashes : set of str
-        Hashes over the base motions of all seeds; at most two are kept.
-    widest : dict
-        Row with the widest interval, by metric.
-    too_wide : Count or None
-        Cases whose interval is wider than the stopping rule demands.
-    undecided : dict
-        Cases in which the limit lies within the interval, by check.
-    """
+    """Statistics of the cases of one approach that are means over several seeds."""
 
     cases: int = 0
+    """Number of those that have numbers."""
     least: int = 0
     most: int = 0
+    """Smallest and largest number of seeds of a case."""
     hashes: set[str] = field(default_factory=set)
+    """Hashes over the base motions of all seeds; at most two are kept."""
     widest: dict[str, Row] = field(default_factory=dict)
+    """Row with the widest interval, by metric."""
     too_wide: Count | None = None
+    """Cases whose interval is wider than the stopping rule demands."""
     undecided: dict[Check, Count] = field(default_factory=dict)
+    """Cases in which the limit lies within the interval, by check."""
 
     def add(self, batch: Batch, checks: Sequence[Check]) -> None:
         """Add a batch; batches come in order."""
