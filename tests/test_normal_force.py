@@ -117,12 +117,12 @@ def test_swept_amplitudes_on_both_sides_of_one_agree_with_runs(scene):
 
 
 def test_record_is_read_once_for_all_cases_and_hashed(scene, tmp_path, monkeypatch):
-    from drysim.records import columns, record
+    from drysim.records import formats, record
 
     scenario = load(scene(more=WINDOW + "sweep: {friction.mu_kinetic: [0.1, 0.2, 0.3]}\n"))
-    calls, read = [], columns.open_record
+    calls, read = [], formats.open_with_format
     monkeypatch.setattr(
-        record, "open_record", lambda *given: calls.append(given) or read(*given)
+        record, "open_with_format", lambda *given: calls.append(given) or read(*given)
     )
     rows = list(drysim.sweep(scenario))
     assert len({row.metrics["T_a"] for row in rows}) == 3

@@ -12,7 +12,7 @@ gallery with a picture of its loop, and a row in the README.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import lru_cache
 from itertools import chain
@@ -31,7 +31,6 @@ from drysim.core.model import (
     NormalForceRecord,
     PiecewiseLaw,
 )
-from drysim.records import SI
 from drysim.records.options import Recorded
 from drysim.units import (
     Angle,
@@ -248,15 +247,8 @@ class NormalRecord(Recorded):
     At zero or below the surfaces are separated and there is no friction.
     """
 
-    @property
-    def measured(self) -> str:
-        """Quantity of the samples."""
-        return "force"
-
-    @classmethod
-    def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Return the SI unit of the samples."""
-        return SI["force"]
+    # The base class serves records with a choice, too.
+    quantity: ClassVar[str] = "force"  # type: ignore[misc]
 
     @property
     def block(self) -> str:

@@ -155,6 +155,10 @@ class RecordFile:
         require_memory_to_load(self.display_path, len(self.reader))
         return self.reader[:]
 
+    def error(self, sentence: str) -> RecordError:
+        """Return the error for the whole file."""
+        return record_error(self.display_path, sentence)
+
 
 class TextFile(NamedTuple):
     """Text of a record from offset `begin`, where line `line` (1-based) starts."""
@@ -163,6 +167,10 @@ class TextFile(NamedTuple):
     text: Reader | bytes
     begin: int = 0
     line: int = 1
+
+    def error(self, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
+        """Return the error for a line, or for one of its cells; line 0 is the whole file."""
+        return record_error(self.display_path, sentence, line, cell)
 
 
 def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:

@@ -51,7 +51,7 @@ from drysim.records.columns import (
     Reader,
     RecordFile,
     make_channels,
-    record_error,
+    open_record,
     require_memory_to_load,
 )
 from drysim.units import conversion_factor
@@ -104,9 +104,7 @@ class ByteView(NamedTuple):
 
     def damaged(self, what: str) -> RecordError:
         """Return the error for a damaged file."""
-        return record_error(
-            self.file.display_path, f"the record is not a MAT file, or it is damaged: {what}"
-        )
+        return self.file.error(f"the record is not a MAT file, or it is damaged: {what}")
 
 
 MAT4_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")
@@ -277,7 +275,7 @@ def mat_columns(file: RecordFile) -> Channels:
         sentence = (
             "the MAT file is of version 7.3, which is not supported; save it with `save -v7`"
         )
-        raise record_error(file.display_path, sentence)
+        raise file.error(sentence)
     # Version 5 begins with text; the first integer of version 4 contains a zero byte.
     found = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
     vectors = [
@@ -286,7 +284,7 @@ def mat_columns(file: RecordFile) -> Channels:
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise record_error(file.display_path, "the MAT file contains no vector of real numbers")
+        raise file.error("the MAT file contains no vector of real numbers")
     return make_channels(file, vectors, word="variable", key="column")
 
 
@@ -328,7 +326,7 @@ def wav_columns(file: RecordFile) -> Channels:
     form, start, size = _read_chunks(file)
     each = form.bits // 8 * form.channels
     if size < each:
-        raise record_error(file.display_path, "the WAV contains no samples")
+        raise file.error("the WAV contains no samples")
     if size % each:
         raise _wav_error(file, "its last sample is incomplete")
     reads = [
@@ -344,13 +342,9 @@ def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
     raw, at, form = file.reader, 12, None
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
-        raise record_error(
-            file.display_path, f"the WAV is {kind}; only RIFF is supported: convert it"
-        )
+        raise file.error(f"the WAV is {kind}; only RIFF is supported: convert it")
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
-        raise record_error(
-            file.display_path, "the record is not a WAV file: it has no RIFF header"
-        )
+        raise file.error("the record is not a WAV file: it has no RIFF header")
     while at + 8 <= len(raw):
         name, size = struct.unpack("<4sI", raw[at : at + 8])
         if at + 8 + size > len(raw):
@@ -376,7 +370,7 @@ def _parse_format_chunk(file: RecordFile, chunk: bytes) -> WavFormat:
     if (code, bits) not in SAMPLE_TYPES:
         kinds = "integers of 8, 16, 24, 32 bits and floating point of 32, 64"
         sentence = f"the WAV has samples of {bits} bits in format {code}; supported: {kinds}"
-        raise record_error(file.display_path, sentence)
+        raise file.error(sentence)
     if not channels or not rate:
         raise _wav_error(file, f"it has {channels} channels at {rate} Hz")
     if each != bits // 8 * channels:
@@ -408,7 +402,7 @@ def _read_samples(
 
 
 def _wav_error(file: RecordFile, what: str) -> RecordError:
-    return record_error(file.display_path, f"the WAV is truncated or damaged: {what}")
+    return file.error(f"the WAV is truncated or damaged: {what}")
 
 
 WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
@@ -435,9 +429,7 @@ def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -
     except ImportError:
         sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
         command = f'pip install "drysim[{extra}]"'
-        raise record_error(
-            file.display_path, f"{sentence}; install it with: {command}"
-        ) from None
+        raise file.error(f"{sentence}; install it with: {command}") from None
 
 
 def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
@@ -451,7 +443,7 @@ def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
             words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
             why = Cell(words, 0).quote or type(error).__name__
         gc.collect()  # incomplete readers may report errors when they are deleted
-    raise record_error(file.display_path, f"{what}: {why}")
+    raise file.error(f"{what}: {why}")
 
 
 @contextmanager
@@ -491,7 +483,7 @@ def mdf_columns(file: RecordFile) -> Channels:
 
     found = _call_package(read, file, "the record is not an MDF file, or it is damaged")
     if not found:
-        raise record_error(file.display_path, "the MDF file has no channels")
+        raise file.error("the MDF file has no channels")
     series = [
         Channel(
             ColumnLabel(name, name, unit, is_unit_certain=False),
@@ -524,12 +516,12 @@ def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.ge
                 sentence = (
                     f"the record is not an MDF file, or it is damaged: one row of {size} bytes"
                 )
-                raise record_error(file.display_path, sentence)
+                raise file.error(sentence)
             require_memory_to_load(file.display_path, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
         # 1 is time; other values are angle or distance.
         if what == "timestamps" and signal.master_metadata[1] != 1:
-            raise record_error(file.display_path, f"`{signal.name}` is not sampled over time")
+            raise file.error(f"`{signal.name}` is not sampled over time")
         return np.asarray(getattr(signal, what))
 
     return _call_package(read, file, f"channel {at} of group {group + 1} cannot be read")
@@ -557,7 +549,7 @@ def tdms_columns(file: RecordFile) -> Channels:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
         if whole.file_status.incomplete_final_segment:
             sentence = "the TDMS file is truncated: its last segment is incomplete"
-            raise record_error(file.display_path, sentence)
+            raise file.error(sentence)
         return [
             _tdms_channel(file, channel)
             for group in whole.groups()
@@ -566,7 +558,7 @@ def tdms_columns(file: RecordFile) -> Channels:
 
     found = _call_package(read, file, "the record is not a TDMS file, or it is damaged")
     if not found:
-        raise record_error(file.display_path, "the TDMS file has no channels")
+        raise file.error("the TDMS file has no channels")
     return make_channels(file, found)
 
 
@@ -619,9 +611,7 @@ def uff_columns(file: RecordFile) -> Channels:
     """Return the time histories of a universal file, followed by their times."""
     pyuff = _import_package("pyuff", "uff", file)
     if len(DATA_SET_DELIMITER.findall(file.raw)) % 2:
-        raise record_error(
-            file.display_path, f"{NOT_UNIVERSAL}: its last data set is not terminated"
-        )
+        raise file.error(f"{NOT_UNIVERSAL}: its last data set is not terminated")
 
     def read() -> list[tuple[Channel, Channel]]:
         """Return every time history with its times."""
@@ -638,7 +628,7 @@ def uff_columns(file: RecordFile) -> Channels:
     found = _call_package(read, file, NOT_UNIVERSAL)
     if not found:
         sentence = "the record is not a universal file with a time history in a data set 58"
-        raise record_error(file.display_path, sentence)
+        raise file.error(sentence)
     series, times = [], list[Channel]()
     for channel, time_column in found:
         if channel.dt is None:
@@ -674,9 +664,7 @@ def _abscissa_factor(file: RecordFile, unit: str) -> float:
     try:
         return conversion_factor(unit, "s") if unit else 1.0
     except ValueError as error:
-        raise record_error(
-            file.display_path, f"the abscissa of a time history: {error}"
-        ) from None
+        raise file.error(f"the abscissa of a time history: {error}") from None
 
 
 def _load_uff(
@@ -686,9 +674,7 @@ def _load_uff(
     values = _call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
         sentence = f"data set {n + 1} is truncated or damaged"
-        raise record_error(
-            file.display_path, f"{sentence}: it has {len(values)} samples, not {count}"
-        )
+        raise file.error(f"{sentence}: it has {len(values)} samples, not {count}")
     return values
 
 
@@ -710,7 +696,7 @@ def rpc_columns(file: RecordFile) -> Channels:
     """
     found = _read_rpc(file, header_only=True)
     if not found:
-        raise record_error(file.display_path, "the RPC III file has no channels")
+        raise file.error("the RPC III file has no channels")
     series = []
     for at, properties in enumerate(found):
         name, unit = (
@@ -768,6 +754,11 @@ FORMATS_BY_SUFFIX = {
     ".drv": RPC,
 }
 """Format by lower-case suffix."""
+
+
+def open_with_format(path: Path) -> tuple[RecordFile, Format]:
+    """Return an opened record file and its format; raises like `open_record`."""
+    return open_record(path, FORMATS_BY_SUFFIX), FORMATS_BY_SUFFIX[path.suffix.lower()]
 
 
 def format_of(file: str | Path) -> Format | None:

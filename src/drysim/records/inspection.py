@@ -23,8 +23,8 @@ from drysim.core.model import mean_and_std
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid, mean_rate
-from drysim.records.columns import Columns, Floats, RecordFile, open_record, time_factor
-from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
+from drysim.records.columns import Columns, Floats, time_factor
+from drysim.records.formats import open_with_format
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
 from drysim.records.text import (
     MAX_ROWS_EXAMINED,
@@ -112,7 +112,7 @@ def inspect_record(path: Path) -> Inspection:
     RecordError
         If the file cannot be read, or contains no rows or channels of numbers.
     """
-    skip, columns = _find_columns(open_record(path, FORMATS_BY_SUFFIX))
+    skip, columns = _find_columns(path)
     proposals, layout = [], [_describe_layout(columns)]
     if skip:
         proposals.append(Proposal("skip", skip, "rows above the header or the first numbers"))
@@ -143,10 +143,9 @@ def inspect_record(path: Path) -> Inspection:
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 
 
-def _find_columns(file: RecordFile) -> tuple[int, Columns]:
+def _find_columns(path: Path) -> tuple[int, Columns]:
     """Return the rows to skip, and the columns below them."""
-    member = format_of(file.path)
-    assert member is not None  # ensured by `open_record`
+    file, member = open_with_format(path)
     try:
         columns = member.columns(file)
         fault = None if _has_numbers(columns) else columns.error("there are no rows of numbers")

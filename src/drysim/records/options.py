@@ -246,7 +246,7 @@ class Recorded(Block):
 
     if TYPE_CHECKING:
         quantity: str
-        """Measured quantity; a field of every class with a choice."""
+        """Measured quantity, a key of `SI`; a field of every class with a choice."""
 
     @field_validator("unit")
     @classmethod
@@ -292,15 +292,10 @@ class Recorded(Block):
         if isinstance(context, Mapping) and "folder" in context:
             self._folder = Path(context["folder"])
 
-    @property
-    def measured(self) -> str:
-        """Measured quantity, a key of `SI`."""
-        return self.quantity
-
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
         """Return the SI unit of the samples given the validated fields; None if unknown."""
-        return SI.get(words.get("quantity", ""))
+        return SI.get(words.get("quantity", getattr(cls, "quantity", "")))
 
     @property
     def block(self) -> str:

@@ -41,12 +41,11 @@ from drysim.records.columns import (
     column_factor,
     data_column,
     missing_spacing_error,
-    open_record,
     record_error,
     scaled,
     time_factor,
 )
-from drysim.records.formats import FORMATS_BY_SUFFIX, format_of
+from drysim.records.formats import open_with_format
 from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
@@ -198,9 +197,7 @@ def read_samples(record: Recorded) -> tuple[Floats, Floats]:
     RecordError
         If the record cannot be used.
     """
-    file = open_record(record.path, FORMATS_BY_SUFFIX)
-    member = format_of(record.file)
-    assert member is not None  # ensured by `open_record`
+    file, member = open_with_format(record.path)
     with np.errstate(all="ignore"):
         signal, grid, _ = _read_series(record, member.columns(replace(file, skip=record.skip)))
         values = np.array(signal[:], dtype=np.float64)
@@ -228,10 +225,8 @@ def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü")
 
 def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRecord, Input]:
     """Read and clean the whole record. The file contents are released before processing."""
-    file = open_record(record.path, FORMATS_BY_SUFFIX)
+    file, member = open_with_format(record.path)
     source = Input(record.named, file.sha256, len(file.reader))
-    member = format_of(record.file)
-    assert member is not None  # ensured by `open_record`
     text = TextFile(file.display_path, file.reader)
     try:
         columns = member.columns(replace(file, skip=record.skip))
@@ -246,12 +241,12 @@ def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRec
 def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> CleanedRecord:
     """Return the samples of the selected column in SI, evenly spaced, cleaned as requested."""
     signal, grid, index = _read_series(record, columns)
-    unit, display_path = SI[record.measured], columns.display_path
+    unit, display_path = SI[record.quantity], columns.display_path
     warnings = list(clipping_warnings(record.named, signal, unit))
-    if record.measured == "acceleration":
+    if record.quantity == "acceleration":
         warnings += rising_warnings(record, signal, columns.describe_column(index))
     requested = record.gaps or record.resample or record.remove.any
-    is_plain = not requested and grid.at is None and record.measured == "acceleration"
+    is_plain = not requested and grid.at is None and record.quantity == "acceleration"
     if is_plain and not (
         record.window and any(np.isnan(part).any() for part in blocks(signal))
     ):
@@ -311,7 +306,7 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
         raise missing_spacing_error(columns)
     index = data_column(columns, record.column or record.channel, time)
     time, spacing = _sample_times(record, columns, index, time)
-    options = record.unit, record.full_scale, record.measured, record.block
+    options = record.unit, record.full_scale, record.quantity, record.block
     unit = column_factor(columns, index, *options)
     second = 1.0 if time is None else time_factor(columns, time)
     wanted = [index] if time is None else [time, index]
@@ -324,7 +319,7 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     if not times or time is None:
         return values, TimeGrid(*spacing), index
     may_jitter, fill = record.resample is not None, "line"
-    if record.measured == "displacement":
+    if record.quantity == "displacement":
         fill = "spline"
     grid = fit_grid(times[0][:], second, columns, time, may_jitter, fill)
     if index == time:

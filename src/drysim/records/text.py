@@ -54,7 +54,6 @@ from drysim.records.columns import (
     TextFile,
     make_channels,
     printable,
-    record_error,
     require_memory,
     require_memory_to_load,
 )
@@ -379,26 +378,22 @@ class TextTable(Columns):
         """Return the error at a cell in the 0-based row of numbers."""
         line, cells = next(islice(self.rows(), row, None))
         where = f"row {line}, {self.describe_column(index)}"
-        return record_error(
-            self.display_path, f"{where}: {sentence}", line, cells[index] if cells else None
-        )
+        return self.file.error(f"{where}: {sentence}", line, cells[index] if cells else None)
 
     def ragged(self, line: int, cells: int) -> RecordError:
         """Return the error for a row with a wrong number of cells."""
         for number, _, text in content_lines(self.file, self.start, self.line):
             if number in (self.line, line):
-                check_quotes(self.display_path, number, text)
+                check_quotes(self.file, number, text)
             if number == line:
                 break
         sentence = f"row {line} has {format_count(cells, 'cell')}, not {self.width}"
-        return record_error(self.display_path, sentence, line)
+        return self.file.error(sentence, line)
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Return the error for the header, or for the header cell of one column."""
         cell = self.header[index] if index is not None and self.header else None
-        return record_error(
-            self.file.display_path, sentence, self.header_line or self.line, cell
-        )
+        return self.file.error(sentence, self.header_line or self.line, cell)
 
     @property
     def skip_hint(self) -> str:
@@ -420,13 +415,13 @@ class TextTable(Columns):
         return named or super().series()
 
 
-def check_quotes(display_path: str, line: int, text: str) -> None:
+def check_quotes(file: TextFile, line: int, text: str) -> None:
     """Raise for a row with an open quotation mark, behind which delimiters do not count."""
     if text.count('"') % 2:
         at = text.rfind('"')
         cell = Cell(text[at:], at + 1)
         sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
-        raise record_error(display_path, sentence, line, cell)
+        raise file.error(sentence, line, cell)
 
 
 def detect_table(file: TextFile) -> TextTable:
@@ -440,13 +435,12 @@ def detect_table(file: TextFile) -> TextTable:
     line, width = find_wide_row(file)
     if line:
         sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
-        raise record_error(file.display_path, f"{sentence}: write one sample per row", line)
+        raise file.error(f"{sentence}: write one sample per row", line)
     content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
         hint = f"`skip: {likely - 1}` skips the rows above it"
-        raise record_error(
-            file.display_path,
+        raise file.error(
             f"row {likely} looks like the header, not row {line}: {hint}",
             likely,
         )
@@ -454,9 +448,7 @@ def detect_table(file: TextFile) -> TextTable:
     if line and is_header(split_cells(text, find_delimiter(text))):
         header_line, header_text = line, text
         if "\ufffd" in text:
-            raise record_error(
-                file.display_path, "the header is not UTF-8; save the record as UTF-8", line
-            )
+            raise file.error("the header is not UTF-8; save the record as UTF-8", line)
         line, start, text = next(content, (0, 0, ""))
         below = split_cells(text, find_delimiter(text))
         if line and is_unit_row(
@@ -465,9 +457,7 @@ def detect_table(file: TextFile) -> TextTable:
             units = below
             line, start, text = next(content, (0, 0, ""))
     if not line:
-        raise record_error(
-            file.display_path, "the record contains no rows of numbers", header_line
-        )
+        raise file.error("the record contains no rows of numbers", header_line)
     delimiter = find_delimiter_below(header_text, text)
     if not header_line and delimiter == "," and has_decimal_commas(file):
         delimiter = ""
@@ -475,13 +465,11 @@ def detect_table(file: TextFile) -> TextTable:
     width = len(cells)
     if header_line and is_header(cells):  # prose, not a header
         cell = next(cell for cell in cells if cell.text)
-        raise record_error(
-            file.display_path, f"row {line}: `{cell.quote}` is not a number", line, cell
-        )
+        raise file.error(f"row {line}: `{cell.quote}` is not a number", line, cell)
     header = header_cells(header_text, delimiter, width) if header_line else []
     if header and len(header) != width:
-        check_quotes(file.display_path, header_line, header_text)
-        check_quotes(file.display_path, line, text)
+        check_quotes(file, header_line, header_text)
+        check_quotes(file, line, text)
         names = format_count(len(header), "column")
         sentence = f"the header names {names}, but row {line} has {width}"
         if delimiter == "," and width == 2 * len(header):
@@ -489,7 +477,7 @@ def detect_table(file: TextFile) -> TextTable:
                 "; commas seem to be both delimiter and decimal mark: use decimal points, or "
                 "semicolons as delimiter"
             )
-        raise record_error(file.display_path, sentence, line)
+        raise file.error(sentence, line)
     labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
     if units:
         labels = tuple(
@@ -603,7 +591,7 @@ def _read_by_cell(
             continue
         if not cells:
             hint = EMPTY_ROW_HINT if len(wanted) > 1 else GAP_HINT
-            raise record_error(table.file.display_path, f"row {line} is empty: {hint}", line)
+            raise table.file.error(f"row {line} is empty: {hint}", line)
         if len(cells) != table.width:
             raise table.ragged(line, len(cells))
         for index, column in zip(wanted, found, strict=True):
@@ -613,7 +601,7 @@ def _read_by_cell(
                 where = f"row {line}, {table.describe_column(index)}"
                 hint = GAP_HINT if index == wanted[-1] else MISSING_TIME_HINT
                 sentence = f"{where}: {_describe_fault(cells[index], decimal, hint)}"
-                raise record_error(table.file.display_path, sentence, line, cells[index])
+                raise table.file.error(sentence, line, cells[index])
             column.append(value)
     return [np.array(column) for column in found]
 
@@ -665,10 +653,9 @@ def open_text(file: RecordFile) -> TextFile:
     """
     head = file.reader[: len(BYTE_ORDER_MARK)]
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise record_error(file.display_path, "the record is UTF-16 text; save it as UTF-8")
+        raise file.error("the record is UTF-16 text; save it as UTF-8")
     if file.reader.find(b"\0") >= 0:
-        raise record_error(
-            file.display_path,
+        raise file.error(
             "the record is binary: it contains a zero byte",
         )
     text = TextFile(
@@ -678,9 +665,7 @@ def open_text(file: RecordFile) -> TextFile:
     skip = file.skip or int(SEPARATOR_ROW.fullmatch(first) is not None)
     below = next(islice(raw_lines(text), skip, None), None)
     if below is None and file.skip:
-        raise record_error(
-            file.display_path, f"`skip` skips {file.skip} rows, and the file has no more"
-        )
+        raise file.error(f"`skip` skips {file.skip} rows, and the file has no more")
     return text._replace(line=below[0], begin=below[1]) if below else text
 
 
@@ -689,11 +674,7 @@ def text_columns(file: RecordFile) -> TextTable:
     return detect_table(open_text(file))
 
 
-TEXT = Format(
-    "a text file",
-    text_columns,
-    {"channel": USE_COLUMN, "full_scale": NO_FULL_SCALE},
-)
+TEXT = Format("a text file", text_columns, {"channel": USE_COLUMN, "full_scale": NO_FULL_SCALE})
 
 
 # AT2.
@@ -752,14 +733,13 @@ def _read_at2_header(text: TextFile) -> At2Header:
             unit = found[1].lower()
         sizes = next(filter(None, (form.search(words) for form in NPTS_AND_DT)), None)
         if sizes:
-            n, dt = sizes["n"], sizes["dt"]
+            n, dt, quoted = sizes["n"], sizes["dt"], f"`{sizes[0].strip()}`"
             if not n.isdecimal() or int(n) < 1:
-                raise _at2_error(text, line, "NPTS must be a whole number above 0", sizes[0])
+                raise text.error(f"NPTS must be a whole number above 0, not {quoted}", line)
             if not NUMBER_PATTERN.fullmatch(dt) or not 0 < float(dt) < np.inf:
-                raise _at2_error(text, line, "DT must be a number above 0", sizes[0])
+                raise text.error(f"DT must be a number above 0, not {quoted}", line)
             return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
-    raise record_error(
-        text.display_path,
+    raise text.error(
         f"the record is not an AT2 file: none of its first {MAX_HEADER_LINES} lines contains "
         "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`",
     )
@@ -774,19 +754,13 @@ def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
                 if not NUMBER_PATTERN.fullmatch(word[0]):
                     cell = Cell(word[0], word.start() + 1)
                     sentence = f"row {line}: `{cell.quote}` is not a number"
-                    raise record_error(text.display_path, sentence, line, cell)
-        raise record_error(text.display_path, "the record contains no rows of numbers")
+                    raise text.error(sentence, line, cell)
+        raise text.error("the record contains no rows of numbers")
     if rows.size != header.n:
         more = "fewer: the file is truncated" if rows.size < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {rows.size} samples"
-        raise _at2_error(text, header.line, f"{sentence}, {more}")
+        raise text.error(f"{sentence}, {more}", header.line)
     return rows.ravel()
-
-
-def _at2_error(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
-    return record_error(
-        text.display_path, sentence + (f", not `{quoted.strip()}`" if quoted else ""), line
-    )
 
 
 AT2 = Format(

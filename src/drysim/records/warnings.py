@@ -310,7 +310,7 @@ def _linear_interpolation_warnings(
             )
         sentence = (
             f"{record.named}: linear interpolation reduces the RMS from {rms:.4g} to "
-            f"{kept * rms:.4g} {SI[record.measured]}, by {_percent(1 - kept)}: "
+            f"{kept * rms:.4g} {SI[record.quantity]}, by {_percent(1 - kept)}: "
             f"{remedy}"
         )
         yield WarningMessage("record-interpolated", sentence, {"kept": kept, "step": dt})
