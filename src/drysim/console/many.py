@@ -224,7 +224,7 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
 
 def _main_tally(table: Table) -> Tally:
     """Return the extremes over the cases of the scenario's approach, references left out."""
-    return next(iter(table.tallies.values()), Tally(table.scenario.solver.approach))
+    return table.own_tally or Tally(table.scenario.solver.approach)
 
 
 def table_rows(table: Table) -> Iterator[SummaryRow]:

@@ -533,7 +533,6 @@ def show_rows(console: AnyConsole, rows: Iterable[SummaryRow], width: int) -> No
     rows = list(rows)
     label = max([LABEL_WIDTH, *(len(row.name) + 3 for row in rows)])
     width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
-    label = max([LABEL_WIDTH, *(len(row.name) + 3 for row in rows)])
     print_line(console)
     for row in rows:
         name, value = f"  {row.name}".ljust(label), row.value.ljust(width)

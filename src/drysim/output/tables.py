@@ -116,12 +116,9 @@ def write_violations_csv(outcome: Outcome, folder: Path) -> None:
         # The metrics cover their window only; the limit may have been exceeded before it.
         if warning.slug == "stroke-violated":
             found |= warning.numbers
-    cells = [[format_cell(found[name])] for name in VIOLATION_METRICS]
-    write_csv(
-        folder / "stroke_violations.csv",
-        [*map(column_header, VIOLATION_COLUMNS)],
-        [join_columns(cells)],
-    )
+    cells = [format_cell(found[name]) for name in VIOLATION_METRICS]
+    headers = [*map(column_header, VIOLATION_COLUMNS)]
+    write_csv(folder / "stroke_violations.csv", headers, [join_cells([cells])])
 
 
 def column_header(name: str) -> str:
@@ -142,8 +139,7 @@ def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
         "phase [rad]": np.angle(found.H1),
         "coherence [-]": found.coherence,
     }
-    rows = join_rows([format_numbers(list(columns.values()))])
-    write_csv(folder / "spectra.csv", list(columns), [rows])
+    write_csv(folder / "spectra.csv", list(columns), [format_rows(columns.values())])
 
 
 def write_bands_csv(outcome: Outcome, folder: Path) -> None:
@@ -156,8 +152,7 @@ def write_bands_csv(outcome: Outcome, folder: Path) -> None:
     columns = {"f [Hz]": np.array(BANDS), "a_u [m/s2]": a_u, "a_x [m/s2]": a_x}
     if a_wu is not None and a_w is not None:
         columns |= {"a_wu [m/s2]": a_wu, "a_w [m/s2]": a_w}
-    cells = [[format_cell(value) for value in column.tolist()] for column in columns.values()]
-    write_csv(folder / "bands.csv", list(columns), [join_columns(cells)])
+    write_csv(folder / "bands.csv", list(columns), [format_rows(columns.values())])
 
 
 # Many cases: a row for each case of each approach, written batch by batch.
@@ -366,7 +361,7 @@ def write_fit_csv(result: FitResult, folder: Path) -> None:
         + [quote_cell(one.note)]
         for one in result.parameters
     ]
-    write_csv(folder / "fit.csv", FIT_COLUMNS, [join_columns(zip(*rows, strict=True))])
+    write_csv(folder / "fit.csv", FIT_COLUMNS, [join_cells(rows)])
 
 
 def write_residuals_csv(result: FitResult, folder: Path) -> None:
@@ -383,7 +378,7 @@ def write_residuals_csv(result: FitResult, folder: Path) -> None:
     selected[: len(result.selected)] = result.selected
     held_out = np.arange(len(measurement.t)) >= len(result.selected)
     cells = [format_words(STUCK_TEXTS, flags) for flags in (selected, held_out)]
-    rows = join_rows([format_numbers(list(columns.values())), *cells])
+    rows = format_rows([*columns.values(), *cells])
     write_csv(folder / "residuals.csv", [*columns, "selected [-]", "held_out [-]"], [rows])
 
 
@@ -444,7 +439,7 @@ def write_map_csv(result: RegimeMap, folder: Path) -> None:
         names += [quote_cell(line.name).encode()] * len(line.points)
         counts += [b"%d" % numbers[line.name]] * len(line.points)
         points.append(line.points)
-    rows = join_rows([names, counts, format_numbers(list(np.concatenate(points).T))])
+    rows = format_rows([names, counts, *np.concatenate(points).T])
     keys = [f"{axis.key} [{axis.unit}]" for axis in result.axes]
     write_csv(folder / "map.csv", ["boundary", "line [-]", *keys], [rows])
 
@@ -472,7 +467,7 @@ def write_case_violations_csv(table: Table, folder: Path) -> None:
 
     The viscous reference is left out: it is not the seat under test.
     """
-    own = next(iter(table.tallies.values()), None)
+    own = table.own_tally
     if own is not None and own.beyond:
         keys = [key_column(axis.key, axis.unit) for axis in table.axes]
         _write_violations(folder, keys, table.rows, own.approach)
@@ -620,7 +615,7 @@ def write_speed_error_csv(bench: Bench, folder: Path) -> None:
                     *map(format_cell, (one.ratio, one.samples, one.repeats)),
                 ]
             )
-    write_csv(folder / "speed_error.csv", headers, [join_columns(zip(*rows, strict=True))])
+    write_csv(folder / "speed_error.csv", headers, [join_cells(rows)])
 
 
 def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
@@ -637,7 +632,7 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
             counts = [str(one.checks), str(one.passed), str(one.time)]
             words = [case.scenario.name, one.approach, one.verdict, quote_cell(one.reason)]
             rows.append([*words, *off, *counts])
-    write_csv(folder / "hard_cases.csv", headers, [join_columns(zip(*rows, strict=True))])
+    write_csv(folder / "hard_cases.csv", headers, [join_cells(rows)])
 
 
 def quote_cell(words: str) -> str:
@@ -707,6 +702,6 @@ def format_cell(value: float | None) -> str:
     return orjson.dumps(value + 0, option=orjson.OPT_SERIALIZE_NUMPY).decode()
 
 
-def join_columns(columns: Iterable[Iterable[str]]) -> bytes:
-    """Return columns of cells as CSV rows."""
-    return "".join(map("{}\n".format, map(",".join, zip(*columns, strict=True)))).encode()
+def join_cells(rows: Iterable[Iterable[str]]) -> bytes:
+    """Return rows of cells as CSV rows."""
+    return "".join(f"{','.join(row)}\n" for row in rows).encode()

@@ -316,7 +316,7 @@ def table_heading(
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
-    own = next(iter(table.tallies.values()), None)
+    own = table.own_tally
     peak = own.greatest(PEAK_STROKE) if own else None
     notes = [f"{left_out} {what} not drawn"] if left_out else []
     if own and (found := own.seeds):

@@ -145,14 +145,19 @@ def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArr
     return columns
 
 
+def points_in(columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the points of columns as Python numbers and text; without columns a single one."""
+    if not columns:
+        yield {}
+    for values in zip(*(column.tolist() for column in columns.values()), strict=True):
+        yield dict(zip(columns, values, strict=True))
+
+
 def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, Any]]:
     """Yield the points of a sweep; the first axis varies fastest."""
-    if not axes:
-        yield {}
-    for begin in range(0, count_points(axes) if axes else 0, POINTS_PER_BLOCK):
-        columns = point_columns(axes, begin, min(begin + POINTS_PER_BLOCK, count_points(axes)))
-        for values in zip(*(column.tolist() for column in columns.values()), strict=True):
-            yield dict(zip(columns, values, strict=True))
+    for begin in range(0, count_points(axes), POINTS_PER_BLOCK):
+        end = min(begin + POINTS_PER_BLOCK, count_points(axes))
+        yield from points_in(point_columns(axes, begin, end))
 
 
 def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:

@@ -6,7 +6,6 @@ the conditions under which every design is judged, which are axes as in a sweep.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import (
@@ -249,8 +248,3 @@ class Design(Block):
         if self.within is not None:
             return self.within
         return (*checks, stroke_limit) if stroke_limit else checks
-
-
-def is_design(words: Mapping[str, Any]) -> bool:
-    """Return whether a document has a design block."""
-    return isinstance(words.get(DESIGN_KEY), Mapping)

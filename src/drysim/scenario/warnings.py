@@ -25,7 +25,14 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS
-from drysim.scenario.axes import DIRECTION_KEY, Axis, axis_groups, count_points, point_columns
+from drysim.scenario.axes import (
+    DIRECTION_KEY,
+    Axis,
+    axis_groups,
+    count_points,
+    point_columns,
+    points_in,
+)
 from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
@@ -447,10 +454,7 @@ def _extreme_points(group: Sequence[Axis]) -> list[dict[str, Any]]:
 
 def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, Any]]:
     """Return the points `begin` to `end` - 1."""
-    columns = {key: column.tolist() for key, column in point_columns(axes, begin, end).items()}
-    return [
-        dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
-    ]
+    return list(points_in(point_columns(axes, begin, end)))
 
 
 def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:

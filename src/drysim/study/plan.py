@@ -34,7 +34,6 @@ from drysim.core.model import (
     StrokeLimits,
     Totals,
 )
-from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
@@ -45,6 +44,7 @@ from drysim.scenario.axes import (
     chain_order,
     count_points,
     point_columns,
+    points_in,
 )
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
@@ -52,6 +52,7 @@ from drysim.scenario.sampling import LazySequence
 from drysim.study.case import (
     Case,
     base_motion,
+    case_error,
     combined_sha256,
     response_memory,
     signal_sha256,
@@ -155,10 +156,9 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
         When it has no sweep block.
     """
     if not scenario.sweep:
-        problem = scenario.problem(
-            "sweep is required: the keys to vary and their values", "sweep"
+        raise case_error(
+            scenario, "sweep is required: the keys to vary and their values", "sweep"
         )
-        raise ScenarioError(f"{scenario.origin['file'] or scenario.name}: 1 error", (problem,))
     reference = scenario.reference
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 
@@ -231,13 +231,8 @@ def solve_range(
         return solve_orbit_range(scenario, first, begin, end)
     if chain_length(scenario.sweep):
         return solve_chain(case_range, motions, case_workers.is_cancelled)
-    points = point_columns(scenario.sweep, begin, end)
-    rows = [
-        solve_case(scenario, point, motions, case_workers)
-        for i in range(end - begin)
-        for point in [{key: column[i].item() for key, column in points.items()}]
-    ]
-    return Batch.of(first, rows)
+    points = points_in(point_columns(scenario.sweep, begin, end))
+    return Batch.of(first, [solve_case(scenario, one, motions, case_workers) for one in points])
 
 
 def solve_chain(
@@ -245,14 +240,13 @@ def solve_chain(
 ) -> Batch:
     """Solve the cases of a chain, each from the last state of the previous one."""
     scenario, first, begin, end = case_range
-    points = point_columns(scenario.sweep, begin, end)
-    rows: dict[int, Row] = {}
+    columns = point_columns(scenario.sweep, begin, end)
+    points, rows = list(points_in(columns)), dict[int, Row]()
     state: AnyState | None = None
-    for i in chain_order(scenario.sweep, points):
+    for i in chain_order(scenario.sweep, columns):
         if is_cancelled():
             raise CancelledError
-        point = {key: column[i].item() for key, column in points.items()}
-        rows[i], state = solve_row_from(scenario, point, motions, state)
+        rows[i], state = solve_row_from(scenario, points[i], motions, state)
     return Batch.of(first, [rows[i] for i in range(end - begin)])
 
 

@@ -113,8 +113,7 @@ class Table:
         summary = [
             f"{format_count(tally.cases, 'case')} by {tally.approach}" for tally in tallies
         ]
-        # In a comparison the reference, which the checks apply to, is not the first.
-        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
+        own = self._judged_tally
         found = (
             f"{format_metric_ranges(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}"
             if own
@@ -151,6 +150,16 @@ class Table:
         limits_of = partial(stroke_limits, self.scenario)
         return self.summary or Tally.of(as_batches(self.rows), limits_of)
 
+    @property
+    def own_tally(self) -> Tally | None:
+        """Statistics of the scenario's own approach; of a comparison, of the first one."""
+        return next(iter(self.tallies.values()), None)
+
+    @property
+    def _judged_tally(self) -> Tally | None:
+        """Statistics of the approach under the checks; in a comparison the reference."""
+        return next((one for one in self.tallies.values() if one.checks), self.own_tally)
+
     @cached_property
     def best(self) -> BestCase | None:
         """The best admissible case of the scenario's approach.
@@ -161,10 +170,7 @@ class Table:
         """
         if self.jumps is not None:
             return None
-        tallies = list(self.tallies.values())
-        # In a comparison the reference, which the checks apply to, is not the first.
-        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
-        limits = self.scenario.checks or self.scenario.stroke
+        own, limits = self._judged_tally, self.scenario.checks or self.scenario.stroke
         designs = [axis for axis in self.axes if axis.key != FILE_KEY]
         if own is None or not designs or not has_shared_motion(designs) or not limits:
             return None
@@ -187,7 +193,7 @@ class Table:
         None unless the scenario was swept in both directions, and completely.
         """
         directions = next((a.values for a in self.axes if a.key == DIRECTION_KEY), ())
-        own = next(iter(self.tallies.values()), None)
+        own = self.own_tally
         if len(directions) < 2 or not self.complete or own is None:
             return None
         length = chain_length(self.axes)
@@ -263,8 +269,7 @@ class Table:
     @property
     def own(self) -> tuple[Row, ...]:
         """Rows of the scenario's own approach, without those of its reference."""
-        cases = next((tally.cases for tally in self.tallies.values()), 0)
-        return tuple(islice(self, cases))
+        return tuple(islice(self, self.own_tally.cases if self.own_tally else 0))
 
     def of(self, approach: str) -> Iterator[Row]:
         """Yield the rows of one approach."""
