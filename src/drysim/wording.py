@@ -326,15 +326,9 @@ def format_interval(value: float | None, half_width: float | None, unit: str = "
 def describe_seeds(
     drawn: Sequence[int], until: StoppingRule | None, counts: Sequence[int] = ()
 ) -> str:
-    """Return the seeds and the meaning of values with ±.
+    """Return the seeds that were drawn and the meaning of values with ±.
 
-    Parameters
-    ----------
-    drawn : sequence of int
-        The seeds.
-    until : StoppingRule or None
-    counts : sequence of int, optional
-        Number of seeds of each case of a sweep, ascending.
+    `counts` are the numbers of seeds of the cases of a sweep, ascending.
     """
     number_of = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(len(drawn))
     span = f"{number_of}{' in every case' * bool(counts)}, from {drawn[0]} to {drawn[-1]}"

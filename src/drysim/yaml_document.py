@@ -149,10 +149,6 @@ def read_document(
     dotted_blocks : collection of str
         Blocks whose keys contain dots, by their dotted path.
 
-    Returns
-    -------
-    Document
-
     Raises
     ------
     UnreadableError

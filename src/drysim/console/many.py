@@ -76,14 +76,7 @@ MIN_QUANTILE_SEEDS = 13
 
 
 def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
-    """Show the summary of an ensemble.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-    folder : Path, optional
-        Where the files were written.
-    """
+    """Show the summary of an ensemble, and the folder of its files, if they were written."""
     scene, rows = ensemble_scene(ensemble), ensemble_rows(ensemble)
     written = folder if ensemble.complete else None
     show_summary(ensemble, scene, rows, ENSEMBLE_VALUE_WIDTH, written)
@@ -179,14 +172,7 @@ ROUNDING_TOLERANCE = 1e-9
 
 
 def show_table(table: Table, folder: Path | None = None) -> None:
-    """Show the summary of a sweep.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path, optional
-        Where the files were written.
-    """
+    """Show the summary of a sweep, and the folder of its files, if they were written."""
     scene, rows = sweep_scene(table), table_rows(table)
     written = folder if table.complete else None
     answer = _describe_answer(table)
@@ -505,14 +491,7 @@ COMPARISON_METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
 
 
 def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
-    """Show the summary of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    folder : Path, optional
-        Where the files were written.
-    """
+    """Show the summary of a comparison, and the folder of its files, if they were written."""
     console, table = stdout(), comparison.table
     show_title(console, table.scenario)
     show_scene(console, comparison_scene(comparison))

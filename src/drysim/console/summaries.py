@@ -81,14 +81,7 @@ class SummaryRow(NamedTuple):
 
 
 def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
-    """Show the summary of a run: scene, metrics, verdicts, warnings.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path, optional
-        Where the files were written.
-    """
+    """Show the summary of a run, and the folder of its files, if they were written."""
     show_summary(outcome, run_scene(outcome), run_rows(outcome), RUN_VALUE_WIDTH, folder)
 
 
@@ -241,13 +234,7 @@ def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:
 
 
 def show_sidecar(fields: Fields) -> None:
-    """Show the summary of a result from its drysim.json.
-
-    Parameters
-    ----------
-    fields : mapping
-        The content of the file.
-    """
+    """Show the summary of a result from the content of its drysim.json."""
     console = stdout()
     print_line(console, (wording.sanitise(str(fields["scenario"]["name"])), "bold"))
     show_scene(console, sidecar_scene(fields))

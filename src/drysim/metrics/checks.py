@@ -129,12 +129,7 @@ class Check:
     def applicable(self, points: Mapping[str, Column], count: int) -> Column:
         """Return the cases to which the check applies, as booleans of shape (count,).
 
-        Parameters
-        ----------
-        points : mapping
-            Columns of the keys that differ between cases, shape (count,).
-        count : int
-            Number of cases.
+        `points` are columns of the keys that differ between the `count` cases, shape (count,).
         """
         applies = np.ones(count, dtype=bool)
         for one in self.conditions:
@@ -147,12 +142,8 @@ class Check:
     def worst(self, judged: Column, values: Column) -> int | None:
         """Return the index of the case that decides; None where none is judged.
 
-        Parameters
-        ----------
-        judged : ndarray of bool, shape (n,)
-            Cases to which the check applies, with or without metrics.
-        values : ndarray, shape (n,)
-            Values of the metric; NaN where it is unknown, which fails the check.
+        `judged` are the cases to which the check applies, with or without metrics, and `values`
+        their values of the metric: NaN where it is unknown, which fails the check.
         """
         if not judged.any():
             return None

@@ -195,14 +195,7 @@ def count_limit_entries(path: Floats, limits: StrokeLimits) -> int:
 def half_cycle_peaks(path: Floats) -> Floats:
     """Return the largest |x_r| [m] between consecutive zero crossings, in order.
 
-    Parameters
-    ----------
-    path : ndarray
-        Extreme points of x_r in order [m].
-
-    Returns
-    -------
-    ndarray, shape (half cycles,)
+    `path` has the extreme points of x_r in order [m].
     """
     moved: Floats = path[path != 0.0]
     if not len(moved):

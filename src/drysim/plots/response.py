@@ -238,13 +238,8 @@ def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> 
 def _cut_off_base(axes: Axes, base: Any, mass: Any, peak: Any) -> None:
     """Cut off a base acceleration that would make that of the mass a straight line.
 
-    Parameters
-    ----------
-    axes : Axes
-    base, mass : float
-        Width of the curves in the same measure [m/s²].
-    peak : float
-        Largest acceleration of the mass [m/s²].
+    `base` and `mass` are the widths of their curves in the same measure [m/s²], and `peak` is
+    the largest acceleration of the mass [m/s²].
     """
     if base > MAX_BASE_RATIO * mass > 0:
         axes.set_ylim(-CUT_OFF_RATIO * peak, CUT_OFF_RATIO * peak)
@@ -396,15 +391,9 @@ def draw_friction_over_velocity(axes: Axes, shown: Curve, motion: Response) -> N
 def characteristic(law: AnyLaw, low: float, high: float) -> tuple[Floats, Floats]:
     """Return the friction force [N] at steady sliding over velocities [m/s], as a curve.
 
-    At v_r = 0 the curve is vertical, from one static limit to the other: what the contact
-    bears at rest. A law of constant force has four corners, another one many points.
-
-    Parameters
-    ----------
-    law : AnyLaw
-        With a constant normal force.
-    low, high : float
-        Ends of the curve [m/s], at most and at least 0.
+    At v_r = 0 the curve is vertical, from one static limit to the other: what the contact bears
+    at rest. A law of constant force has four corners, another one many points. The normal force
+    is constant; the curve runs from `low` <= 0 to `high` >= 0 [m/s].
     """
     if isinstance(law, DynamicLaw):
         from drysim.core.dynamic_friction import stribeck_curve
@@ -477,16 +466,7 @@ class Peak(NamedTuple):
 def curve_with_events(response: Response, part: slice) -> Curve:
     """Return a part of the grid with its events: force and acceleration jump vertically.
 
-    Parameters
-    ----------
-    response : Response
-    part : slice
-        Grid points.
-
-    Returns
-    -------
-    Curve
-        In the order of time; at equal times event before grid point.
+    The points are in the order of time; at equal times an event precedes a grid point.
     """
     points = grid_curve(response, part)
     sides = _event_sides(response, *time_bounds(response, part))
@@ -572,19 +552,10 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
 
 
 def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:
-    """Return centre, minimum and maximum of each bin of a long series.
+    """Return centre [grid points], minimum and maximum of each bin of a long series.
 
-    Parameters
-    ----------
-    series : callable
-        Returns the values of a part of the grid, so that the series is never in memory whole.
-    length : int
-        Grid points, at least `ENVELOPE_BINS`.
-
-    Returns
-    -------
-    tuple of ndarray, shape (ENVELOPE_BINS,)
-        Centre in grid points, minimum and maximum.
+    `series` returns the values of a part of the grid, so that they are never in memory as a
+    whole; `length` is the number of grid points, at least `ENVELOPE_BINS`.
     """
     edges = np.linspace(0, length, ENVELOPE_BINS + 1).astype(np.int64)
     low, high = np.empty(ENVELOPE_BINS), np.empty(ENVELOPE_BINS)

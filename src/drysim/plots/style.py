@@ -62,14 +62,9 @@ Level 3 of zlib takes half the time of the default for a PNG 5 % larger."""
 
 
 def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
-    """Draw a figure in drysim's style and write it as PNG, SVG or PDF.
+    """Draw a figure in drysim's style and write it as PNG, SVG or PDF, by its suffix.
 
-    Parameters
-    ----------
-    draw : callable
-        Returns the figure, or None for no file; called with drysim's rcParams in effect.
-    file : Path
-        Its suffix is the format.
+    `draw` is called with drysim's rcParams in effect; if it returns None, no file is written.
     """
     with picture_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -124,15 +119,10 @@ def panel_grid(
 def finish_figure(
     figure: Figure, heading: Heading, entries: dict[str, Any] | None = None
 ) -> None:
-    """Add heading and legend to a figure, which becomes higher by as much.
+    """Add heading and legend to a figure of `panel_grid`, which becomes higher by as much.
 
-    Parameters
-    ----------
-    figure : Figure
-        Of `panel_grid`, with all panels drawn.
-    heading : Heading
-    entries : dict, optional
-        Handles of the legend by label; all of the panels without it.
+    All panels have been drawn. `entries` are the handles of the legend by label, by default
+    those of all panels.
     """
     entries = legend_entries(figure.axes) if entries is None else entries
     most = 72 * (LEGEND_WIDTH - HANDLE_WIDTH)
@@ -271,11 +261,7 @@ class Heading(NamedTuple):
 def response_heading(outcome: Outcome, results: str = "") -> Heading:
     """Return the heading of the picture of a response: main results, then the scene.
 
-    Parameters
-    ----------
-    outcome : Outcome
-    results : str, optional
-        Results of an ensemble, instead of those of this response.
+    `results` are those of an ensemble, in place of those of this response.
     """
     scenario, solved = outcome.scenario, outcome.response
     seed = None if results else getattr(scenario.excitation, "seed", None)

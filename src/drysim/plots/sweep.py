@@ -561,17 +561,9 @@ def draw_panels(
     metrics: Sequence[PlottedMetric],
     extra: Callable[[Axes, Panel, PlottedMetric], None],
 ) -> Figure:
-    """Return the figure of a sweep.
+    """Return the figure of a sweep: a row per panel of the view, and a column per metric.
 
-    Parameters
-    ----------
-    table : Table
-    view : View
-        A row of the figure per panel.
-    metrics : sequence of PlottedMetric
-        A column of the figure per metric.
-    extra : callable
-        Draws more into the axes of a panel and metric.
+    `extra` draws more into the axes of a panel and metric.
     """
     count = len(view.panels)
     coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
@@ -981,13 +973,9 @@ def needs_quantiles(table: Table) -> bool:
 
 
 def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
-    """Return the figure of metrics as quantile bands, with a map if several keys are swept.
+    """Return the figure of metrics as quantile bands, a column each.
 
-    Parameters
-    ----------
-    table : Table
-    metrics : sequence of PlottedMetric
-        A column of the figure per metric.
+    Below each is a map if several keys are swept.
     """
     x_axis = abscissa(table.axes)
     assert x_axis is not None, "a sweep has a key"

@@ -115,10 +115,6 @@ def fit_grid(
     fill : {'line', 'spline'}, optional
         Interpolation that the message about a gap proposes.
 
-    Returns
-    -------
-    TimeGrid
-
     Raises
     ------
     RecordError
@@ -350,10 +346,6 @@ def fill_gaps(
         0-based column of the samples.
     unit : str
         SI unit of the samples.
-
-    Returns
-    -------
-    FilledRecord
 
     Raises
     ------
@@ -641,10 +633,6 @@ def remove(
     display_path : str
     ends : {'even', 'odd'}, optional
         As in `high_pass`.
-
-    Returns
-    -------
-    Filtered
 
     Raises
     ------

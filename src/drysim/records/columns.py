@@ -361,10 +361,6 @@ class Columns:
             0-based columns.
         gap_column : int, optional
             Column in which samples may be missing.
-
-        Returns
-        -------
-        list of Signal
         """
         raise NotImplementedError
 

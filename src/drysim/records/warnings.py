@@ -131,12 +131,7 @@ def is_gravity(mean: float) -> bool:
 def describe_wrong_unit(mean: float, rms_about_mean: float, unit: str | None) -> str | None:
     """Return why the unit of ü is suspected, and a remedy; None if it is not.
 
-    Parameters
-    ----------
-    mean, rms_about_mean : float
-        Before clean-up [m/s²].
-    unit : str or None
-        The unit in the scenario; None if the file contains it.
+    Mean and RMS are those before clean-up [m/s²]; `unit` is None if the file contains it.
     """
     for wrong, right, factor in (
         ("m/s2", "g", STANDARD_GRAVITY),

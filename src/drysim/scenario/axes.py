@@ -116,11 +116,7 @@ def chain_length(axes: Sequence[Axis]) -> int:
 def chain_order(axes: Sequence[Axis], points: Mapping[str, NDArray[Any]]) -> list[int]:
     """Return the order in which the cases of a chain are solved.
 
-    Parameters
-    ----------
-    axes : sequence of Axis
-    points : mapping
-        Columns of the points of the chain, as from `point_columns`.
+    `points` are the columns of its points, as from `point_columns`.
     """
     order: list[int] = np.argsort(points[axes[0].key], kind="stable").tolist()
     return order if points[DIRECTION_KEY][0] == UP else order[::-1]

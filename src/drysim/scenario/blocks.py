@@ -555,14 +555,9 @@ class FromFile(Block):
         return self._block_cache
 
     def copy_with(self, changed: Mapping[str, Any], law: str = "") -> Self:
-        """Return a copy with some fields replaced, without validation.
+        """Return a copy with some fields replaced by valid values, without validation.
 
-        Parameters
-        ----------
-        changed : mapping
-            Valid values by field.
-        law : str
-            Friction law used in a comparison instead of that of the file.
+        `law` is the friction law used in a comparison instead of that of the file.
         """
         copy = self.model_copy(update=changed)
         copy._block_dicts, copy._block_cache = {}, {}

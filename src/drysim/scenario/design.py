@@ -238,12 +238,8 @@ class Design(Block):
     ) -> tuple[Check, ...]:
         """Return the limits that every design must keep.
 
-        Parameters
-        ----------
-        checks : tuple of Check
-            Those of the file.
-        stroke_limit : Check or None
-            The stroke limit of the file as a check, if it has one.
+        By default they are the checks of the file and its stroke limit as a check, if it has
+        one.
         """
         if self.within is not None:
             return self.within

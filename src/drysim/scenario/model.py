@@ -282,11 +282,6 @@ class Scenario(FromFile):
 
         `omissions` lists what is left out. Keys that the approach does not use are not swept.
 
-        Parameters
-        ----------
-        name : str
-            Name of the approach.
-
         Raises
         ------
         ValueError
@@ -306,11 +301,6 @@ class Scenario(FromFile):
         The parameters come from the block of that law within the friction block, then from the
         keys shared with the law of the file. `omissions` lists what is left out; keys that the
         law does not use are not swept.
-
-        Parameters
-        ----------
-        name : str
-            Name of the law.
 
         Raises
         ------

@@ -155,14 +155,9 @@ KnownKeys = Mapping[str, NumericKey | None]
 
 
 def numeric_keys(model: Model, words: Mapping[str, Any]) -> KnownKeys:
-    """Return all dotted keys of a scenario.
+    """Return all dotted keys of a scenario with this model and these plain values.
 
-    Parameters
-    ----------
-    model : type
-        Model of the scenario.
-    words : mapping
-        The scenario as plain values; tags select the members of unions.
+    The tags among the values select the members of unions.
     """
     return {**dict(_block_keys(model, words, "", True)), "drysim": None}
 
@@ -625,13 +620,8 @@ def validation_faults(
 ) -> Iterator[tuple[KeyPath, str]]:
     """Yield the key path and message of every validation error.
 
-    Parameters
-    ----------
-    fault : ValidationError
-    words : mapping
-        Values that were validated.
-    at : tuple
-        Path of the validated block, if not the whole scenario.
+    `words` are the values that were validated, and `at` is the path of the block that was
+    validated, if not the whole scenario.
     """
     for error in fault.errors(include_url=False):
         if error["type"] in ALREADY_REPORTED:

@@ -81,13 +81,7 @@ MAX_SAMPLE_POINTS = 10**12
 
 
 def read_axes_and_checks(reading: Reading) -> dict[str, Any]:
-    """Return the axes of the sweep and the checks, as fields of the scenario.
-
-    Parameters
-    ----------
-    reading : Reading
-        Reader of the whole scenario; errors are added to it.
-    """
+    """Return axes and checks as fields of the scenario; report their errors."""
     words, found = reading.words, {}
     checks = words.get("checks")
     known = numeric_keys(reading.model, words)

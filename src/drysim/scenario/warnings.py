@@ -70,10 +70,6 @@ def scenario_warnings(
         Base motion, if available. Checks that need it are skipped otherwise, except for sines.
     compared : bool, optional
         Whether other approaches or laws are used as well; their options are then in use.
-
-    Returns
-    -------
-    tuple of WarningMessage
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()

@@ -152,10 +152,6 @@ def prepare(
     interval : bool, optional
         Whether `friction.static_ratio` may be an interval; its lower end is then prepared.
 
-    Returns
-    -------
-    Case
-
     Raises
     ------
     RecordError

@@ -399,10 +399,7 @@ def versions() -> Versions:
 def check_all_workers(there: Mapping[str, Any]) -> None:
     """Raise a UsageError unless all workers have the versions of this process.
 
-    Parameters
-    ----------
-    there : mapping
-        By address: the versions of a worker, or the exception that it raised.
+    `there` has, by address, the versions of a worker or the exception that it raised.
     """
     for worker, reported in there.items():
         if isinstance(reported, BaseException):

@@ -301,18 +301,7 @@ class Statistic(NamedTuple):
 
 
 def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:
-    """Return the statistics of every metric.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        One row per seed, in order.
-
-    Returns
-    -------
-    dict
-        `Statistic` by metric; None for a metric that no row knows.
-    """
+    """Return the statistics of every metric over a row per seed; None if no row knows it."""
     names = dict.fromkeys(name for row in rows for name in row.metrics)
     return {name: _statistic(rows, name) for name in names}
 
