@@ -282,20 +282,15 @@ class Quantity:
     """Pydantic type of a number with a unit, within bounds.
 
     Accepts a number in `unit`, or text with a unit.
-
-    Parameters
-    ----------
-    unit : str
-        A key of `QUANTITY_NAMES`.
-    at_least, above, below, at_most : float, optional
-        Bounds [unit]; `above` and `below` exclude the bound itself.
     """
 
     unit: str
+    """A key of `QUANTITY_NAMES`."""
     at_least: float | None = None
     above: float | None = None
     below: float | None = None
     at_most: float | None = None
+    """Bounds [unit]; `above` and `below` exclude the bound itself."""
 
     def read(self, value_in: object) -> float:
         """Return the validated number [unit].

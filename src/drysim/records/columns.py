@@ -53,14 +53,6 @@ MAX_FILES_EXAMINED = 1000
 class Reader:
     """The bytes of a file, read slice by slice; the last block is cached.
 
-    Parameters
-    ----------
-    path : Path
-    size : int
-        Size of the file [bytes].
-    signature : FileSignature
-        State of the file when it was hashed.
-
     Raises
     ------
     RecordError
@@ -69,7 +61,9 @@ class Reader:
 
     path: Path
     size: int
+    """Size of the file [bytes]."""
     signature: system.FileSignature
+    """State of the file when it was hashed."""
     cached: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -129,25 +123,16 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class RecordFile:
-    """A record file with its SHA-256.
-
-    Parameters
-    ----------
-    display_path : str
-        Path as messages show it.
-    path : Path
-    reader : Reader
-    sha256 : str
-        In hex.
-    skip : int, optional
-        Rows to skip at the top of a text file.
-    """
+    """A record file with its SHA-256."""
 
     display_path: str
+    """Path as messages show it."""
     path: Path
     reader: Reader
     sha256: str
+    """In hex."""
     skip: int = 0
+    """Rows to skip at the top of a text file."""
 
     @cached_property
     def raw(self) -> bytes:
@@ -453,22 +438,15 @@ class Columns:
 
 @dataclass(frozen=True)
 class LazySamples:
-    """Samples that stay in their file until they are needed.
-
-    Parameters
-    ----------
-    read : callable
-        `read(first, last)` returns samples `first` to `last - 1`.
-    first, last : int
-        Range of the samples, `last` excluded.
-    factor : float, optional
-        Factor on the samples.
-    """
+    """Samples that stay in their file until they are needed."""
 
     read: Callable[[int, int], Floats]
+    """`read(first, last)` returns samples `first` to `last - 1`."""
     first: int
     last: int
+    """Range of the samples, `last` excluded."""
     factor: float = 1.0
+    """Factor on the samples."""
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -506,26 +484,17 @@ FLOAT64_SIZE = 8
 
 
 class Channel(NamedTuple):
-    """One column of a binary file, loaded on demand.
-
-    Parameters
-    ----------
-    label : ColumnLabel
-    load : callable
-        Returns the samples.
-    dt : float, optional
-        Time step [s], if the file contains it.
-    first : float, optional
-        First time [s].
-    time_column : int, optional
-        0-based column of the times, if there is one.
-    """
+    """One column of a binary file, loaded on demand."""
 
     label: ColumnLabel
     load: Callable[[], NDArray[np.generic] | LazySamples]
+    """Returns the samples."""
     dt: float | None = None
+    """Time step [s], if the file contains it."""
     first: float = 0.0
+    """First time [s]."""
     time_column: int | None = None
+    """0-based column of the times, if there is one."""
 
 
 @dataclass(frozen=True, kw_only=True)
