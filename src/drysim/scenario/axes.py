@@ -302,12 +302,15 @@ class Range(Block):
     needs: ClassVar[dict[str, str]] = {"scale": "count"}
 
 
-SAMPLE_KEYS_SCHEMA = {
+DOTTED_KEYS_SCHEMA: dict[str, Any] = {
     "type": "object",
     "minProperties": 1,
     "propertyNames": {"pattern": KEY_PATTERN},
 }
-"""Schema of the keys of a sample."""
+"""Schema of a block whose keys are dotted keys of the scenario."""
+
+VALUES_SCHEMA = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
+"""Schema of a list of values."""
 
 
 class Draw(Block):
@@ -349,7 +352,7 @@ class Sample(Block):
     """Number of cases, at least 1."""
     seed: int
     """Seed of the random numbers, an integer; the same seed gives the same cases."""
-    over: Annotated[dict[str, Any], WithJsonSchema(SAMPLE_KEYS_SCHEMA)]
+    over: Annotated[dict[str, Any], WithJsonSchema(DOTTED_KEYS_SCHEMA)]
     """Dotted keys of this file, each with its range or distribution."""
 
 
@@ -379,8 +382,7 @@ class _SweepSchema:
         def part(model: type[Block]) -> dict[str, Any]:
             return model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler)
 
-        values = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
-        axis = {"anyOf": [values, part(Range)]}
+        axis = {"anyOf": [VALUES_SCHEMA, part(Range)]}
         group = {"type": "object", "minProperties": 2, "patternProperties": {KEY_PATTERN: axis}}
         group |= {"additionalProperties": False}
         groups = {"type": "array", "minItems": 1, "items": group}

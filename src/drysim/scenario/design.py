@@ -20,9 +20,11 @@ from pydantic import (
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.scenario.axes import (
+    DOTTED_KEYS_SCHEMA,
     FILE_KEY,
     FILES_DESCRIPTION,
     KEY_PATTERN,
+    VALUES_SCHEMA,
     Axis,
     NumberOrText,
     sweep_to_dict,
@@ -115,15 +117,6 @@ def _require_conditions(value: object) -> Conditions:
     return value
 
 
-def _conditions_to_dict(found: Conditions) -> dict[str, Any]:
-    """Return the conditions as a file writes them."""
-    return sweep_to_dict(found.axes) | {TAKE_KEY: found.take}
-
-
-def _as_list(value: object) -> object:
-    return [value] if isinstance(value, str) else value
-
-
 def _known_metric(name: str) -> str:
     if name not in METRICS_BY_NAME:
         hint = name_hint(name, METRICS_BY_NAME)
@@ -131,11 +124,7 @@ def _known_metric(name: str) -> str:
     return name
 
 
-_NUMBERS = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
-_VARY_SCHEMA = {
-    "type": "object",
-    "minProperties": 1,
-    "propertyNames": {"pattern": KEY_PATTERN},
+_VARY_SCHEMA = DOTTED_KEYS_SCHEMA | {
     "additionalProperties": {
         "type": "object",
         "properties": {
@@ -161,7 +150,7 @@ _OVER_SCHEMA = {
         },
         FILE_KEY: {"description": FILES_DESCRIPTION, "type": ["array", "string"]},
     },
-    "patternProperties": {KEY_PATTERN: {"anyOf": [_NUMBERS, {"type": "object"}]}},
+    "patternProperties": {KEY_PATTERN: {"anyOf": [VALUES_SCHEMA, {"type": "object"}]}},
     "additionalProperties": False,
 }
 
@@ -184,7 +173,7 @@ class Design(Block):
     """Keys to choose: dotted keys of this file, each with from and to."""
     minimise: Annotated[
         tuple[MetricName, ...],
-        BeforeValidator(_as_list),
+        BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
         PlainSerializer(lambda names: names[0] if len(names) == 1 else list(names)),
         Field(min_length=1, max_length=2),
     ]
@@ -196,7 +185,7 @@ class Design(Block):
         Annotated[
             Conditions,
             PlainValidator(_require_conditions),
-            PlainSerializer(_conditions_to_dict),
+            PlainSerializer(lambda found: sweep_to_dict(found.axes) | {TAKE_KEY: found.take}),
             WithJsonSchema(_OVER_SCHEMA),
         ]
         | None

@@ -36,7 +36,7 @@ from drysim.records.options import (
     Resample,
     Window,
 )
-from drysim.scenario.axes import KEY_PATTERN
+from drysim.scenario.axes import DOTTED_KEYS_SCHEMA
 from drysim.scenario.reading import (
     LAWS,
     NumericKey,
@@ -286,10 +286,7 @@ def _free_words(free: Mapping[str, FreeKey]) -> dict[str, dict[str, float]]:
     }
 
 
-_FREE_SCHEMA = {
-    "type": "object",
-    "minProperties": 1,
-    "propertyNames": {"pattern": KEY_PATTERN},
+_FREE_SCHEMA = DOTTED_KEYS_SCHEMA | {
     "additionalProperties": {
         "type": "object",
         "properties": {

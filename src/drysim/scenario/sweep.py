@@ -401,16 +401,10 @@ def _read_vary(
             if not isinstance(words, Mapping):
                 raise ValueError(f"must be {{from, to}}, not {format_value(words)}")
             values = reading.block(VaryRange, words, (*at, key))
-            ends = {name: value for name, value in values.items() if name in ("from", "to")}
-            numbers = _read_numbers(reading, (*at, key), n, ends)
-            if len(numbers) < 2:
-                continue
-            low, high = numbers["from"], numbers["to"]
-            if low >= high:
-                raise InvalidValue(f"must be above `from`, {format_value(ends['from'])}", "to")
-            scale = values.get("scale", "linear")
-            _check_scale(scale, low)
-            found.append(VariedKey(key, n.header, low, high, scale))
+            if (ends := _read_ends(reading, (*at, key), n, values)) is not None:
+                scale = values.get("scale", "linear")
+                _check_scale(scale, ends[0])
+                found.append(VariedKey(key, n.header, *ends, scale))
     return tuple(found)
 
 
@@ -501,22 +495,30 @@ def _read_range(
 ) -> tuple[Sequence[float], Any]:
     """Return the values of a range and the range in SI, which is None after an error."""
     words = reading.block(Range, block, at)
-    ends: dict[str, float] = {}
-    if {"from", "to"} <= words.keys() and {"step", "count"} & words.keys():
-        ends = _read_numbers(
-            reading, at, numeral, {name: words[name] for name in ("from", "to")}
-        )
-    if len(ends) < 2:
+    if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
         return (), None  # reported
-    low, high = ends["from"], ends["to"]
-    if low >= high:
-        raise InvalidValue(f"must be above `from`, {format_value(words['from'])}", "to")
+    if (ends := _read_ends(reading, at, numeral, words)) is None:
+        return (), None
+    known: dict[str, Any] = dict(zip(("from", "to"), ends, strict=True))
     if "step" in words:
-        step, values = _step_values(numeral.unit, low, high, words["step"])
-        return values, {**ends, "step": step}
+        step, values = _step_values(numeral.unit, *ends, words["step"])
+        return values, {**known, "step": step}
     scale = words.get("scale", "linear")
-    values = _count_values(low, high, words["count"], scale)
-    return values, {**ends, "count": words["count"], "scale": scale}
+    values = _count_values(*ends, words["count"], scale)
+    return values, {**known, "count": words["count"], "scale": scale}
+
+
+def _read_ends(
+    reading: Reading, at: KeyPath, numeral: NumericKey, words: Mapping[str, Any]
+) -> tuple[float, float] | None:
+    """Return `from` and `to` of a range; None if one of them is missing or has an error."""
+    ends = {name: words[name] for name in ("from", "to") if name in words}
+    numbers = _read_numbers(reading, at, numeral, ends)
+    if len(numbers) < 2:
+        return None
+    if numbers["from"] >= numbers["to"]:
+        raise InvalidValue(f"must be above `from`, {format_value(ends['from'])}", "to")
+    return numbers["from"], numbers["to"]
 
 
 def _read_numbers(

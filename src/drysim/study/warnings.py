@@ -48,17 +48,8 @@ MAX_END_EFFECT = 0.01
 """Change of a metric by the ends of a record from which a warning is given [-]."""
 
 RELATIVE_METRICS = (
-    "a_u",
-    "a_x",
-    "T_a",
-    "T_x",
-    "x_r_rms",
-    "x_r_peak",
-    "v_r_rms",
-    "a_w",
-    "SEAT",
-    "VDV",
-)
+    "a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "v_r_rms", "a_w", "SEAT", "VDV",
+)  # fmt: skip
 """Metrics whose relative change by the ends of a record is checked."""
 
 CLOSE_MARGIN = 1e-6
