@@ -19,13 +19,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import (
-    AnyLaw,
-    DynamicLaw,
-    PiecewiseLaw,
-    StrokeLimits,
-    acceleration_at,
-)
+from drysim.core.model import AnyLaw, DynamicLaw, PiecewiseLaw, StrokeLimits, acceleration_at
 from drysim.plots import style
 from drysim.plots.style import Style
 from drysim.study.outcome import Outcome

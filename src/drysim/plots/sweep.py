@@ -126,12 +126,7 @@ def draw_stroke(table: Table) -> Figure:
 
 
 def _draw_limit(
-    axes: Axes,
-    table: Table,
-    view: View,
-    panel: Panel,
-    metric: PlottedMetric,
-    max_level: float,
+    axes: Axes, table: Table, view: View, panel: Panel, metric: PlottedMetric, max_level: float
 ) -> None:
     """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case.
 

@@ -152,9 +152,7 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     return NormalForceRecord(values / mean, dt, mean, (source,), warnings, clean_up)
 
 
-def read_series(
-    record: Recorded,
-) -> tuple[Series, Input, tuple[WarningMessage, ...]]:
+def read_series(record: Recorded) -> tuple[Series, Input, tuple[WarningMessage, ...]]:
     """Read a record as measured: samples of its window in SI, not differentiated.
 
     Returns

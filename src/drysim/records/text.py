@@ -440,10 +440,7 @@ def detect_table(file: TextFile) -> TextTable:
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
         hint = f"`skip: {likely - 1}` skips the rows above it"
-        raise file.error(
-            f"row {likely} looks like the header, not row {line}: {hint}",
-            likely,
-        )
+        raise file.error(f"row {likely} looks like the header, not row {line}: {hint}", likely)
     header_line, header_text, units = 0, "", list[Cell]()
     if line and is_header(split_cells(text, find_delimiter(text))):
         header_line, header_text = line, text
@@ -655,9 +652,7 @@ def open_text(file: RecordFile) -> TextFile:
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise file.error("the record is UTF-16 text; save it as UTF-8")
     if file.reader.find(b"\0") >= 0:
-        raise file.error(
-            "the record is binary: it contains a zero byte",
-        )
+        raise file.error("the record is binary: it contains a zero byte")
     text = TextFile(
         file.display_path, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
     )
@@ -741,7 +736,7 @@ def _read_at2_header(text: TextFile) -> At2Header:
             return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
     raise text.error(
         f"the record is not an AT2 file: none of its first {MAX_HEADER_LINES} lines contains "
-        "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`",
+        "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`"
     )
 
 

@@ -137,7 +137,7 @@ _VARY_SCHEMA = DOTTED_KEYS_SCHEMA | {
         },
         "required": ["from", "to"],
         "additionalProperties": False,
-    },
+    }
 }
 _OVER_SCHEMA = {
     "type": "object",
@@ -155,9 +155,7 @@ _OVER_SCHEMA = {
 }
 
 MetricName = Annotated[
-    str,
-    BeforeValidator(_known_metric),
-    WithJsonSchema({"enum": list(METRICS_BY_NAME)}),
+    str, BeforeValidator(_known_metric), WithJsonSchema({"enum": list(METRICS_BY_NAME)})
 ]
 
 

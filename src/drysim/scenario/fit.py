@@ -294,7 +294,7 @@ _FREE_SCHEMA = DOTTED_KEYS_SCHEMA | {
             for word, text in FREE_WORDS.items()
         },
         "additionalProperties": False,
-    },
+    }
 }
 
 Free = Annotated[

@@ -32,14 +32,7 @@ from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, RatioInterval
 from drysim.metrics.table import METRICS, Need
-from drysim.scenario.axes import (
-    DIRECTION_KEY,
-    FILE_KEY,
-    Axis,
-    Sweep,
-    count_points,
-    iter_points,
-)
+from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
     ApproachName,

@@ -338,11 +338,7 @@ def _pattern_fault(folder: Path, pattern: str) -> str:
 
 
 def _read_key(
-    reading: Reading,
-    known: KnownKeys,
-    at: KeyPath,
-    key: str,
-    varied: Iterable[str] = (),
+    reading: Reading, known: KnownKeys, at: KeyPath, key: str, varied: Iterable[str] = ()
 ) -> NumericKey | None:
     """Return the numeric key to vary; None if it has an error.
 

@@ -13,13 +13,7 @@ from math import inf, isclose, nan, pi, sqrt
 from typing import Any
 
 from drysim.approach.stick_slip import ExactApproach
-from drysim.core.model import (
-    AnyLaw,
-    Samples,
-    Sines,
-    blocks,
-    max_abs,
-)
+from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check

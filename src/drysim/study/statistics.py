@@ -312,8 +312,6 @@ def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
     values = {seed: value for seed, value in found if value is not None and isfinite(value)}
     if not values:
         return None
-    import numpy as np
-
     series = np.array(list(values.values()))
     # Median-unbiased quantiles do not depend on the distribution (Hyndman & Fan 1996, type 8).
     quantiles = np.quantile(series, QUANTILES, method="median_unbiased").tolist()
