@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.approach.solution import EVENT_NAMES, Response
 from drysim.core.model import BLOCK_SIZE
 from drysim.errors import UsageError
-from drysim.metrics.table import LIMITS, METRICS, METRICS_BY_NAME, ORBIT, STOPS, WEIGHTING
+from drysim.metrics.table import LIMITS, METRICS, ORBIT, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import TEXT_KEYS
 from drysim.scenario.blocks import SEED_KEY
@@ -121,9 +121,10 @@ def write_violations_csv(outcome: Outcome, folder: Path) -> None:
     write_csv(folder / "stroke_violations.csv", headers, [join_cells([cells])])
 
 
-def column_header(name: str) -> str:
-    """Return the header of a column, e.g. `x_r [m]`."""
-    return f"{name} [{COLUMN_UNITS[name]}]" if COLUMN_UNITS[name] else name
+def column_header(name: str, unit: str | None = None) -> str:
+    """Return the header of a column, e.g. `x_r [m]`; its unit is known for fixed names."""
+    unit = COLUMN_UNITS[name] if unit is None else unit
+    return f"{name} [{unit}]" if unit else name
 
 
 def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
@@ -175,7 +176,7 @@ class Column(NamedTuple):
     @property
     def header(self) -> str:
         """Header in a CSV file."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        return column_header(self.name, self.unit)
 
 
 def case_columns(table: Table) -> list[Column]:
@@ -253,11 +254,10 @@ BRANCH_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share")
 
 def write_branches_csv(result: BranchesResult, folder: Path) -> None:
     """Write branches.csv: every point of every branch, in the order along it."""
-    branches, metrics = result.branches, [METRICS_BY_NAME[name] for name in BRANCH_METRICS]
     headers = [
         "branch [-]",
-        f"{result.axis.key} [{result.axis.unit}]",
-        *(f"{metric.name} [{metric.unit}]" for metric in metrics),
+        column_header(result.axis.key, result.axis.unit),
+        *map(column_header, BRANCH_METRICS),
         "stops_per_period [-]",
         "symmetric [-]",
         "periods [-]",
@@ -266,7 +266,7 @@ def write_branches_csv(result: BranchesResult, folder: Path) -> None:
     ]
 
     def blocks() -> Iterator[bytes]:
-        for one in branches:
+        for one in result.branches:
             count = len(one.values)
 
             def same(value: float, count: int = count) -> NDArray[np.float64]:
@@ -298,7 +298,7 @@ def write_bifurcations_csv(result: BranchesResult, folder: Path) -> None:
     headers = [
         "bifurcation",
         "branch [-]",
-        f"{result.axis.key} [{result.axis.unit}]",
+        column_header(result.axis.key, result.axis.unit),
         "stops_before [-]",
         "stops_after [-]",
         "x_r_peak [m]",
@@ -440,7 +440,7 @@ def write_map_csv(result: RegimeMap, folder: Path) -> None:
         counts += [b"%d" % numbers[line.name]] * len(line.points)
         points.append(line.points)
     rows = format_rows([names, counts, *np.concatenate(points).T])
-    keys = [f"{axis.key} [{axis.unit}]" for axis in result.axes]
+    keys = [column_header(axis.key, axis.unit) for axis in result.axes]
     write_csv(folder / "map.csv", ["boundary", "line [-]", *keys], [rows])
 
 
