@@ -532,11 +532,7 @@ def _descriptions_in(module: str) -> dict[str, dict[str, str]]:
 class InvalidValue(ValueError):
     """An error that concerns two values which contradict each other.
 
-    Parameters
-    ----------
-    sentence : str
-    *at : str or int
-        Path of the key to blame, relative to the block.
+    `at` is the path of the key to blame, relative to the block.
     """
 
     def __init__(self, sentence: str, *at: str | int) -> None:
@@ -550,19 +546,9 @@ class InvalidValue(ValueError):
 def closest_match(name: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate closest to a misspelled name, or None.
 
-    Parameters
-    ----------
-    name : str
-    candidates : iterable of str
+    It has the smallest edit distance, which is at most one third of the length of the name.
+    Abbreviations of at least three letters match, too.
 
-    Returns
-    -------
-    str or None
-        The candidate with the smallest edit distance, if that is at most one third of the
-        length of the name. Abbreviations of at least three letters match, too.
-
-    Notes
-    -----
     `difflib.get_close_matches` finds as many misspelled keys of a scenario, but suggests a key
     for three times as many words that are none.
     """

@@ -288,17 +288,9 @@ def table_heading(
 ) -> Heading:
     """Return the heading of the picture of a sweep: ranges of the metrics, then the scene.
 
-    Parameters
-    ----------
-    table : Table
-    left_out : int
-        Number of curves that are not drawn.
-    what : str
-        What `left_out` counts.
-    of_stroke : bool
-        Whether to state the stroke limit, which may lie outside the drawn range.
-    results : str, optional
-        Replaces the ranges of the metrics.
+    `left_out` is the number of curves, or of `what`, that are not drawn. `of_stroke` adds the
+    stroke limit, which may lie outside the drawn range. `results` replace the ranges of the
+    metrics.
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
@@ -333,16 +325,10 @@ def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
 
 
 def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Heading:
-    """Return a heading.
+    """Return a heading, with the name of the scenario as its title.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its name is the title.
-    results, scene : str
-        Text in which m, x_r and the like are typeset as symbols.
-    base : str
-        Text that is drawn as it is, behind the scene.
+    In `results` and `scene`, m, x_r and the like are typeset as symbols; `base` is drawn as it
+    is, behind the scene.
     """
     symbols = [_typeset(escape_text(text)) for text in (results, scene)]
     lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}".removeprefix("; "))

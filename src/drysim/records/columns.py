@@ -159,13 +159,7 @@ class TextFile(NamedTuple):
 
 
 def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
-    """Hash a record file and return it with a reader.
-
-    Parameters
-    ----------
-    path : Path
-    suffixes : collection of str
-        Supported suffixes.
+    """Hash a record file with a supported suffix and return it with a reader.
 
     Raises
     ------

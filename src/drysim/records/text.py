@@ -84,13 +84,8 @@ def content_lines(
 ) -> Iterator[tuple[int, int, str]]:
     """Yield line number, offset and text of every line that is not a comment.
 
-    Parameters
-    ----------
-    file : TextFile
-    start : int, optional
-        Offset of the first line; by default where the text begins.
-    line : int, optional
-        1-based number of that line.
+    The first line begins at offset `start`, by default where the text begins; `line` is its
+    1-based number.
     """
     for number, at, part in raw_lines(file, start, line):
         words = _decode_line(part)

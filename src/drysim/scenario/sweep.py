@@ -677,18 +677,9 @@ def sweep_fault(
 ) -> str | None:
     """Return why a key cannot be varied; None if it can.
 
-    Parameters
-    ----------
-    words : mapping
-        The scenario as plain values; its `sweep` has dotted keys.
-    key : str
-        Dotted key.
-    known : mapping
-        Keys of the scenario, from `numeric_keys`.
-    varied : iterable of str, optional
-        All keys that are varied together; default: those of the sweep.
-    block_name : str, optional
-        Name of the block that lists them.
+    `words` is the scenario as plain values, whose `sweep` has dotted keys, and `known` has its
+    keys, from `numeric_keys`. `varied` are all keys that are varied together in the block
+    `block_name`, by default those of the sweep.
     """
     numeral = known.get(key)
     if numeral is None:

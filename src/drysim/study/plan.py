@@ -353,14 +353,7 @@ def _may_lift_off(scenario: Scenario) -> bool:
 def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
     """Solve the cases `begin` to `end - 1` of a scenario's grid as periodic orbits.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With a sweep block.
-    first : int
-        Number of case `begin`, counted over all approaches.
-    begin, end : int
-        Range in the grid of the scenario.
+    `first` is the number of case `begin`, counted over all approaches.
 
     Raises
     ------
