@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -74,25 +75,42 @@ class Repetition(NamedTuple):
         return Repetition(self.periods // 2) if self.periods % 2 == 0 else None
 
 
-class Image(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Image:
     """State after a repetition.
 
     Attributes
     ----------
     state : ndarray, shape (n,)
         x_r [m], v_r [m/s] and, if a law has them, further states.
-    jacobian : ndarray, shape (n, n)
-        Its derivative with respect to the state before.
+    differentiate : callable
+        Returns its derivative with respect to the state before, shape (n, n), and the estimated
+        error of that when scaled [-].
     counts : tuple of int
-        Stops and immediate reversals.
+        Stops, immediate reversals, and contacts with an end stop.
     peak : float
         Largest |x_r| at an event or an end [m].
     """
 
     state: Floats
-    jacobian: Floats
+    differentiate: Callable[[], tuple[Floats, float]]
     counts: tuple[int, ...]
     peak: float
+
+    @cached_property
+    def derivative(self) -> tuple[Floats, float]:
+        """Jacobian and its error, computed on first access."""
+        return self.differentiate()
+
+    @property
+    def jacobian(self) -> Floats:
+        """Derivative with respect to the state before, shape (n, n)."""
+        return self.derivative[0]
+
+    @property
+    def jacobian_error(self) -> float:
+        """Estimated error of the Jacobian when scaled [-]."""
+        return self.derivative[1]
 
 
 ReturnMap = Callable[[float, Floats, Repetition], "Image | None"]
@@ -215,15 +233,27 @@ class Continuation:
     return_map : callable
     speed : callable
         Returns the scale of v_r/x_r [1/s] at p.
+    max_points : int, optional
+        Most points of a branch.
     """
 
-    def __init__(self, return_map: ReturnMap, speed: Callable[[float], float]) -> None:
-        self.return_map, self.speed = return_map, speed
+    def __init__(
+        self,
+        return_map: ReturnMap,
+        speed: Callable[[float], float],
+        max_points: int = MAX_POINTS,
+    ) -> None:
+        self.return_map, self.speed, self.max_points = return_map, speed, max_points
 
     def scale(self, p: float, peak: float, n: int) -> Floats:
         """Return the scale of each state component and of p, shape (n + 1,)."""
         size = peak or 1.0
         return np.array([size, size * self.speed(p), *[size] * (n - 2), 1.0])
+
+    def residual(self, point: Point) -> float:
+        """Return the scaled change of the state over a repetition of a fixed point."""
+        scale = self.scale(point.p, point.image.peak, len(point.state))[:-1]
+        return float((np.abs(point.image.state - point.state) / scale).max())
 
     def correct(
         self, p: float, state: Floats, normal: Floats, scale: Floats, repetition: Repetition
@@ -314,7 +344,7 @@ class Continuation:
         ds, chord = FIRST_STEP, seed.tangent
         end = "limit"
         offset = self.offset(seed, repetition)
-        while len(points) < MAX_POINTS:
+        while len(points) < self.max_points:
             last = points[-1]
             scale = self.scale(last.p, last.image.peak, n)
             target = np.append(last.state, last.p) / scale + ds * last.tangent

@@ -622,12 +622,8 @@ class CoulombReturnMap:
         if stops < 0.0 or not math.isfinite(x + v + a + b + c + e):
             return None
         sign = -1.0 if repetition.half else 1.0
-        return Image(
-            sign * np.array([x, v]),
-            sign * np.array([[a, b], [c, e]]),
-            (int(stops), int(reversals)),
-            peak,
-        )
+        jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
+        return Image(sign * np.array([x, v]), lambda: (jacobian, 0.0), counts, peak)
 
 
 # Samples: known at every sample and at every event between samples.

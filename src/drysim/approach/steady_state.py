@@ -214,7 +214,7 @@ def march_to_orbit(
 
 def march_period(
     plant: Plant,
-    law: PiecewiseLaw | DynamicLaw,
+    law: AnyLaw,
     motion: Sines,
     state: AnyState,
     period: float,

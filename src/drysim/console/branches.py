@@ -52,6 +52,12 @@ def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
     yield from wording.describe_scene(result.scenario, case.plant, case.law, {key})
     yield "base", result.scenario.excitation.describe_cases(case.motion, [key])
     yield "along", f"{describe_axis(result.axis)}; {result.starts} starts"
+    if result.multiplier_error > 0.0:
+        yield (
+            "shooting",
+            f"orbits close to {result.residual:.1g}, multipliers to "
+            f"{result.multiplier_error:.1g}",
+        )
 
 
 def branch_rows(result: BranchesResult) -> Iterator[SummaryRow]:
@@ -77,10 +83,11 @@ def sizes(branch: Branch) -> str:
 def bifurcation_rows(result: BranchesResult) -> Iterator[SummaryRow]:
     """Yield the bifurcations, by value of the key."""
     for one in result.bifurcations[:MAX_SHOWN]:
-        before, after = (format_number(value) for value in one.stops)
         remarks = [f"branch {one.branch}"]
-        if one.kind == GRAZING and before != after:
-            remarks.append(f"{before} to {after} stops per period")
+        for counts, name in ((one.stops, "stops"), (one.contacts, "contacts")):
+            before, after = map(format_number, counts)
+            if one.kind == GRAZING and before != after:
+                remarks.append(f"{before} to {after} {name} per period")
         value = format_number(one.value, format_unit(result.axis.unit), 10)
         yield SummaryRow(one.kind, value, "; ".join(remarks))
     if len(result.bifurcations) > MAX_SHOWN:

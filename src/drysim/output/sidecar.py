@@ -544,8 +544,10 @@ def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
     }
     numerics = {
         **result.numerics,
-        "method": "pseudo-arclength continuation of exact periodic orbits",
+        "method": f"pseudo-arclength continuation of periodic orbits, {result.method}",
         "points": sum(len(one.values) for one in result.branches),
+        "residual": result.residual,
+        "multiplier_error": result.multiplier_error,
     }
     return sidecar_fields(result, result.motion, numerics, {}, provenance, branches=found)
 

@@ -263,6 +263,9 @@ def write_branches_csv(result: BranchesResult, folder: Path) -> None:
         "periods [-]",
         "stable [-]",
         *(f"multiplier_{i}{part}" for i in (1, 2) for part in (" [-]", "_phase [rad]")),
+        "contacts_per_period [-]",
+        "residual [-]",
+        "multiplier_error [-]",
     ]
 
     def blocks() -> Iterator[bytes]:
@@ -287,6 +290,9 @@ def write_branches_csv(result: BranchesResult, folder: Path) -> None:
                     same(one.periods),
                     one.stable.astype(float),
                     *parts,
+                    one.contacts,
+                    one.residual,
+                    one.multiplier_error,
                 ]
             )
 
@@ -302,11 +308,13 @@ def write_bifurcations_csv(result: BranchesResult, folder: Path) -> None:
         "stops_before [-]",
         "stops_after [-]",
         "x_r_peak [m]",
+        "contacts_before [-]",
+        "contacts_after [-]",
     ]
     found = result.bifurcations
     numbers = np.array(
-        [(one.branch, one.value, *one.stops, one.x_r_peak) for one in found]
-    ).reshape(-1, 5)
+        [(one.branch, one.value, *one.stops, one.x_r_peak, *one.contacts) for one in found]
+    ).reshape(-1, 7)
     columns: list[Values] = [[one.kind.encode() for one in found], *numbers.T.copy()]
     write_csv(folder / "bifurcations.csv", headers, [format_rows(columns)] if found else [])
 

@@ -11,22 +11,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import drysim
+from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.core.model import Input, Sines
-from drysim.errors import WarningMessage
+from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
+from drysim.friction import Leuven
 from drysim.metrics.checks import Verdict
 from drysim.scenario.axes import Axis
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.reading import numeric_keys
 from drysim.study.case import (
     Case,
+    assemble,
+    base_motion,
     case_error,
     prepare,
     refuse_direction,
@@ -34,8 +39,15 @@ from drysim.study.case import (
 )
 from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
+from drysim.study.run import measure_window
 from drysim.study.sweep import describe_numerics
 from drysim.wording import format_count, format_length, format_number, format_unit
+from drysim.yaml_document import KeyPath
+
+if TYPE_CHECKING:
+    from drysim.approach.continuation import Continuation, Point, Repetition
+    from drysim.approach.coulomb import CoulombReturnMap, SceneRows
+    from drysim.approach.shooting import PeriodicScene, ShootingReturnMap
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +64,8 @@ LOCKED, UNLOCKING, GRAZING = "locked", "unlocking", "grazing"
 
 SWEEP_KEY_MODELS = ("oscillator", "friction", "excitation")
 
+FREQUENCY_KEYS = {"excitation.frequency", "friction.normal_variation.frequency"}
+
 
 @dataclass(frozen=True, eq=False)
 class Branch:
@@ -65,15 +79,24 @@ class Branch:
         Periods of the excitation per repetition.
     symmetric : bool
         Whether the motion repeats after half a period with the opposite sign.
+    has_mirror_image : bool
+        Whether that makes a motion of every motion: the scene is symmetric.
     is_locked : bool
         Whether the mass sticks all the time, as it does from rest.
     values : ndarray, shape (n,)
         Values of the key along the branch, in SI.
     stops : ndarray, shape (n,)
-        Stops per period of the excitation, without immediate reversals.
+        Stops per period of the excitation, without immediate reversals; of an elastic contact,
+        how often it ceases to yield.
+    contacts : ndarray, shape (n,)
+        Contacts with an end stop per period of the excitation.
     multipliers : ndarray, shape (n, 2)
-        Floquet multipliers of a repetition, complex.
+        Floquet multipliers of a repetition, complex; the two largest.
     stable : ndarray, shape (n,)
+    residual : ndarray, shape (n,)
+        Scaled change of the state over a repetition, with the error of the march [-].
+    multiplier_error : ndarray, shape (n,)
+        Estimated error of the multipliers [-]; 0 where they are in closed form.
     metrics : mapping
         Metrics as columns, shape (n,).
     ends : tuple of str
@@ -84,11 +107,15 @@ class Branch:
     number: int
     periods: int
     symmetric: bool
+    has_mirror_image: bool
     is_locked: bool
     values: Floats
     stops: Floats
+    contacts: Floats
     multipliers: NDArray[np.complex128]
     stable: NDArray[np.bool_]
+    residual: Floats
+    multiplier_error: Floats
     metrics: Mapping[str, Floats]
     ends: tuple[str, str]
 
@@ -97,7 +124,7 @@ class Branch:
         """The kind of motion in words."""
         if self.is_locked:
             return LOCKED
-        if self.periods > 1:
+        if self.periods > 1 or not self.has_mirror_image:
             return f"period {self.periods}"
         return "symmetric" if self.symmetric else "unsymmetric"
 
@@ -112,8 +139,9 @@ class Bifurcation(NamedTuple):
         Number of the branch.
     value : float
         Value of the key, in SI.
-    stops : tuple of float
-        Stops per period on either side, in the order of the branch.
+    stops, contacts : tuple of float
+        Stops, and contacts with an end stop, per period on either side, in the order of the
+        branch.
     x_r_peak : float
         Largest |x_r| [m].
     """
@@ -123,6 +151,7 @@ class Bifurcation(NamedTuple):
     value: float
     stops: tuple[float, float]
     x_r_peak: float
+    contacts: tuple[float, float] = (0.0, 0.0)
 
 
 class Motion(NamedTuple):
@@ -189,6 +218,21 @@ class BranchesResult:
         return self.case.motion
 
     @property
+    def method(self) -> str:
+        """How orbits and multipliers are computed: in closed form, or by shooting."""
+        return "by shooting" if self.multiplier_error > 0.0 else "in closed form"
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of all orbits [-]."""
+        return max((float(one.residual.max()) for one in self.branches), default=0.0)
+
+    @property
+    def multiplier_error(self) -> float:
+        """Largest estimated error of all multipliers [-]; 0 in closed form."""
+        return max((float(one.multiplier_error.max()) for one in self.branches), default=0.0)
+
+    @property
     def numerics(self) -> dict[str, object]:
         """Core, reason, engine and step of the solutions."""
         return describe_numerics(self.case)
@@ -229,8 +273,8 @@ def branches(scenario: Scenario) -> BranchesResult:
     Parameters
     ----------
     scenario : Scenario
-        With a steady sine as base motion, Coulomb friction or none, and a range of one key of
-        the oscillator, the friction or the excitation as sweep.
+        With a steady sine as base motion, and a range of one key of the oscillator, the
+        friction, the excitation or the end stops as sweep.
 
     Returns
     -------
@@ -239,7 +283,7 @@ def branches(scenario: Scenario) -> BranchesResult:
     Raises
     ------
     ScenarioError
-        When the scenario has no such range, or no steady sine and Coulomb friction.
+        When the scenario has no such range, no steady sine, or a law that is not supported.
     UsageError
         When `scenario` is not a Scenario.
     """
@@ -264,49 +308,101 @@ def prepare_branches(scenario: Scenario) -> Case:
     if axis.key == "excitation.phase":
         sentence = "a phase only shifts the time: follow another key"
         raise case_error(scenario, sentence, ("sweep", axis.key))
-    if getattr(scenario.active_friction, "normal_variation", None) is not None:
-        sentence = "branches does not support a varying normal force; remove it"
-        raise case_error(scenario, sentence, ("friction", "normal_variation"))
     numbers = [value for value in axis.values if isinstance(value, int | float)]
-    if axis.key.split(".")[0] not in SWEEP_KEY_MODELS or len({*numbers}) < 2:
+    # A limit of the stroke moves the motion where there are end stops only.
+    models = (*SWEEP_KEY_MODELS, *["stroke"] * (scenario.stops is not None))
+    if axis.key.split(".")[0] not in models or len({*numbers}) < 2:
         sentence = (
             f"branches follows the first key of the sweep, {axis.key}, which must be a range "
             "of numbers of oscillator, friction or excitation"
         )
         raise case_error(scenario, sentence, ("sweep", axis.key))
     alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": ()})
-    if not can_solve_together(alone):
-        sentence = (
-            "branches needs a steady state (`measure.steady`) with Coulomb friction or none, "
-            "under stick-slip or viscous, without end stops, weighting or values by direction"
-        )
-        raise case_error(scenario, sentence, ("sweep", axis.key))
+    if refused := refusal(alone):
+        sentence, keys = refused
+        raise case_error(scenario, sentence, keys or ("sweep", axis.key))
     case = prepare(alone)
     # The start and the reference of the scenario do not matter.
     return replace(case, warnings=())
+
+
+def refusal(scenario: Scenario) -> tuple[str, KeyPath] | None:
+    """Return why branches cannot be followed, and the keys; None if they can."""
+    friction, measure = scenario.active_friction, scenario.measure
+    variation = getattr(friction, "normal_variation", None)
+    keys = {axis.key for axis in scenario.sweep}
+    if not isinstance(scenario.solver.member(), ExactApproach):
+        return "branches needs an exact approach: stick-slip or viscous", ("solver", "approach")
+    if getattr(friction, "normal_record", None) is not None:
+        sentence = (
+            "branches does not support a recorded normal force, which does not repeat; use a "
+            "constant one, or normal_variation"
+        )
+        return sentence, ("friction", "normal_record")
+    if not measure.steady:
+        sentence = "branches needs a steady state: give `measure.steady`, and no window of time"
+        return sentence, ("measure",)
+    if measure.weights is not None:
+        return "branches computes no weighted metrics; remove measure.weights", ("measure",)
+    if isinstance(friction, Leuven):
+        sentence = (
+            "branches does not support the Leuven law, whose state is a stack of reversals; "
+            "use lugre"
+        )
+        return sentence, ("friction", "law")
+    if variation is not None and keys & FREQUENCY_KEYS:
+        sentence = (
+            "a normal force that varies has no common period with the base motion along a "
+            "range of frequencies: follow another key"
+        )
+        return sentence, ()
+    return None
 
 
 def solve(case: Case) -> BranchesResult:
     """Follow the branches of a prepared case."""
     scenario = case.scenario
     axis = scenario.sweep[0]
-    # As long as a large plain job: compiled kernels are used, but not compiled for this.
-    steps = compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
-    compile.choose_engine(steps, "orbit.solve_repetition")
-    study = Study(scenario, axis)
-    return study.solve(case)
+    friction = scenario.active_friction
+    varies = getattr(friction, "normal_variation", None) is not None
+    if can_solve_together(scenario) and not varies:
+        # As long as a large plain job: compiled kernels are used, but not compiled for this.
+        steps = compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
+        compile.choose_engine(steps, "orbit.solve_repetition")
+        return Study(scenario, axis).solve(case)
+    compile.choose_engine(MARCHED_PERIODS * case.work, case.kernels)
+    return MarchedStudy(scenario, axis).solve(case)
 
 
 class Study:
-    """Search for the branches of a scenario along an axis."""
+    """Search for the branches of a scenario along an axis: Coulomb friction in closed form."""
+
+    seed_values = SEED_VALUES
+    max_branch_points = 4000
 
     def __init__(self, scenario: Scenario, axis: Axis) -> None:
-        from drysim.approach.coulomb import SceneRows
-
         self.scenario, self.axis = scenario, axis
         self.low, self.high = float(min(axis.values)), float(max(axis.values))
         self.is_log = is_log(axis)
-        self.rows = SceneRows(self.exact_rows, self.low, self.high)
+
+    @cached_property
+    def rows(self) -> SceneRows:
+        """Scenes of the orbit kernel along the key."""
+        from drysim.approach.coulomb import SceneRows
+
+        return SceneRows(self.exact_rows, self.low, self.high)
+
+    @cached_property
+    def return_map(self) -> CoulombReturnMap | ShootingReturnMap:
+        """Return map along the key."""
+        from drysim.approach.coulomb import CoulombReturnMap
+
+        return CoulombReturnMap(self.rows, self.value)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether half a period and a change of sign leave the equation of motion as it is."""
+        return True
 
     def exact_rows(self, values: Floats) -> Floats:
         """Return the rows of the orbit kernel for many values of the key."""
@@ -327,13 +423,15 @@ class Study:
     def solve(self, case: Case) -> BranchesResult:
         """Find seeds, follow the branches through them, and measure all points."""
         from drysim.approach.continuation import Continuation
-        from drysim.approach.coulomb import CoulombReturnMap
 
-        return_map = CoulombReturnMap(self.rows, self.value)
-        continuation = Continuation(return_map, return_map.speed)
-        shares = np.linspace(0.0, 1.0, SEED_VALUES)
+        continuation = Continuation(
+            self.return_map, self.return_map.speed, self.max_branch_points
+        )
+        shares = np.linspace(0.0, 1.0, self.seed_values)
         seeds = self.seeds(shares)
-        found, complete = continuation.find_branches(seeds.orbits, True, MAX_BRANCHES)
+        found, complete = continuation.find_branches(
+            seeds.orbits, self.is_symmetric, MAX_BRANCHES
+        )
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
         for number, low, high in self.locked_ranges(shares, seeds.stuck):
@@ -346,20 +444,21 @@ class Study:
             ]
         for one in found:
             number = len(branches) + 1
-            branches.append(self.measured_branch(number, one))
+            branches.append(self.measured_branch(number, one, continuation))
             per_period = (2.0 if one.repetition.half else 1.0) / one.repetition.periods
             for kind, point, follower in one.bifurcations:
-                sides = [
-                    one.points[i].image.counts[0] * per_period
+                before, after = (
+                    [count * per_period for count in one.points[i].image.counts]
                     for i in (max(follower - 1, 0), min(follower, len(one.points) - 1))
-                ]
+                )
                 bifurcations.append(
                     Bifurcation(
                         kind,
                         number,
                         self.value(point.p),
-                        (sides[0], sides[1]),
+                        (before[0], after[0]),
                         point.image.peak,
+                        (before[2], after[2]),
                     )
                 )
         own = self.own_value()
@@ -438,18 +537,18 @@ class Study:
             middle = 0.5 * (moving + stuck)
             if middle in (moving, stuck):
                 break
-            if self.sticks(self.value(middle)):
+            if self.sticks(middle):
                 stuck = middle
             else:
                 moving = middle
         return stuck
 
-    def sticks(self, value: float) -> bool:
-        """Whether a mass at rest sticks for ever."""
+    def sticks(self, p: float) -> bool:
+        """Whether a mass at rest sticks for ever at a share of the range."""
         from drysim.core import orbit as o
         from drysim.core.forcing import F_FS, M
 
-        row = self.rows.at(value)
+        row = self.rows.at(self.value(p))
         return bool(row[F_FS] >= row[M] * row[o.SINES])
 
     def locked_branch(self, number: int, low: float, high: float) -> Branch:
@@ -467,16 +566,21 @@ class Study:
             for value, end in ((low, self.low), (high, self.high))
         )
         multipliers = np.tile(np.array([1.0 + 0j, 0j]), (len(values), 1))
+        none = np.zeros(len(values))
         return Branch(
-            number, 1, True, True, values, np.zeros(len(values)), multipliers,
-            np.ones(len(values), bool), metrics, (ends[0], ends[1]),
+            number, 1, self.is_symmetric, self.is_symmetric, True, values, none, none,
+            multipliers, np.ones(len(values), bool), none, none, metrics, (ends[0], ends[1]),
         )  # fmt: skip
 
     # Points of a branch
 
-    def measured_branch(self, number: int, found: Any) -> Branch:
+    def measured_branch(self, number: int, found: Any, continuation: Continuation) -> Branch:
         """Return a branch with the metrics of its points."""
         half, periods = found.repetition.half, found.repetition.periods
+        residuals = [
+            continuation.residual(point) + self.march_error(point, found.repetition)
+            for point in found.points
+        ]
         values = np.array([self.value(min(max(point.p, 0.0), 1.0)) for point in found.points])
         states = np.array([point.state for point in found.points])
         multipliers = np.array([point.multipliers for point in found.points])
@@ -484,19 +588,28 @@ class Study:
         multipliers = np.take_along_axis(multipliers, order, axis=1)
         if half:
             multipliers = multipliers**2
-        stops = np.array([point.image.counts[0] for point in found.points], dtype=float)
+        counts = np.array([point.image.counts for point in found.points], dtype=float)
+        stops, _, contacts = counts.T * (2.0 if half else 1.0) / periods
         return Branch(
             number,
             periods,
             half,
+            self.is_symmetric,
             False,
             values,
-            stops * (2.0 if half else 1.0) / periods,
-            multipliers,
+            stops,
+            contacts,
+            multipliers[:, :2],
             np.asarray((abs(multipliers) < 1.0).all(axis=1)),
+            np.array(residuals),
+            np.array([point.image.jacobian_error for point in found.points]),
             self.metrics_at(values, states, np.full(len(values), float(periods))),
             found.ends,
         )
+
+    def march_error(self, point: Point, repetition: Repetition) -> float:
+        """Return the scaled error of the motion over a repetition: none in closed form."""
+        return 0.0
 
     def metrics_at(self, values: Floats, states: Floats, periods: Floats) -> dict[str, Floats]:
         """Return the metrics of orbits as columns."""
@@ -542,6 +655,88 @@ class Study:
             yield WarningMessage("branches-left-out", sentence, {"branches": MAX_BRANCHES})
 
 
+MARCHED_PERIODS = 20_000
+"""Periods marched along the branches of a scene that is not in closed form, roughly."""
+
+
+class MarchedStudy(Study):
+    """Search for the branches of a scene that is marched: other laws, end stops, directions."""
+
+    seed_values = 9
+    max_branch_points = 1000
+
+    @cached_property
+    def return_map(self) -> ShootingReturnMap:
+        """Return map along the key."""
+        from drysim.approach.shooting import ShootingReturnMap
+
+        return ShootingReturnMap(self.scene)
+
+    @cached_property
+    def is_symmetric(self) -> bool:
+        """Whether half a period and a change of sign leave the equation of motion as it is."""
+        scenes = [self.scene(p) for p in (0.0, 0.5, 1.0)]
+        return all(scene is not None and scene.is_symmetric for scene in scenes)
+
+    def scene(self, p: float) -> PeriodicScene | None:
+        """Return the scene at a share of the range; None where there is none."""
+        from drysim.approach.shooting import PeriodicScene
+
+        try:
+            one = self.scenario.at({self.axis.key: self.value(p)})
+        except ScenarioError:
+            return None
+        approach, period = one.solver.member(), scene_period(one)
+        assert isinstance(approach, ExactApproach), "see `refusal`"
+        assert isinstance(one.excitation, Harmonic), "see `prepare_branches`"
+        if period is None:
+            return None
+        law = approach.effective_law(one.law())
+        return PeriodicScene(one.oscillator.plant(), law, one.excitation.motion(), period)
+
+    def seeds(self, shares: Floats) -> Seeds:
+        """Return the orbits reached from many starts at some shares of the range."""
+        found, stuck, lost, count = [], set(), 0, 0
+        for p in shares.tolist():
+            scene = self.scene(p)
+            for start in [] if scene is None else scene.starts:
+                count += 1
+                orbit = self.return_map.orbit(p, start)
+                if orbit is None:
+                    lost += 1
+                elif not orbit.is_stuck:
+                    found.append((p, orbit.state, orbit.peak, orbit.periods))
+                elif not any(start):
+                    stuck.add(p)
+        return Seeds(found, stuck, lost, count)
+
+    def sticks(self, p: float) -> bool:
+        """Whether a mass at rest sticks for ever at a share of the range."""
+        return self.return_map.sticks(p)
+
+    def march_error(self, point: Point, repetition: Repetition) -> float:
+        """Return the scaled error of the motion over a repetition."""
+        return self.return_map.march_error(point.p, point.state, point.image, repetition)
+
+    def metrics_at(self, values: Floats, states: Floats, periods: Floats) -> dict[str, Floats]:
+        """Return the metrics of orbits as columns."""
+        from drysim.approach.continuation import Repetition
+
+        rows = []
+        for value, state, count in zip(values.tolist(), states, periods.tolist(), strict=True):
+            one = self.scenario.at({self.axis.key: value})
+            case, scene = assemble(one, base_motion(one)), self.scene(self.share(value))
+            assert case.period is not None, "see `refusal`"
+            assert scene is not None, "a motion has a scene"
+            _, trajectory = self.return_map.march(scene, state, Repetition(int(count)))
+            window = 0.0, count * case.period
+            rows.append(measure_window(case, trajectory, window, None, None))
+        return {
+            name: np.array([row[name] for row in rows], dtype=float)  # None becomes NaN
+            for name in rows[0]
+        }
+
+
 def is_log(axis: Axis) -> bool:
     """Return whether the values of an axis are given on a log scale."""
     return isinstance(axis.words, dict) and axis.words.get("scale") == "log"
@@ -551,13 +746,19 @@ def describe_branch(branch: Branch) -> str:
     """Describe the motion on a branch, e.g. `symmetric, 2 stops per period`."""
     if branch.is_locked:
         return "locked from rest"
-    low, high = (
-        format_number(float(value)) for value in (branch.stops.min(), branch.stops.max())
-    )
-    if low == high == "0":
-        return f"{branch.kind}, no stops"
-    stops = low if low == high else f"{low} to {high}"
-    return f"{branch.kind}, {stops} stops per period"
+    counted = [
+        f"{describe_range(counts)} {name}"
+        for counts, name in ((branch.stops, "stops"), (branch.contacts, "contacts"))
+        if counts.any()
+    ]
+    words = f"{' and '.join(counted)} per period" if counted else "no stops"
+    return f"{branch.kind}, {words}"
+
+
+def describe_range(values: Floats) -> str:
+    """Return the smallest and the largest of some numbers, e.g. `0 to 2`."""
+    low, high = (format_number(float(value)) for value in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
 
 
 def describe_motions(result: BranchesResult) -> str:
