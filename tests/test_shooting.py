@@ -119,7 +119,11 @@ def test_a_very_stiff_elastic_contact_tends_to_coulomb_friction(tmp_path):
     ("friction", "size"),
     [
         ("{law: jenkins, kinetic: 45, tangential_stiffness: 20000}", 3),
-        ("{law: stribeck, kinetic: 45, static: 54, stribeck_velocity: 0.05}", 2),
+        pytest.param(
+            "{law: stribeck, kinetic: 45, static: 54, stribeck_velocity: 0.05}",
+            2,
+            marks=pytest.mark.slow,
+        ),
         ("{law: dahl, kinetic: 45, bristle_stiffness: 50000}", 3),
         ("{law: coulomb, kinetic: {extension: 30, compression: 45}}", 2),
     ],
