@@ -114,7 +114,7 @@ def test_run_says_that_a_motion_is_chaotic(tmp_path, capsys):
     outcome = run(load(file))
     (warning,) = (one for one in outcome.warnings if one.slug == "not-settled")
     exponent = outcome.response.numerics.lyapunov
-    assert "it is chaotic: small deviations grow" in warning.sentence
+    assert "it is chaotic: nearby motions diverge exponentially" in warning.sentence
     assert warning.numbers["lyapunov"] == exponent.value
     assert warning.numbers["lyapunov_low"] == exponent.low > 0.0
     assert main(["run", str(file), "--no-plots", "--out", str(tmp_path / "out")]) == 0

@@ -116,9 +116,9 @@ class LyapunovExponent:
     def verdict(self) -> str:
         """What the exponent says of the motion, as a clause."""
         if self.chaotic:
-            return "chaotic: small deviations grow for ever"
+            return "chaotic: nearby motions diverge exponentially"
         if self.high < 0.0:
-            return "not chaotic: small deviations decay"
+            return "not chaotic: nearby motions converge"
         return "undecided whether it is chaotic"
 
 
