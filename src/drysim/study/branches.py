@@ -257,10 +257,16 @@ class BranchesResult:
     def _repr_html_(self) -> str:
         """Return the bifurcations as HTML, for notebooks."""
         rows = [
-            (one.kind, format_number(one.value, digits=10), f"branch {one.branch}")
+            (
+                one.kind,
+                format_number(one.value, digits=10),
+                self.axis.unit,
+                f"branch {one.branch}",
+            )
             for one in self.bifurcations
         ]
-        return html_table(repr(self), ("bifurcation", self.axis.key, ""), rows, ())
+        header = ("bifurcation", self.axis.key, "unit", "of")
+        return html_table(repr(self), header, rows, ())
 
     def plot(self) -> Any:
         """Return the picture of the branches, a figure of matplotlib."""
