@@ -292,6 +292,8 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "oscillator.mass: {from: 1, to: 9, count: 5}}", "solver.step cannot be an axis"),
      (PAPER + "sweep: {zip: {friction.kinetic: [1, 2], oscillator.mass: [1, 2]}}",
       "sweep.zip varies keys together"),
+     (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, direction: up}",
+      "sweep.direction does not apply to `drysim map`"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5000}, "
       "oscillator.mass: {from: 1, to: 9, count: 5000}}", "25000000 nodes"),
      (PAPER.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}",
@@ -307,8 +309,8 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "end stops, which a map does not support"),
      (PAPER.replace("static_ratio: 1.2", "static: 50") + OVER,
       "static")],
-    ids=["no-sweep", "one-key", "list", "step", "zip", "nodes", "noise", "law", "stops",
-         "static"],
+    ids=["no-sweep", "one-key", "list", "step", "zip", "direction", "nodes", "noise", "law",
+         "stops", "static"],
 )  # fmt: skip
 def test_what_a_map_does_not_support_is_located(command, tmp_path, text, words):
     (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{text}\n")

@@ -44,7 +44,7 @@ from drysim.metrics.table import Values
 from drysim.scenario.axes import SWEEP_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import numeric_keys
-from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.case import Case, case_error, prepare, refuse_direction, require_scenario
 from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
@@ -149,6 +149,7 @@ class MapAxis(NamedTuple):
 def require_map(scenario: Scenario) -> tuple[MapAxis, MapAxis]:
     """Return the axes of a map; raise ScenarioError for what it does not support."""
     require_scenario(scenario)
+    refuse_direction(scenario, "drysim map")
     sweep, excitation = scenario.sweep, scenario.excitation
     if not sweep:
         sentence = (
