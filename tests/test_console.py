@@ -161,9 +161,7 @@ def test_metric_that_is_not_known_is_said_to_be_so(capsys):
 def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
-    summaries.show_outcome(
-        replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
-    )
+    summaries.show_outcome(replace(made, response=replace(made.response, numerics=numerics)))
     assert "periodic orbit (2 periods), closure 1.2e-13" in capsys.readouterr().out
 
 

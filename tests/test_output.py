@@ -187,7 +187,7 @@ def test_acceleration_before_and_after_an_event_differs_by_the_force():
 def test_loop_of_a_steady_orbit_is_closed(multiple):
     made = outcome()
     numerics = replace(made.response.numerics, period_multiple=multiple)
-    steady = replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
+    steady = replace(made, response=replace(made.response, numerics=numerics))
     *_, loop, over_velocity = (panel.lines[0].get_xydata() for panel in draw(steady).axes)
     assert (over_velocity[0] == over_velocity[-1]).all() == (multiple is not None)
     assert (loop[0] == loop[-1]).all() == (multiple is not None)

@@ -145,7 +145,7 @@ def test_open_energy_balance_and_close_decision_are_warnings(seat):
     response, metrics = outcome.response, outcome.metrics
     assert list(response_warnings(response, metrics, None)) == []
     numerics = replace(response.numerics, closest_decision=1e-8)
-    close = replace(response, compute_numerics=lambda: numerics)
+    close = replace(response, numerics=numerics)
     said = list(response_warnings(close, {**metrics, "energy_residual": 1e-6}, None))
     assert [warning.slug for warning in said] == ["energy-open", "close-decision"]
     not_a_number = list(
@@ -161,9 +161,7 @@ def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
     outcome = outcome_of(seat)
     numerics = replace(outcome.response.numerics, error=error)
     warnings = list(
-        response_warnings(
-            replace(outcome.response, compute_numerics=lambda: numerics), outcome.metrics, None
-        )
+        response_warnings(replace(outcome.response, numerics=numerics), outcome.metrics, None)
     )
     assert [warning.slug for warning in warnings] == said
     assert all("of its peak" in warning.sentence for warning in warnings)

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -36,17 +36,16 @@ from drysim.approach.continuation import Image, Repetition
 from drysim.approach.scene import (
     LOG_LENGTH,
     SAMPLES_PER_CALL,
-    SineGrid,
     base_square_integrals,
     check_event_count,
     check_progress,
     count_grid_points,
     count_intervals,
-    describe_numerics,
     divide_steps,
     empty_log,
     enlarge_column,
     enlarge_columns,
+    exact_response,
     initial_event,
     last_sample_indices,
     make_waves,
@@ -61,12 +60,9 @@ from drysim.approach.solution import (
     Int8Array,
     LyapunovExponent,
     MarchedTrajectory,
-    Numerics,
     Orbit,
     Points,
     Response,
-    SlidingGrid,
-    Trajectory,
 )
 from drysim.core import orbit
 from drysim.core.compile import as_engine_array
@@ -123,68 +119,34 @@ from drysim.core.trajectory import (
 )
 
 
-def solve(
-    plant: Plant,
-    law: CoulombLaw,
-    motion: Sines | Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-    whole: bool,
-) -> Response:
-    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
-    if isinstance(motion, Sines):
-        trajectory = sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
-        n = count_grid_points(trajectory.end, step)
-        compute_numerics = partial(
-            describe_numerics,
-            law,
-            motion,
-            n,
-            trajectory.turning_points,
-            trajectory.closest_decision,
-        )
-        grid = CoulombSineGrid(trajectory, step, n)
-        response = Response(
-            plant, law, motion, grid, trajectory.turning_points, compute_numerics, trajectory
-        )
-    else:
-        response = solve_sampled(plant, law, motion, start, duration, whole)
-    return response if law.F_fs > 0.0 else without_friction(response)
-
-
 def compute_trajectory(
     plant: Plant,
     law: CoulombLaw,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> Trajectory:
+    whole: bool = False,
+) -> SineTrajectory | SampledTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`.
 
     Under sines no grid is involved.
     """
+    end = run_duration(motion, duration)
     if isinstance(motion, Sines):
-        return sine_trajectory(plant, law, motion, start, run_duration(motion, duration))
-    response = solve_sampled(plant, law, motion, start, duration, whole=False)
-    assert response.trajectory is not None, "samples always have a trajectory"
-    return response.trajectory
+        return sine_trajectory(plant, law, motion, start, end)
+    last = last_sample_indices(motion, end)[1]
+    march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
+    return SampledTrajectory(march, found.until(end), end, closest_decision)
 
 
-def without_friction(response: Response) -> Response:
-    """Return the response of a scene with F_fs = 0, where turning points are no events."""
-    events = response.events
-    begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
-    grid, compute_numerics = SlidingGrid(response.grid), partial(viscous_numerics, response)
-    return replace(response, grid=grid, events=begin, compute_numerics=compute_numerics)
-
-
-def viscous_numerics(response: Response) -> Numerics:
-    """Return the `Numerics` of a response without dry friction."""
-    why = "no dry friction: closed form in each step"
-    return replace(
-        response.numerics, approach="viscous", why=why, events=1, closest_decision=None
-    )
+def response_on_grid(trajectory: SineTrajectory | SampledTrajectory, step: float) -> Response:
+    """Return the response of a solution on a grid; samples have their own step."""
+    if isinstance(trajectory, SineTrajectory):
+        n = count_grid_points(trajectory.end, step)
+        return exact_response(trajectory, step, n, partial(sine_points, trajectory, step))
+    motion = trajectory.march.motion
+    n = last_sample_indices(motion, trajectory.end)[0] + 1
+    return exact_response(trajectory, motion.dt, n, trajectory.march.points)
 
 
 # Sines: from event to event, on any grid.
@@ -288,18 +250,14 @@ class SineTrajectory(EventDriven):
         return EventSolution(self.plant, self.law, self.waves, t, kind, x_r, v_r)
 
 
-@dataclass(frozen=True, eq=False)
-class CoulombSineGrid(SineGrid):
-    """Grid points of a `SineTrajectory`."""
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        trajectory, n = self.trajectory, last - first
-        x_r, v_r = as_engine_array(np.empty((2, n)))
-        d = as_engine_array(np.empty(n, np.int8))
-        table = as_engine_array(np.empty(table_size(trajectory.size)))
-        sample_coulomb_grid(trajectory.solution, first, self.dt, table, (x_r, v_r), d)
-        return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+def sine_points(trajectory: SineTrajectory, dt: float, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1 of a solution under sines."""
+    n = last - first
+    x_r, v_r = as_engine_array(np.empty((2, n)))
+    d = as_engine_array(np.empty(n, np.int8))
+    table = as_engine_array(np.empty(table_size(trajectory.size)))
+    sample_coulomb_grid(trajectory.solution, first, dt, table, (x_r, v_r), d)
+    return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
 
 
 # Periodic orbits under sines.
@@ -638,34 +596,6 @@ block. The acceleration decides where v_r is close to rounding; NaN where x_r an
 determine it."""
 
 
-def solve_sampled(
-    plant: Plant,
-    law: CoulombLaw,
-    motion: Samples,
-    start: AnyState,
-    duration: float | None,
-    whole: bool,
-) -> Response:
-    """Solve a scene under samples on their own grid; `whole` keeps all of it in memory."""
-    end = run_duration(motion, duration)
-    point, last = last_sample_indices(motion, end)
-    march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
-    turning_points = found.until(end)
-    trajectory = SampledTrajectory(march, turning_points, end, closest_decision)
-    compute_numerics = partial(
-        describe_numerics, law, motion, point + 1, turning_points, closest_decision
-    )
-    return Response(
-        plant,
-        law,
-        motion,
-        SampledGrid(march, point + 1),
-        turning_points,
-        compute_numerics,
-        trajectory,
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class SampledTrajectory(MarchedTrajectory):
     """Solution over samples: known at every sample and at every event between."""
@@ -755,43 +685,6 @@ class SampledTrajectory(MarchedTrajectory):
         return np.array(integrate_coulomb_segments(solution, window[0] - t, window[1] - t)[:6])
 
 
-@dataclass(frozen=True, eq=False)
-class SampledGrid:
-    """First `length` grid points of a march over samples."""
-
-    march: BlockMarch
-    length: int
-
-    @property
-    def dt(self) -> float:
-        """Step of the grid [s]."""
-        return self.march.motion.dt
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return self.march.motion.u_dd[first:last]
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        block = self.march.block_at(first)
-        if last - block.first <= len(block.d):
-            points = Points(block.x_r, block.v_r, block.d)
-            return points.select(slice(first - block.first, last - block.first))
-        n = last - first
-        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
-        for block in self.march.blocks(first, last):
-            begin, end = max(first, block.first), min(last, block.first + len(block.d))
-            here = slice(begin - first, end - first)
-            there = slice(begin - block.first, end - block.first)
-            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
-            found.d[here] = block.d[there]
-        return found
-
-
 # March over samples, block by block.
 
 
@@ -870,6 +763,22 @@ class BlockMarch:
         """Return the blocks that contain the steps from sample `first` to sample `last`."""
         numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
         return map(self.block, numbers)
+
+    def points(self, first: int, last: int) -> Points:
+        """Return the motion at samples `first` to `last` - 1."""
+        block = self.block_at(first)
+        if last - block.first <= len(block.d):
+            points = Points(block.x_r, block.v_r, block.d)
+            return points.part(first - block.first, last - block.first)
+        n = last - first
+        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
+        for block in self.blocks(first, last):
+            begin, end = max(first, block.first), min(last, block.first + len(block.d))
+            here = slice(begin - first, end - first)
+            there = slice(begin - block.first, end - block.first)
+            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
+            found.d[here] = block.d[there]
+        return found
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
         """March through a block; return the state at its end and the closest decision [-]."""

@@ -8,7 +8,6 @@ points of the path, so that no contact is missed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,10 @@ import numpy as np
 from drysim.approach import coulomb
 from drysim.approach.solution import (
     EventDriven,
+    Events,
     Impacts,
-    Numerics,
     Path,
+    Points,
     Response,
     Trajectory,
 )
@@ -76,23 +76,35 @@ def solve(
     SolverError
         If events do not advance in time, or the motion is not finite.
     """
-    scene = (plant, law, motion, start, step, duration)
-    if isinstance(law, CoulombLaw):
-        return coulomb.solve(plant, law, motion, start, step, duration, whole)
-    if isinstance(law, PiecewiseLaw) and law.stops is not None:
-        inner = law.without_stops
-        unstopped = solve(plant, inner, motion, start, step, duration, whole)
-        assert unstopped.trajectory is not None, "it always has a trajectory"
-        if reaches_stops(unstopped.trajectory, law.stops):
-            stopped: Response = solver_module(law).solve(*scene)
-            return stopped
-        trajectory = UnreachedStopsTrajectory(law, unstopped.trajectory)
-        compute_numerics = partial(unreached_numerics, unstopped)
-        return replace(
-            unstopped, law=law, compute_numerics=compute_numerics, trajectory=trajectory
-        )
-    response: Response = solver_module(law).solve(*scene)
-    return response if law.F_fs > 0.0 else coulomb.without_friction(response)
+    trajectory = compute_trajectory(plant, law, motion, start, duration, whole)
+    return response_on_grid(trajectory, step)
+
+
+def response_on_grid(trajectory: Trajectory, step: float) -> Response:
+    """Return the response of a solution on a grid; samples have their own step."""
+    law = trajectory.law
+    if isinstance(trajectory, UnreachedStopsTrajectory):
+        response = response_on_grid(trajectory.unstopped, step)
+        numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
+        return replace(response, law=law, numerics=numerics, trajectory=trajectory)
+    response = solver_module(law).response_on_grid(trajectory, step)
+    return response if law.F_fs > 0.0 or law.stops is not None else without_friction(response)
+
+
+def without_friction(response: Response) -> Response:
+    """Return the response of a scene with F_fs = 0, where turning points are no events."""
+    events, grid = response.events, response.grid
+    begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
+    why = "no dry friction: closed form in each step"
+    numerics = replace(
+        response.numerics, approach="viscous", why=why, events=1, closest_decision=None
+    )
+
+    def sliding(first: int, last: int) -> Points:
+        points = grid.part(first, last)
+        return points._replace(d=np.ones_like(points.d))
+
+    return replace(response, grid=replace(grid, part=sliding), events=begin, numerics=numerics)
 
 
 def compute_trajectory(
@@ -101,13 +113,16 @@ def compute_trajectory(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
+    whole: bool = False,
 ) -> Trajectory:
     """Solve a scene and return its trajectory; under sines no grid is involved.
 
     Parameters and errors as in `solve`.
     """
+    if isinstance(law, CoulombLaw):
+        return coulomb.compute_trajectory(plant, law, motion, start, duration, whole)
     if isinstance(law, PiecewiseLaw) and law.stops is not None:
-        unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration)
+        unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
         if not reaches_stops(unstopped, law.stops):
             return UnreachedStopsTrajectory(law, unstopped)
     trajectory: Trajectory = solver_module(law).compute_trajectory(
@@ -137,11 +152,6 @@ def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
     path = trajectory.path((0.0, trajectory.end), stops.limits).x_r
     end = trajectory.state(trajectory.end).x_r
     return bool(stops.limits.side(np.append(path, end)).any())
-
-
-def unreached_numerics(unstopped: Response) -> Numerics:
-    """Return the `Numerics` of a response that never reaches the stops."""
-    return replace(unstopped.numerics, why=f"{unstopped.numerics.why}; {NOT_REACHED}")
 
 
 @dataclass(frozen=True, eq=False)

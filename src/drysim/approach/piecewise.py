@@ -29,21 +29,20 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.scene import (
-    SineGrid,
-    TrajectoryGrid,
     base_square_integrals,
     check_event_count,
     check_progress,
     count_grid_points,
     count_intervals,
-    describe_numerics,
     empty_columns,
     empty_log,
     empty_motion,
     enlarge_columns,
+    exact_response,
     initial_base_acceleration,
     last_interval,
     make_waves,
+    points_of_trajectory,
     run_duration,
     write_first_row,
 )
@@ -51,7 +50,6 @@ from drysim.approach.solution import (
     EventDriven,
     Events,
     Floats,
-    Grid,
     Impacts,
     Int8Array,
     Path,
@@ -119,39 +117,22 @@ NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 """Kinds of event at which x_r has no extremum of its own."""
 
 
-def solve(
-    plant: Plant,
-    law: PiecewiseLaw,
-    motion: Sines | Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-) -> Response:
-    """Solve a scene and return its response on a grid; parameters as in `exact.solve`."""
-    return response_on_grid(compute_trajectory(plant, law, motion, start, duration), step)
-
-
 def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     """Return the response of a solution on a grid; samples have their own step."""
     motion, law, events = trajectory.motion, trajectory.law, trajectory.events
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
-    grid: Grid
-    if isinstance(motion, Sines) and trajectory.may_turn_within and not law.force_record:
-        grid = ElasticSineGrid(trajectory, dt, points)
-    else:
-        grid = TrajectoryGrid(trajectory, dt, points).stored()
+    tabulated = (
+        isinstance(motion, Sines) and trajectory.may_turn_within and not law.force_record
+    )
+    part = partial(elastic_points if tabulated else points_of_trajectory, trajectory, dt)
     approach = "stick-slip"
     if law.stops is not None and law.F_fs == 0.0:
         # As without stops, turning points are no events here; rest at a stop is one.
         kind, at_stop = np.abs(events.kind), law.stops.limits.side(events.x_r) != 0
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
         events, approach = events.select(stays), "viscous"
-    compute_numerics = partial(
-        describe_numerics, law, motion, points, events, trajectory.closest_decision,
-        approach=approach,
-    )  # fmt: skip
-    return Response(trajectory.plant, law, motion, grid, events, compute_numerics, trajectory)
+    return exact_response(trajectory, dt, points, part, events, approach=approach)
 
 
 def compute_trajectory(
@@ -361,17 +342,13 @@ class PiecewiseTrajectory(EventDriven):
         return np.flatnonzero(~(whole & in_step[codes + 1])), sums
 
 
-@dataclass(frozen=True, eq=False)
-class ElasticSineGrid(SineGrid):
-    """Grid points of a solution with an elastic contact under sines."""
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        solution, out = self.trajectory.solution, empty_motion(last - first)
-        tables = as_engine_array(np.empty((2, table_size(solution.scene.waves.size))))
-        sample_elastic_grid(solution, first, self.dt, tables, out)
-        x_r, v_r, _, F_f, _, d = map(np.asarray, out)
-        return Points(x_r, v_r, d.astype(np.int8), F_f)
+def elastic_points(trajectory: PiecewiseTrajectory, dt: float, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1 of an elastic contact under sines."""
+    solution, out = trajectory.solution, empty_motion(last - first)
+    tables = as_engine_array(np.empty((2, table_size(solution.scene.waves.size))))
+    sample_elastic_grid(solution, first, dt, tables, out)
+    x_r, v_r, _, F_f, _, d = map(np.asarray, out)
+    return Points(x_r, v_r, d.astype(np.int8), F_f)
 
 
 # Laws as kernels take them, and what follows from events.

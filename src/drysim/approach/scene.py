@@ -9,12 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from drysim.approach.solution import Events, Floats, Numerics, Points, StoredGrid
+from drysim.approach.solution import (
+    Events,
+    Floats,
+    Grid,
+    Numerics,
+    Points,
+    PointsOfRange,
+    Response,
+)
 from drysim.core.compile import as_engine_array, engine
 from drysim.core.events import (
     MAX_EVENTS_PER_STEP,
@@ -37,7 +45,7 @@ from drysim.core.model import (
     integrate_base_squares,
     max_abs,
 )
-from drysim.core.trajectory import Columns, sample_base_grid, table_size
+from drysim.core.trajectory import Columns
 from drysim.errors import SolverError, UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
@@ -100,7 +108,7 @@ def grid_times(first: int, last: int, dt: float) -> Floats:
 
 
 def base_acceleration_on_grid(
-    motion: Sines | Samples, first: int, last: int, dt: float
+    motion: Sines | Samples, dt: float, first: int, last: int
 ) -> Floats:
     """Return ü [m/s²] at grid points `first` to `last` - 1; samples have their own grid."""
     if isinstance(motion, Samples):
@@ -108,50 +116,11 @@ def base_acceleration_on_grid(
     return base_acceleration(motion, grid_times(first, last, dt))
 
 
-def tabulated_base_acceleration(waves: Waves, first: int, last: int, dt: float) -> Floats:
-    """Return ü [m/s²] at grid points `first` to `last` - 1 from a table of sines."""
-    u_dd, table = (
-        as_engine_array(np.empty(last - first)),
-        as_engine_array(np.empty(table_size(waves.size))),
-    )
-    sample_base_grid(waves, first, dt, table, u_dd)
-    return np.asarray(u_dd)
-
-
-@dataclass(frozen=True, eq=False)
-class TrajectoryGrid:
-    """Grid n·dt of `length` points, evaluated from a trajectory on request."""
-
-    trajectory: Any
-    dt: float
-    length: int
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return base_acceleration_on_grid(self.trajectory.motion, first, last, self.dt)
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        found = self.trajectory.at(grid_times(first, last, self.dt))
-        stop = None if self.trajectory.law.stops is None else found.F_stop
-        return Points(found.x_r, found.v_r, found.d, found.F_f, stop)
-
-    def stored(self) -> StoredGrid:
-        """Return the same grid with all its points in memory."""
-        whole = 0, self.length
-        return StoredGrid(self.dt, self.base(*whole), self.part(*whole))
-
-
-class SineGrid(TrajectoryGrid):
-    """Grid under sines that are tabulated; a subclass tabulates the motion, too."""
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return tabulated_base_acceleration(self.trajectory.waves, first, last, self.dt)
+def points_of_trajectory(trajectory: Any, dt: float, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1 of a trajectory that is known at any time."""
+    found = trajectory.at(grid_times(first, last, dt))
+    stop = None if trajectory.law.stops is None else found.F_stop
+    return Points(found.x_r, found.v_r, found.d, found.F_f, stop)
 
 
 def base_square_integrals(
@@ -283,20 +252,39 @@ def enlarge_column(column: Any, size: int) -> Any:
 # Report on a solution, and its checks.
 
 
-def describe_numerics(
-    law: AnyLaw,
-    motion: Sines | Samples,
+def exact_response(
+    trajectory: Any,
+    dt: float,
     points: int,
-    turning_points: Events,
-    closest_decision: float,
+    part: PointsOfRange,
+    events: Events | None = None,
     error: float | None = None,
     approach: str = "stick-slip",
-) -> Numerics:
-    """Return the `Numerics` of an exact solution."""
+) -> Response:
+    """Return the response of an exact trajectory on a grid, with its `Numerics`.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        With the base motion.
+    dt, points, part
+        As in `Grid`.
+    events : Events or None
+        None where they are the turning points.
+    error : float or None
+        Error bound of x_r relative to its peak [-].
+    approach : str
+    """
+    law, motion = trajectory.law, trajectory.motion
+    events = trajectory.turning_points if events is None else events
+    grid = Grid(dt, points, partial(base_acceleration_on_grid, motion, dt), part)
     core, why = core_and_reason(law, motion)
-    decision = None if math.isinf(closest_decision) else closest_decision
-    counts = points - 1, len(turning_points)
-    return Numerics(approach, core, why, engine(), *counts, decision, error=error)
+    closest = trajectory.closest_decision
+    numerics = Numerics(
+        approach, core, why, engine(), points - 1, len(events),
+        None if math.isinf(closest) else closest, error=error,
+    )  # fmt: skip
+    return Response(trajectory.plant, law, motion, grid, events, numerics, trajectory)
 
 
 def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:

@@ -6,14 +6,13 @@ Most of this module validates and converts the arguments.
 from __future__ import annotations
 
 import math
-from functools import partial
 from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
-from drysim.approach.solution import Events, Floats, Numerics, Points, Response, StoredGrid
+from drysim.approach.solution import Events, Floats, Numerics, Points, Response, stored_grid
 from drysim.core.model import (
     CoulombLaw,
     EndStops,
@@ -170,11 +169,9 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: closed form in each step, no events"
     modes = np.ones(n, dtype=np.int8)
-    grid = StoredGrid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
-    return Response(
-        plant, CoulombLaw(0.0, 0.0), motion, grid, events,
-        partial(Numerics, "viscous", "recursion", why, engine(), n - 1, 1),
-    )  # fmt: skip
+    grid = stored_grid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
+    numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
+    return Response(plant, CoulombLaw(0.0, 0.0), motion, grid, events, numerics)
 
 
 def to_float(name: str, argument: ArrayLike) -> float:

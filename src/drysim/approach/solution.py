@@ -190,73 +190,51 @@ class Points(NamedTuple):
     def select(self, part: slice) -> Points:
         """Return a slice of the points."""
         x_r, v_r, d, force, stop = self
-        bare = Points(x_r[part], v_r[part], d[part])
-        if stop is not None:
-            bare = bare._replace(stop=stop[part])
-        return bare if force is None else bare._replace(force=force[part])
-
-
-class Grid(Protocol):
-    """Source of the grid points of a response."""
-
-    @property
-    def dt(self) -> float:
-        """Step of the grid [s]."""
-
-    def __len__(self) -> int:
-        """Number of points."""
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
+        return Points(
+            x_r[part],
+            v_r[part],
+            d[part],
+            None if force is None else force[part],
+            None if stop is None else stop[part],
+        )
 
     def part(self, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1."""
+        return self.select(slice(first, last))
+
+
+PointsOfRange = Callable[[int, int], Points]
+"""Function that returns points `first` to `last` - 1 of a grid."""
 
 
 @dataclass(frozen=True, eq=False)
-class StoredGrid:
-    """Grid with stored points and base acceleration [m/s²]; `dt` is the step [s]."""
+class Grid:
+    """Points n·dt of a response, as functions that compute a range of them on request.
+
+    Attributes
+    ----------
+    dt : float
+        Step [s].
+    length : int
+        Number of points.
+    base : callable
+        Returns ü [m/s²] at points `first` to `last` - 1.
+    part : PointsOfRange
+    """
 
     dt: float
-    u_dd: Floats
-    points: Points
+    length: int
+    base: Callable[[int, int], Floats]
+    part: PointsOfRange
 
     def __len__(self) -> int:
         """Number of points."""
-        return len(self.points.x_r)
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return self.u_dd[first:last]
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        return self.points.select(slice(first, last))
+        return self.length
 
 
-@dataclass(frozen=True, eq=False)
-class SlidingGrid:
-    """Another grid with every point marked as sliding, for scenes without friction."""
-
-    grid: Grid
-
-    @property
-    def dt(self) -> float:
-        """Step of the grid [s]."""
-        return self.grid.dt
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return len(self.grid)
-
-    def base(self, first: int, last: int) -> Floats:
-        """Return ü [m/s²] at points `first` to `last` - 1."""
-        return self.grid.base(first, last)
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        points = self.grid.part(first, last)
-        return points._replace(d=points.d * 0 + 1)
+def stored_grid(dt: float, u_dd: Floats, points: Points) -> Grid:
+    """Return the grid of points and base acceleration [m/s²] that are in memory."""
+    return Grid(dt, len(u_dd), lambda first, last: u_dd[first:last], points.part)
 
 
 class Path(NamedTuple):
@@ -408,8 +386,8 @@ class Response:
     grid : Grid
         Source of the grid points.
     events : Events
-    compute_numerics : callable
-        Returns the `Numerics` of the result.
+    numerics : Numerics
+        How the result was computed.
     trajectory : Trajectory or None
         Continuous solution; None where only the grid was computed.
     """
@@ -419,7 +397,7 @@ class Response:
     motion: Sines | Samples
     grid: Grid
     events: Events
-    compute_numerics: Callable[[], Numerics]
+    numerics: Numerics
     trajectory: Trajectory | None = None
     _cache: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
@@ -436,11 +414,6 @@ class Response:
     def dt(self) -> float:
         """Step of the grid [s]."""
         return self.grid.dt
-
-    @cached_property
-    def numerics(self) -> Numerics:
-        """How the result was computed."""
-        return self.compute_numerics()
 
     @property
     def all_points(self) -> Points:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from drysim.approach.solution import (
     Path,
     Points,
     Response,
-    StoredGrid,
+    stored_grid,
 )
 from drysim.core.compile import as_engine_array, engine
 from drysim.core.fixed_step import BaseOnGrid, MotionOnGrid
@@ -77,7 +76,7 @@ def refine_motion(motion: Sines | Samples, substeps: int) -> Sines | Samples:
 def decimate_response(response: Response, motion: Sines | Samples, substeps: int) -> Response:
     """Return every `substeps`-th point of a response; its trajectory keeps all points."""
     every = slice(None, None, substeps)
-    grid = StoredGrid(
+    grid = stored_grid(
         response.dt * substeps, response.u_dd[every], response.all_points.select(every)
     )
     return replace(response, motion=motion, grid=grid)
@@ -109,12 +108,11 @@ def make_response(
         )
     points = Points(x_r, v_r, np.asarray(out.d, dtype=np.int8), force)
     events = mode_changes(plant, u_dd, dt, points)
-    counts = len(x_r) - 1, len(events)
-    compute_numerics = partial(Numerics, name, FIXED_STEP, why, engine(), *counts)
+    numerics = Numerics(name, FIXED_STEP, why, engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
     trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, x_dd)
-    grid = StoredGrid(dt, u_dd, points)
-    return Response(plant, law, motion, grid, events, compute_numerics, trajectory)
+    grid = stored_grid(dt, u_dd, points)
+    return Response(plant, law, motion, grid, events, numerics, trajectory)
 
 
 def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Events:

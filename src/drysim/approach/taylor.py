@@ -33,26 +33,26 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.approach.scene import (
-    TrajectoryGrid,
     base_square_integrals,
     check_progress,
     count_grid_points,
-    describe_numerics,
     empty_columns,
     empty_log,
     empty_motion,
+    exact_response,
     grid_times,
     initial_base_acceleration,
     last_interval,
     make_waves,
+    points_of_trajectory,
     run_duration,
     speed_floor,
 )
 from drysim.approach.solution import (
     Events,
     Floats,
-    Grid,
     MarchedTrajectory,
+    PointsOfRange,
     Response,
     events_from_log,
 )
@@ -93,29 +93,21 @@ MAX_TOLERANCE = 1e-3
 """Largest tolerance for which the series converge reasonably [-]."""
 
 
-def solve(
-    plant: Plant,
-    law: DynamicLaw,
-    motion: Sines | Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-) -> Response:
-    """Solve a scene and return its response on a grid, with an error bound.
+def response_on_grid(trajectory: TaylorTrajectory, step: float) -> Response:
+    """Return the response of a solution on a grid, with an error bound.
 
-    Parameters as in `exact.solve`.
+    Samples have their own step.
     """
-    trajectory = compute_trajectory(plant, law, motion, start, duration)
+    plant, law, motion = trajectory.plant, trajectory.law, trajectory.motion
     dt = motion.dt if isinstance(motion, Samples) else step
-    points = count_grid_points(trajectory.end, dt)
-    whole = TrajectoryGrid(trajectory, dt, points)
-    grid: Grid = whole.stored() if points <= MAX_CACHED else whole
-    error = relative_distance(
-        grid, compute_trajectory(plant, coarsened_law(law), motion, start, duration)
-    )
-    events = trajectory.turning_points
-    compute_numerics = partial(describe_numerics, law, motion, points, events, math.inf, error)
-    return Response(plant, law, motion, grid, events, compute_numerics, trajectory)
+    n = count_grid_points(trajectory.end, dt)
+    part: PointsOfRange = partial(points_of_trajectory, trajectory, dt)
+    if n <= MAX_CACHED:
+        part = part(0, n).part
+    start, end = trajectory.state(0.0), trajectory.end
+    coarse = compute_trajectory(plant, coarsened_law(law), motion, start, end)
+    error = relative_distance(part, n, dt, coarse)
+    return exact_response(trajectory, dt, n, part, error=error)
 
 
 def coarsened_law(law: DynamicLaw) -> DynamicLaw:
@@ -124,13 +116,18 @@ def coarsened_law(law: DynamicLaw) -> DynamicLaw:
     return law._replace(tolerance=tolerance, depth=law.depth // 2)
 
 
-def relative_distance(grid: Grid, other: TaylorTrajectory) -> float:
-    """Return the largest distance of another solution from a grid, relative to its peak [-]."""
+def relative_distance(
+    part: PointsOfRange, length: int, dt: float, other: TaylorTrajectory
+) -> float:
+    """Return the largest distance of another solution from a grid, relative to its peak [-].
+
+    `part`, `length` and `dt` are as in `Grid`.
+    """
     off, peak = 0.0, 0.0
-    for first in range(0, len(grid), BLOCK_SIZE):
-        last = min(first + BLOCK_SIZE, len(grid))
-        x_r = grid.part(first, last).x_r
-        coarse = other.at(grid_times(first, last, grid.dt)).x_r
+    for first in range(0, length, BLOCK_SIZE):
+        last = min(first + BLOCK_SIZE, length)
+        x_r = part(first, last).x_r
+        coarse = other.at(grid_times(first, last, dt)).x_r
         off = max(off, float(np.abs(coarse - x_r).max()))
         peak = max(peak, float(np.abs(x_r).max()))
     return off / (peak or 1.0)

@@ -38,10 +38,8 @@ from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import motion_direction, sign
 from drysim.core.forcing import (
     COSINE,
-    FREQUENCY,
     IN_PHASE,
     OMEGA,
-    PHASE,
     QUADRATURE,
     SINE,
     STEADY,
@@ -376,13 +374,9 @@ TABLE_ROWS = 128
 FLOW_COLUMNS = 3
 """Columns of the free motion: y, y_d and Y of `flow`."""
 
-ANGLE_COLUMN = 3
-"""First of the two columns of a wave that hold its sine and cosine."""
-
-RESPONSE_COLUMNS = 5
+RESPONSE_COLUMNS = 3
 """Columns of a wave: R, P and P_d of `sine_response`, or sin(omega s)/omega, cos(omega s)
-and the derivative of the latter where the steady response is used; then sin(omega s) and
-cos(omega s)."""
+and the derivative of the latter where the steady response is used."""
 
 
 def table_size(size: int) -> int:
@@ -675,49 +669,6 @@ def grid_index_before(t, dt):
     while (n + 1) * dt < t:
         n += 1
     return n
-
-
-@compiled
-def sample_base_grid(waves, first, dt, table, u_out):
-    """Write ü of the waves [m/s²] at the grid points n·dt, from index `first` on.
-
-    Within `TABLE_ROWS` points, each wave is expanded by the addition theorem about the first
-    point.
-    """
-    values = waves.values
-    last = first + len(u_out)
-    for k in range(len(u_out)):
-        u_out[k] = 0.0
-    for i in range(waves.base):
-        wave, at = (
-            WAVE_COLUMNS * i,
-            TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN),
-        )
-        omega = values[wave + OMEGA]
-        for k in range(TABLE_ROWS):
-            table[at + k] = math.sin(omega * (k * dt))
-            table[at + TABLE_ROWS + k] = math.cos(omega * (k * dt))
-        f, phase, A_i = values[wave + FREQUENCY], values[wave + PHASE], values[wave + A]
-        start = first - first % TABLE_ROWS
-        while start < last:
-            theta = 2.0 * math.pi * ((f * (start * dt)) % 1.0) + phase
-            n, end = max(first, start), min(last, start + TABLE_ROWS)
-            of_wave = A_i * math.sin(theta), A_i * math.cos(theta)
-            add_wave_acceleration(table, i, n - start, end - n, of_wave, n - first, u_out)
-            start = end
-
-
-@compiled
-def add_wave_acceleration(table, i, row, rows, of_wave, at, u_out):
-    """Add the acceleration of a wave whose sine and cosine parts at row 0 are given [m/s²]."""
-    sine, cosine = of_wave
-    begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN)
-    if begin < 0 or at < 0:
-        # Never true, but it tells the compiler that no index wraps around.
-        return
-    second = begin + TABLE_ROWS
-    for k in range(rows):
-        u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]
 
 
 # Integrals by Gauss-Legendre quadrature on panels. Nodes and weights on [0, 1] are literals:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from math import ceil, isclose
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Self
@@ -110,8 +109,7 @@ def periodic_motion(case: Case) -> SolvedMotion:
         exponent = case.approach.lyapunov_exponent(
             case.plant, case.law, case.motion, orbit.state, case.period
         )
-    compute_numerics = partial(
-        replace,
+    numerics = replace(
         response.numerics,
         closure=orbit.closure,
         period_multiple=orbit.periods,
@@ -122,7 +120,7 @@ def periodic_motion(case: Case) -> SolvedMotion:
         *orbit_warnings(orbit, case, exponent),
         *other_motion_warnings(case),
     )
-    return replace(response, compute_numerics=compute_numerics), (0.0, length), motion_warnings
+    return replace(response, numerics=numerics), (0.0, length), motion_warnings
 
 
 def other_motion_warnings(case: Case) -> Iterator[WarningMessage]:
