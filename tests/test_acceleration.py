@@ -23,7 +23,7 @@ from drysim.core.model import (
 from drysim.metrics.acceleration import peak_acceleration
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output.tables import optional_metrics
-from drysim.plots.sweep import draw_stroke
+from drysim.plots.sweep import draw_spectra, draw_stroke
 
 PULSE, HEIGHT = 0.011, 98.0665
 REST = State(0.0, 0.0)
@@ -40,8 +40,8 @@ def largest_of_curve(value, rate, end: float, count: int = 20_000) -> float:
     return max(abs(value(s)) for s in (0.0, *roots, end))
 
 
-def half_sine_spectrum(f_0: float, xi: float) -> float:
-    """Return the maximax acceleration of a linear mount under a half-sine, in closed form.
+def half_sine_spectrum(f_0: float, xi: float) -> tuple[float, float]:
+    """Return peak acceleration and peak stroke of a linear mount under a half-sine.
 
     During the pulse x_r = X sin(Ωt) + Y cos(Ωt) + free vibration, and free vibration after it.
     """
@@ -73,11 +73,14 @@ def half_sine_spectrum(f_0: float, xi: float) -> float:
     def rate(state: tuple[float, float, float]) -> float:
         return -w * w * state[1] - 2 * xi * w * (x_dd(state) - state[2])
 
-    spans = (during, PULSE), (after, 1.0 / f_0)
-    return max(
-        largest_of_curve(lambda t, of=of: x_dd(of(t)), lambda t, of=of: rate(of(t)), span)
-        for of, span in spans
-    )
+    def peak(value, rate) -> float:
+        spans = (during, PULSE), (after, 1.0 / f_0)
+        return max(
+            largest_of_curve(lambda t, of=of: value(of(t)), lambda t, of=of: rate(of(t)), span)
+            for of, span in spans
+        )
+
+    return peak(x_dd, rate), peak(lambda state: state[0], lambda state: state[1])
 
 
 @pytest.mark.parametrize("f_0", [8.0, 40.0, 72.39, 250.0, 500.0])
@@ -92,7 +95,7 @@ def test_without_friction_the_peak_is_that_of_the_linear_shock_spectrum(f_0):
     plant, motion = Plant(m, k_x, 0.05 * 2 * sqrt(k_x * m)), Samples(u_dd, step)
     end = (len(u_dd) - 1) * step
     trajectory = StickSlip().trajectory(plant, CoulombLaw(0.0, 0.0), motion, REST, step, end)
-    expected = half_sine_spectrum(f_0, 0.05)
+    expected, _ = half_sine_spectrum(f_0, 0.05)
     assert peak_acceleration(trajectory, 0.0, end) == pytest.approx(expected, rel=1e-9)
 
 
@@ -243,6 +246,51 @@ def test_a_swept_shock_shows_its_response_spectra(scenario):
     titles = [axes.get_title(loc="left") for axes in draw_stroke(table).axes]
     assert "ddot{x}" in titles[0]
     assert "x_r" in titles[1]
+
+
+def test_the_spectrum_without_friction_is_that_of_a_linear_mount(scenario):
+    # A pulse joined by straight lines deviates by π²/8/n² of its height: 3e-10.
+    shock = {"kind": "shock", "pulse": "half-sine", "amplitude": HEIGHT, "duration": PULSE}
+    table = drysim.sweep(
+        scenario(
+            excitation=shock,
+            friction={"law": "coulomb", "kinetic": 0},
+            solver={"step": PULSE / 60_000},
+            measure={"duration": 0.033},
+            sweep={"srs": {"from": 50, "to": 400, "per_octave": 1}},
+        )
+    )
+    assert [row.point["oscillator.natural_frequency"] for row in table.rows] == [
+        50, 100, 200, 400,
+    ]  # fmt: skip
+    for row in table.rows:
+        expected = half_sine_spectrum(row.point["oscillator.natural_frequency"], 0.05)
+        found = row.metrics["x_dd_peak"], row.metrics["x_r_peak"]
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_spectra_are_a_sweep_of_the_natural_frequency_with_a_picture_of_their_own(scenario):
+    friction = {"friction.kinetic": [0, 5, 20]}
+    spread = {"from": 5, "to": 50, "count": 2}
+    table = drysim.sweep(scenario(sweep=friction | {"srs": spread}, stroke={"limit": 1}))
+    same = {**friction, "oscillator.natural_frequency": spread | {"scale": "log"}}
+    plain = drysim.sweep(scenario(sweep=same, stroke={"limit": 1}))
+    assert [row.metrics for row in table.rows] == [row.metrics for row in plain.rows]
+    assert (draw_stroke(table), draw_spectra(plain)) == (None, None)
+    acceleration, stroke = draw_spectra(table).axes
+    assert "ddot{x}" in acceleration.get_title(loc="left")
+    assert "x_r" in stroke.get_title(loc="left")
+    for axes in acceleration, stroke:
+        assert axes.get_xscale() == "log"
+        assert "f_0" in axes.get_xlabel()
+
+
+def test_a_spectrum_of_a_record_shows_the_peak_acceleration(scenario, tmp_path):
+    (tmp_path / "u.csv").write_text("t [s],u_dd [m/s2]\n0,0\n0.1,9\n0.2,0\n0.3,0\n0.4,0\n")
+    excitation = {"kind": "record", "file": "u.csv", "time": "t"}
+    blocks = {"excitation": excitation, "solver": None, "measure": None}
+    table = drysim.sweep(scenario(**blocks, sweep={"srs": [5, 50]}))
+    assert optional_metrics(table) == ("x_dd_peak",)
 
 
 def test_other_tables_show_the_peak_where_a_check_names_it(scenario):

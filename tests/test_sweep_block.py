@@ -123,6 +123,29 @@ def test_logarithmic_count_hits_the_decades(values):
     assert values(spoken) == (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
+def test_octaves_have_at_least_the_values_asked_for_and_both_ends(values):
+    assert values({"from": 1, "to": 8, "per_octave": 1}) == pytest.approx([1, 2, 4, 8])
+    found = values({"from": 1, "to": 50, "per_octave": 12})
+    assert (found[0], found[-1], len(found)) == (1.0, 50.0, 69)  # log2(50) = 5.64
+
+
+def test_shock_spectrum_runs_again_as_it_was_resolved(scenario):
+    shock = {"kind": "shock", "pulse": "sawtooth", "amplitude": 9, "duration": 0.01}
+    text = dump(
+        {
+            "oscillator": {"mass": 5, "natural_frequency": 9, "damping_ratio": 0.05},
+            "excitation": shock,
+            "solver": {"step": 1e-3},
+            "measure": {"duration": 1},
+        }
+    )
+    found = scenario(text, {"srs": {"from": "1 Hz", "to": 50, "per_octave": 12}})
+    words = found.resolved()
+    assert words["sweep"] == {"srs": {"from": 1.0, "to": 50.0, "count": 69, "scale": "log"}}
+    assert scenario(dump(words)).sweep == found.sweep
+    assert scenario(text, {"srs": [1, 50]}).sweep[0].values == (1.0, 50.0)
+
+
 def test_seeds_stay_whole_numbers(values):
     found = values({"from": 1, "to": 4, "step": 1}, "excitation.seed", NOISE)
     assert [repr(value) for value in found] == ["1", "2", "3", "4"]
@@ -371,7 +394,7 @@ def test_schema_knows_both_ways_to_say_the_values_of_an_axis():
     sweep = words["properties"]["sweep"]
     listed, spread = next(iter(sweep["patternProperties"].values()))["anyOf"]
     assert listed["type"] == "array"
-    assert set(spread["properties"]) == {"from", "to", "step", "count", "scale"}
+    assert set(spread["properties"]) == {"from", "to", "step", "count", "per_octave", "scale"}
     assert spread["required"] == ["from", "to"]
     assert "viscous" in words["properties"]["reference"]["enum"]
     assert json.dumps(words)

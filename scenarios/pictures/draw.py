@@ -37,7 +37,7 @@ PICTURES = {
     ),
     "shock-response-spectrum.png": (
         ["sweep", f"{GALLERY}/shock-response-spectrum.yaml"],
-        "stroke.png",
+        "srs.png",
     ),
     "design.png": (["design", f"{GALLERY}/design-seat.yaml"], "design.png"),
     "regime-map.png": (["map", f"{GALLERY}/regime-map.yaml"], "map.png"),

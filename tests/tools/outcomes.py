@@ -60,6 +60,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "stroke": None if limit is None else Stroke(limit=limit),
         "has_sides": False,
         "checks": (),
+        "sweep": (),
         "excitation": SimpleNamespace(
             kind=kind,
             periodic=False,

@@ -63,7 +63,11 @@ PICTURES = {
         "bands": "spectra.draw_bands",
     },
     "ensemble": {"ensemble": "ensemble.draw"},
-    "sweep": {"transmissibility": "sweep.draw_transmissibility", "stroke": "sweep.draw_stroke"},
+    "sweep": {
+        "transmissibility": "sweep.draw_transmissibility",
+        "stroke": "sweep.draw_stroke",
+        "srs": "sweep.draw_spectra",
+    },
     "comparison": {"comparison": "comparison.draw"},
     "bench": {"speed_error": "speed_error.draw"},
     "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},

@@ -80,6 +80,7 @@ CAPTIONS = {
     "ensemble": "Share of the seeds below a value, and the mean over the number of seeds",
     "transmissibility": "Transmissibilities of the cases",
     "stroke": "Largest relative displacement of the cases, and its limit",
+    "srs": "Shock response spectra: peak acceleration and stroke over the natural frequency",
     "comparison": "Motion where the first approach has its largest error, and transmissibility "
     "of all",
     "fit": "Measured and fitted motion, and the residuals between them",

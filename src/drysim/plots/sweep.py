@@ -1,4 +1,4 @@
-"""Plot transmissibility.png and stroke.png: metrics of a sweep over the swept keys.
+"""Plot transmissibility.png, stroke.png and srs.png: metrics of a sweep over the swept keys.
 
 Lines
     The x-axis is the frequency, or else the key that varies fastest. Of the other keys, the one
@@ -51,11 +51,13 @@ from drysim.scenario.axes import (
     DIRECTION_KEY,
     DOWN,
     FILE_KEY,
+    SRS_KEY,
     TEXT_KEYS,
     UP,
     Axis,
     EvenlySpaced,
     axis_groups,
+    has_shock_spectrum,
     iter_points,
 )
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
@@ -98,12 +100,25 @@ def draw_transmissibility(table: Table) -> Figure:
     return draw_panels(table, view, known or [T_A], draw_unity)
 
 
-def draw_stroke(table: Table) -> Figure:
+def draw_stroke(table: Table) -> Figure | None:
     """Return the figure of the peak of |x_r|, the stroke limit and its violations.
 
-    Under a shock it also shows the peak acceleration of the mass: the two are its response
-    spectra if the natural frequency is swept.
+    Under a shock it also shows the peak acceleration of the mass. None for a shock response
+    spectrum, whose own figure shows both.
     """
+    return None if has_shock_spectrum(table.axes) else _draw_peaks(table)
+
+
+def draw_spectra(table: Table) -> Figure | None:
+    """Return the figure of shock response spectra: peaks over the natural frequency.
+
+    None for another sweep.
+    """
+    return _draw_peaks(table) if has_shock_spectrum(table.axes) else None
+
+
+def _draw_peaks(table: Table) -> Figure:
+    """Return the figure of peak stroke and, if asked for, of peak acceleration."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     peak = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     shown = asks_for_peak_acceleration(table.scenario) and X_DD.name in ends
@@ -350,12 +365,16 @@ def _split_axes(
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
     """Return the swept key of the x-axis: the frequency, or the key that varies fastest.
 
+    The frequency is that of the base, or of a shock response spectrum.
+
     Files and directions are the x-axis only if nothing else is swept.
     """
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
     several.sort(key=lambda axis: axis.key in TEXT_KEYS)
     frequency = [
-        a for a in several if a.key == FREQUENCY_KEY and len(a.values) >= MIN_FREQUENCIES
+        a
+        for a in several
+        if a.group == SRS_KEY or (a.key == FREQUENCY_KEY and len(a.values) >= MIN_FREQUENCIES)
     ]
     return next(iter(frequency + several), None)
 

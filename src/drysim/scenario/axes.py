@@ -52,6 +52,9 @@ TEXT_KEYS = (FILE_KEY, DIRECTION_KEY)
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"
 """Keys of the sweep block that contain groups of keys varying together."""
 
+SRS_KEY, NATURAL_FREQUENCY_KEY = "srs", "oscillator.natural_frequency"
+"""Key of the sweep block for a shock response spectrum, and the key that it varies."""
+
 POINTS_PER_BLOCK = 1024
 """Points computed at a time."""
 
@@ -69,7 +72,7 @@ class Axis:
     words: Any = field(default=None, compare=False, repr=False)
     """The values as a scenario file writes them: a list, or from, to and step or count."""
     group: str = ""
-    """Identifier of the zip or sample the axis belongs to; empty for a single axis."""
+    """Identifier of the zip, sample or `srs` it belongs to; empty for a single axis."""
     description: str = field(default="", compare=False, repr=False)
     """Text for the values where their range is not enough, as for distributions."""
     location: KeyPath = field(default=(), compare=False, repr=False)
@@ -97,6 +100,11 @@ def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
         else:
             groups.append((axis,))
     return groups
+
+
+def has_shock_spectrum(axes: Sequence[Axis]) -> bool:
+    """Return whether a sweep is a shock response spectrum."""
+    return any(axis.group == SRS_KEY for axis in axes)
 
 
 def count_points(axes: Sequence[Axis]) -> int:
@@ -166,6 +174,8 @@ def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
         elif kind == SAMPLE_KEY:
             head, law = axis.words
             words.setdefault(SAMPLE_KEY, {**head, "over": {}})["over"][axis.key] = law
+        elif kind == SRS_KEY:
+            words[SRS_KEY] = axis.words
         elif not which:
             words.setdefault(ZIP_KEY, {})[axis.key] = axis.words
         else:
@@ -294,11 +304,13 @@ class Range(Block):
     """Difference between values; a whole number of steps reaches `to`."""
     count: int | None = None
     """Number of values, at least 2, instead of `step`."""
+    per_octave: int | None = None
+    """Least number of values per octave, with equal ratios, instead of `step`."""
     scale: Literal["linear", "log"] | None = None
     """Whether `count` values have equal differences (linear, the default) or equal ratios
     (log)."""
 
-    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("step", "count"),)
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("step", "count", "per_octave"),)
     needs: ClassVar[dict[str, str]] = {"scale": "count"}
 
 
@@ -361,6 +373,10 @@ DIRECTION_DESCRIPTION = (
     "decreasing value; default: each case starts from `start`."
 )
 FILES_DESCRIPTION = "Records to compare: a list of files, or a pattern such as `runs/*.csv`."
+SRS_DESCRIPTION = (
+    "Shock response spectrum: values of `oscillator.natural_frequency` as a list or a range, "
+    "whose `count` values have equal ratios by default; needs a `shock` or a `record`."
+)
 ZIP_DESCRIPTION = "Keys that vary together, with equally many values: one case per position."
 
 
@@ -395,6 +411,7 @@ class _SweepSchema:
             "properties": {
                 "zip": zip_schema,
                 "sample": sample,
+                SRS_KEY: {"description": SRS_DESCRIPTION, **axis},
                 DIRECTION_KEY: {
                     "description": DIRECTION_DESCRIPTION,
                     "enum": [UP, DOWN, BOTH, None],

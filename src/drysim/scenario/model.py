@@ -32,7 +32,15 @@ from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, RatioInterval
 from drysim.metrics.table import METRICS, Need
-from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, Sweep, count_points, iter_points
+from drysim.scenario.axes import (
+    DIRECTION_KEY,
+    FILE_KEY,
+    Axis,
+    Sweep,
+    count_points,
+    has_shock_spectrum,
+    iter_points,
+)
 from drysim.scenario.blocks import (
     FORMAT_VERSION,
     ApproachName,
@@ -132,7 +140,7 @@ class Scenario(FromFile):
     """What `drysim design` chooses and minimises; other commands ignore it."""
     sweep: Sweep = ()
     """Keys to vary: dotted keys of this file, each with a list of values, or with from, to and
-    step or count. Every combination is a case; the first key varies fastest."""
+    step, count or per_octave. Every combination is a case; the first key varies fastest."""
     reference: (
         Annotated[ApproachName, WithJsonSchema({"enum": list(APPROACHES_BY_NAME)})] | None
     ) = None
@@ -578,7 +586,7 @@ def asks_for(scenario: Scenario, need: Need) -> bool:
 
 def asks_for_peak_acceleration(scenario: Scenario) -> bool:
     """Return whether results show x_dd_peak: for a shock, and where a check names it."""
-    shock = isinstance(scenario.excitation, Shock)
+    shock = isinstance(scenario.excitation, Shock) or has_shock_spectrum(scenario.sweep)
     return shock or any(check.metric == "x_dd_peak" for check in scenario.checks)
 
 

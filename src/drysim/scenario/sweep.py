@@ -2,9 +2,10 @@
 
 A sweep names keys of the scenario in dotted form. `numeric_keys` knows their types and units,
 so values follow the rules of their keys. A key takes the values of a list or a range, alone or
-together with others (`zip`), or random values (`sample`, with a design of `sampling`). The key
-`direction` becomes the last axis. `sweep_fault` explains why a key cannot be swept. Checks with
-an `at` condition and the design block are read here as well, because they name keys too.
+together with others (`zip`), or random values (`sample`, with a design of `sampling`). `srs` is
+the natural frequency of a shock response spectrum. The key `direction` becomes the last axis.
+`sweep_fault` explains why a key cannot be swept. Checks with an `at` condition and the design
+block are read here as well, because they name keys too.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from glob import glob, has_magic
 from itertools import takewhile
-from math import nan
+from math import ceil, log2, nan
 from pathlib import Path
 from typing import Any, get_args
 
@@ -26,7 +27,9 @@ from drysim.scenario.axes import (
     DOWN,
     FILE_KEY,
     MAX_AXIS_VALUES,
+    NATURAL_FREQUENCY_KEY,
     SAMPLE_KEY,
+    SRS_KEY,
     SWEEP_KEY,
     UP,
     ZIP_KEY,
@@ -112,6 +115,8 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
             axes += _read_zip(reading, known, value)
         elif key == SAMPLE_KEY:
             axes += _read_sample(reading, known, value)
+        elif key == SRS_KEY:
+            axes += _read_spectrum(reading, known, value)
         elif key not in (DIRECTION_KEY, UNREAD_KEYS):
             axis = _read_axis(reading, known, (SWEEP_KEY, key), block)
             axes += [axis] if axis else []
@@ -176,13 +181,34 @@ def _chain_fault(words: Mapping[str, Any], axis: Axis) -> str | None:
 
 
 def _key_groups(block: Any) -> list[Mapping[str, Any]]:
-    """Return the groups of keys in `zip` and `sample`."""
+    """Return the groups of keys in `zip`, `sample` and `srs`."""
     if not isinstance(block, Mapping):
         return []  # the key `sweep` is misspelled, which is reported elsewhere
     zips, sample = block.get(ZIP_KEY), block.get(SAMPLE_KEY)
     several = zips if isinstance(zips, list) else [zips]
     over = sample.get("over") if isinstance(sample, Mapping) else None
-    return [group for group in (*several, over) if isinstance(group, Mapping)]
+    spectrum = {NATURAL_FREQUENCY_KEY: block[SRS_KEY]} if SRS_KEY in block else None
+    return [group for group in (*several, over, spectrum) if isinstance(group, Mapping)]
+
+
+def _read_spectrum(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
+    """Yield the axis of `srs`: natural frequencies, evenly spaced on a log scale by default."""
+    at = (SWEEP_KEY, SRS_KEY)
+    kind = get_block(reading.words, "excitation").get("kind")
+    if kind in EXCITATIONS_BY_KIND and kind not in SHOCK_KINDS:
+        sentence = f"needs a shock, as `excitation.kind: shock` or as a record, not {kind}"
+        reading.report_value(sentence, at, at_key=True)
+        return
+    if isinstance(value, Mapping) and "count" in value:
+        value = {"scale": "log", **value}
+    if (numeral := _read_key(reading, known, at, NATURAL_FREQUENCY_KEY)) and (
+        axis := _read_values(reading, at, numeral, NATURAL_FREQUENCY_KEY, value)
+    ):
+        yield replace(axis, group=SRS_KEY, location=at)
+
+
+SHOCK_KINDS = ("shock", "record")
+"""Kinds of base motion that have a shock response spectrum."""
 
 
 def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
@@ -461,7 +487,8 @@ def _read_values(
         elif isinstance(value, Mapping):
             values, words = _read_range(reading, at, numeral, value)
             if numeral.quantity is None:
-                values = _whole_values(key, values, "step" if "step" in value else "count")
+                spacing = next(name for name in Range.one_of[0] if name in value)
+                values = _whole_values(key, values, spacing)
         else:
             form = "a list such as `[1, 2]`, or {from, to, step}"
             raise ValueError(f"must be {form}; not {format_value(value)}")
@@ -491,7 +518,7 @@ def _read_range(
 ) -> tuple[Sequence[float], Any]:
     """Return the values of a range and the range in SI, which is None after an error."""
     words = reading.block(Range, block, at)
-    if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
+    if not {"from", "to"} <= words.keys() or not {*Range.one_of[0]} & words.keys():
         return (), None  # reported
     if (ends := _read_ends(reading, at, numeral, words)) is None:
         return (), None
@@ -499,9 +526,11 @@ def _read_range(
     if "step" in words:
         step, values = _step_values(numeral.unit, *ends, words["step"])
         return values, {**known, "step": step}
-    scale = words.get("scale", "linear")
-    values = _count_values(*ends, words["count"], scale)
-    return values, {**known, "count": words["count"], "scale": scale}
+    count, scale = words.get("count"), words.get("scale", "linear")
+    if "per_octave" in words:
+        count, scale = _count_in_octaves(*ends, words["per_octave"]), "log"
+    values = _count_values(*ends, count, scale)
+    return values, {**known, "count": count, "scale": scale}
 
 
 def _read_ends(
@@ -544,6 +573,17 @@ def _step_values(
         sentence = f"is not reached by steps of {width} from {first}"
         raise InvalidValue(f"{sentence}; the nearest value is {last}", "to")
     return step, decimal_arange(low, high, step, n)
+
+
+def _count_in_octaves(low: float, high: float, value: Any) -> int:
+    """Return the number of values of a range with at least `value` per octave."""
+    per_octave = _whole_number(value, "per_octave")
+    if per_octave < 1:
+        raise InvalidValue(f"must be at least 1, not {per_octave}", "per_octave")
+    _check_scale("log", low)
+    intervals = per_octave * log2(high / low)
+    _limit_count(intervals + 1, "per_octave")
+    return 1 + max(1, ceil(intervals - 1e-9))  # rounding of log2 gives no further value
 
 
 def _count_values(low: float, high: float, value: Any, scale: Any) -> Sequence[float]:
