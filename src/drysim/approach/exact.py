@@ -8,6 +8,7 @@ points of the path, so that no contact is missed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from drysim.approach import coulomb
 from drysim.approach.solution import (
     EventDriven,
     Events,
+    Grid,
     Impacts,
     Path,
     Points,
@@ -99,12 +101,14 @@ def without_friction(response: Response) -> Response:
     numerics = replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )
+    sliding = replace(grid, part=partial(sliding_points, grid))
+    return replace(response, grid=sliding, events=begin, numerics=numerics)
 
-    def sliding(first: int, last: int) -> Points:
-        points = grid.part(first, last)
-        return points._replace(d=np.ones_like(points.d))
 
-    return replace(response, grid=replace(grid, part=sliding), events=begin, numerics=numerics)
+def sliding_points(grid: Grid, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1, none of them stuck."""
+    points = grid.part(first, last)
+    return points._replace(d=np.ones_like(points.d))
 
 
 def compute_trajectory(

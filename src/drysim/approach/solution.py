@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -234,7 +234,12 @@ class Grid:
 
 def stored_grid(dt: float, u_dd: Floats, points: Points) -> Grid:
     """Return the grid of points and base acceleration [m/s²] that are in memory."""
-    return Grid(dt, len(u_dd), lambda first, last: u_dd[first:last], points.part)
+    return Grid(dt, len(u_dd), partial(elements, u_dd), points.part)
+
+
+def elements(values: Floats, first: int, last: int) -> Floats:
+    """Return elements `first` to `last` - 1."""
+    return values[first:last]
 
 
 class Path(NamedTuple):
