@@ -99,9 +99,9 @@ SAME_MOTION = 1e-3
 """Relative difference of sliding distance and mean squared velocity up to which two motions are
 the same; mirror images agree in both, and one that settles slowly is close to its end."""
 
-HALVINGS, HALVINGS_TO_FOLD = 40, 24
-"""Bisections of an edge: to 1e-12 of it and less than that of the axis; and up to the end of a
-second motion, where both the motion and its continuation settle ever more slowly."""
+HALVINGS, HALVINGS_TO_FOLD = 35, 15
+"""Bisections of an edge: to 1e-12 of the axis; and to 1e-6 of it up to the end of a second
+motion, where both the motion and its continuation settle ever more slowly."""
 
 MAX_REGIONS_PER_EDGE = 16
 """Most regions that are looked for on one edge."""
