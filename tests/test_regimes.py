@@ -21,6 +21,7 @@ from drysim.study.regimes import (
     UNSYMMETRIC,
     Crossing,
     Grid,
+    describe_change,
     describe_regime,
     join_crossings,
     merge_unsettled,
@@ -186,6 +187,34 @@ def test_scenario_outside_of_the_map_has_a_regime_and_no_distances(tmp_path):
     found = drysim.map_regimes(loaded(tmp_path, PAPER + OVER, **{"friction.kinetic": 300}))
     assert found.place.labels == {REGIME: LOCKED, ISOLATION: LOCKED, STROKE: 0, SEVERAL: 0}
     assert found.place.changes == ()
+
+
+def test_nearest_change_of_regime_is_named_behind_other_boundaries(tmp_path):
+    scenario = loaded(
+        tmp_path, PAPER + OVER, **{"excitation.frequency": 1.2, "friction.kinetic": 28}
+    )
+    place = drysim.map_regimes(scenario).place
+    more = [
+        (one.field, one.sentence)
+        for one in place.changes
+        if one.key == "friction.kinetic" and one.distance > 0.0
+    ]
+    assert more == [
+        (STROKE, "it stays within the stroke limit"),
+        (REGIME, "it stops twice a period"),
+    ]
+    assert place.nearest is not None
+    assert place.nearest.field == REGIME
+    assert abs(place.nearest.share) == min(
+        abs(one.share) for one in place.changes if one.field == REGIME
+    )
+
+
+def test_sentence_of_a_boundary_depends_on_its_direction():
+    assert describe_change(ISOLATION, 1) == "isolation begins, T_a falls below 1"
+    assert describe_change(ISOLATION, 0) == "isolation ends, T_a rises above 1"
+    assert describe_change(STROKE, 1) == "it reaches the stroke limit"
+    assert describe_change(STROKE, 0) == "it stays within the stroke limit"
 
 
 # Joining of crossings.

@@ -22,6 +22,7 @@ from drysim.study.regimes import (
     STROKE,
     MapAxis,
     RegimeMap,
+    describe_fixed,
     describe_regime,
 )
 from drysim.wording import format_number, format_percent, format_unit, short_key
@@ -58,10 +59,7 @@ def map_scene(case: Case, axes: Sequence[MapAxis]) -> Iterator[tuple[str, str]]:
         yield name, f"{axis.key} {axis.description}"
     sizes = " × ".join(str(len(axis.shares)) for axis in axes)
     yield "grid", f"{sizes} periodic orbits; a regime smaller than a cell may be missed"
-    forces = any(key.startswith("friction.") for key in keys)
-    shared = dict.fromkeys(wording.ALL_SHARED, not forces)
-    law = scenario.law()
-    yield from wording.describe_scene(scenario, case.plant, law, keys, shared)
+    yield from describe_fixed(case, keys)
     yield "base", scenario.excitation.describe_cases(case.motion, keys)
 
 

@@ -21,6 +21,7 @@ from drysim.study.regimes import (
     UNSETTLED,
     UNSYMMETRIC,
     RegimeMap,
+    describe_fixed,
     describe_regime,
 )
 
@@ -56,6 +57,9 @@ OWN_STYLE: Style = {
     "markeredgecolor": OWN_COLOR, "markeredgewidth": 2.0, "zorder": 6,
 }  # fmt: skip
 
+OWN_SIDES = {(1, 0): "left", (-1, 0): "right", (0, -1): "center", (0, 1): "center"}
+"""Sides of the point on which its label may be, with the alignment there."""
+
 LABEL_SIZE, LETTER_SHARE, LINE_SHARE = 9.0, 0.0088, 0.036
 """Font size of the labels, and width of a letter and height of a line as shares of the map."""
 
@@ -88,14 +92,16 @@ def draw(result: RegimeMap) -> Figure:
 
 
 def heading(result: RegimeMap) -> style.Heading:
-    """Return the heading: what the scenario itself does, and its nearest boundary."""
+    """Return the heading: what the scenario does, where that changes, and what is fixed."""
     words = "regimes of the steady motion"
     if result.place.labels:
-        words = f"this scenario: {'; '.join(result.describe_place())}"
-    changes = [str(one) for one in result.place.changes[:1]]
+        words = f"this scenario: {next(result.describe_place())}"
+    if (nearest := result.place.nearest) is not None:
+        words = f"{words}; with {nearest}"
     scenario, keys = result.scenario, [axis.key for axis in result.axes]
     base = scenario.excitation.describe_swept(keys)
-    return style.make_heading(scenario, "; ".join([words, *changes]), "", base)
+    fixed = "; ".join(text for _, text in describe_fixed(result.case, keys))
+    return style.make_heading(scenario, words, fixed, base)
 
 
 def set_axes(axes: Axes, result: RegimeMap) -> None:
@@ -182,7 +188,7 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
                 bbox={"boxstyle": "round,pad=0.1", "facecolor": background,
                       "edgecolor": "none", "alpha": 0.85},
             )  # fmt: skip
-            block(free, row, column, wide, 1.5 * high)
+            free[box(row, column, wide, 1.5 * high)] = False
         else:
             _, row, column = widest_place(region, 1.0)
             outside.append((row / (rows - 1), node(result, row, column), words, color))
@@ -207,10 +213,10 @@ def node(result: RegimeMap, row: int, column: int) -> tuple[float, float]:
     return float(along.values[column]), float(across.values[row])
 
 
-def block(free: Any, row: int, column: int, wide: float, high: float) -> None:
-    """Mark a box of nodes around a node as not free."""
+def box(row: int, column: int, wide: float, high: float) -> tuple[slice, slice]:
+    """Return the rows and columns of a box of nodes around a node."""
     low, left = max(0, round(row - 0.5 * high)), max(0, round(column - 0.5 * wide))
-    free[low : round(row + 0.5 * high) + 1, left : round(column + 0.5 * wide) + 1] = False
+    return slice(low, round(row + 0.5 * high) + 1), slice(left, round(column + 0.5 * wide) + 1)
 
 
 def write_own_label(axes: Axes, result: RegimeMap, free: Any) -> None:
@@ -220,17 +226,27 @@ def write_own_label(axes: Axes, result: RegimeMap, free: Any) -> None:
     values = [result.place.values[axis.key] for axis in result.axes]
     along, across = (axis.share(x) for axis, x in zip(result.axes, values, strict=True))
     rows, columns = free.shape
-    turned = along > 1.0 - MARGIN - LETTER_SHARE * len(OWN_WORDS)
+    wide, high = (LETTER_SHARE * len(OWN_WORDS) + MARGIN) * columns, LINE_SHARE * rows
+    column, row = along * (columns - 1), across * (rows - 1)
+
+    def obstacles(side: tuple[int, int]) -> float:
+        """Return the share of the label's box with lines in it; 2 where it leaves the map."""
+        x, y = column + 0.5 * side[0] * (wide + 1.0), row + 1.2 * side[1] * high
+        if abs(x / (columns - 1) - 0.5) + 0.5 * wide / columns > 0.5 or not 0.0 < y < rows - 1:
+            return 2.0
+        return float(1.0 - free[box(round(y), round(x), wide, high)].mean())
+
+    side = min(OWN_SIDES, key=obstacles)
     axes.annotate(
-        OWN_WORDS, xy=(values[0], values[1]), xytext=(-8 if turned else 8, 0),
-        textcoords="offset points", ha="right" if turned else "left", va="center",
+        OWN_WORDS, xy=(values[0], values[1]), xytext=(8 * side[0], 15 * side[1]),
+        textcoords="offset points", ha=OWN_SIDES[side], va="center",
         fontsize=LABEL_SIZE, color=OWN_COLOR, zorder=6,
         bbox={"boxstyle": "round,pad=0.05", "facecolor": "white", "edgecolor": "none",
               "alpha": 0.6},
     )  # fmt: skip
-    wide = (LETTER_SHARE * len(OWN_WORDS) + MARGIN) * columns
-    middle = along * (columns - 1) + (-0.5 if turned else 0.5) * wide
-    block(free, round(across * (rows - 1)), round(middle), 1.3 * wide, 2 * LINE_SHARE * rows)
+    middle = round(row + 1.2 * side[1] * high), round(column + 0.5 * side[0] * wide)
+    free[box(round(row), round(column), 2.0, high)] = False
+    free[box(*middle, 1.3 * wide, 2.0 * high)] = False
 
 
 def widest_place(inside: Any, aspect: float) -> tuple[float, int, int]:

@@ -49,7 +49,7 @@ from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
 from drysim.system import map_in_order, worker_count
-from drysim.wording import format_number, format_unit
+from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -273,13 +273,17 @@ LINE_NAMES = {
 
 
 class Change(NamedTuple):
-    """The nearest boundary from the scenario along one axis in one direction.
+    """A boundary that the scenario meets along one axis.
 
     Attributes
     ----------
     key, unit : str
     distance : float
         Signed change of the key up to the boundary, SI.
+    share : float
+        The same as a share of the axis.
+    field : str
+        The field that changes, one of `FIELDS`.
     sentence : str
         What changes there.
     """
@@ -287,6 +291,8 @@ class Change(NamedTuple):
     key: str
     unit: str
     distance: float
+    share: float
+    field: str
     sentence: str
 
     @property
@@ -310,7 +316,8 @@ class Place(NamedTuple):
     labels : mapping
         Its label in each field.
     changes : tuple of Change
-        Nearest boundaries along the axes; empty if it lies outside the map.
+        In each direction along each axis the nearest boundary and, if that is another one, the
+        nearest at which the regime changes; empty if the scenario lies outside the map.
     is_inside : bool
     """
 
@@ -318,6 +325,12 @@ class Place(NamedTuple):
     labels: Mapping[str, int]
     changes: tuple[Change, ...]
     is_inside: bool
+
+    @property
+    def nearest(self) -> Change | None:
+        """The change of regime at the smallest share of an axis, or any change without one."""
+        of_regime = [one for one in self.changes if one.field == REGIME]
+        return min(of_regime or self.changes, key=lambda one: abs(one.share), default=None)
 
 
 class Patch(NamedTuple):
@@ -428,6 +441,13 @@ class RegimeMap:
         return exit_code(self.checks, self.warnings, strict)
 
 
+def describe_fixed(case: Case, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield label and text of the oscillator and the friction, without what varies."""
+    varies = any(key.startswith("friction.") for key in keys)
+    shared = dict.fromkeys(ALL_SHARED, not varies)
+    yield from describe_scene(case.scenario, case.plant, case.scenario.law(), keys, shared)
+
+
 def describe_regime(label: int) -> str:
     """Return the name of a regime."""
     if label == UNSETTLED:
@@ -450,9 +470,9 @@ def describe_stops(count: int) -> str:
 def describe_change(field: str, label: int) -> str:
     """Return what happens where a label begins."""
     if field == ISOLATION:
-        return "isolation begins, T_a falls below 1" if label else "isolation ends, T_a = 1"
+        return f"isolation {'begins, T_a falls below' if label else 'ends, T_a rises above'} 1"
     if field == STROKE:
-        return f"it {'reaches' if label else 'keeps'} the stroke limit"
+        return f"it {'reaches' if label else 'stays within'} the stroke limit"
     if field == SEVERAL:
         return f"a second stable motion {'appears' if label else 'ends'}"
     if label == UNSETTLED:
@@ -1076,22 +1096,20 @@ def find_place(plane: Plane, axes: tuple[MapAxis, MapAxis]) -> Place:
         net = Net(plane, points, edges)
         at = int(np.searchsorted(shares, own[i]))
         labels = {name: int(found[at]) for name, found in net.labels.items()}
-        found = [
-            (
-                float(axis.at(net.on_edges(np.array([edge]), np.array([one.share])))[0, i]),
-                field,
-                one,
-            )
+        found = sorted(
+            (net.on_edges(np.array([edge]), np.array([one.share]))[0, i], field, one)
             for field in plane.fields
             for edge, several in net.crossings(field).items()
             for one in several
             if field == REGIME or min(one.before, one.after) >= 0
-        ]
-        below = max((one for one in found if one[0] < values[axis.key]), default=None)
-        above = min((one for one in found if one[0] >= values[axis.key]), default=None)
-        for one, after in ((below, False), (above, True)):
-            if one is not None:
-                sentence = describe_change(one[1], one[2].after if after else one[2].before)
-                distance = one[0] - values[axis.key]
-                changes.append(Change(axis.key, axis.unit, distance, sentence))
+        )
+        below = [one for one in reversed(found) if one[0] < own[i]]
+        above = [one for one in found if one[0] >= own[i]]
+        for side, is_above in ((below, False), (above, True)):
+            of_regime = [one for one in side if one[1] == REGIME]
+            for share, field, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
+                sentence = describe_change(field, one.after if is_above else one.before)
+                distance = float(axis.at(share)) - values[axis.key]
+                change = (distance, float(share - own[i]), field, sentence)
+                changes.append(Change(axis.key, axis.unit, *change))
     return Place(values, labels, tuple(changes), True)
