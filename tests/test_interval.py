@@ -103,13 +103,17 @@ def test_every_jump_between_neighbours_is_located(seat):
     assert len(steps) == 1
 
 
-def test_number_of_solutions_is_limited(seat, monkeypatch):
+def test_number_of_solutions_is_limited(seat, monkeypatch, capsys):
     monkeypatch.setattr(interval, "MAX_VALUES", 40)
     table = package.run(seat())
     assert len(table) == 40
     assert [one.slug for one in table.warnings if one.slug.startswith("jumps")] == [
         "jumps-unresolved"
     ]
+    many.show_table(table)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "jumps not known" in shown
+    assert "jumps none" not in shown
 
 
 def test_records_have_intervals_too(seat, tmp_path):

@@ -311,8 +311,11 @@ def _jump_rows(table: Table) -> Iterator[SummaryRow]:
     """Yield the values of the static ratio at which the answer jumps."""
     if table.jumps is None:
         return
-    if not table.jumps:
+    resolved = all(warning.slug != "jumps-unresolved" for warning in table.warnings)
+    if not table.jumps and resolved:
         yield SummaryRow("jumps", "none", "no metric changes abruptly by more than 1 %")
+    elif not table.jumps:
+        yield SummaryRow("jumps", "not known", "the answer changes too often: see the warning")
     for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
         name = "" if at else "jumps"
         yield SummaryRow(name, f"at {format_number(jump.value, digits=7)}", describe_jump(jump))
