@@ -20,9 +20,11 @@ from drysim import errors
 from drysim.cli import main, options
 from drysim.manual import SECTIONS, for_terminal, pages
 from drysim.manual.words import (
+    BRANCHES,
     COLUMN,
     FIT_WARNINGS,
     KEY,
+    MAP,
     METRIC,
     SYMBOL,
     TERMS,
@@ -263,6 +265,16 @@ def test_symbols_and_labels_of_summaries_are_explained():
     assert {one.kind for word in TERMS for one in explain(word)} >= {METRIC}
     assert all(explain(word) for word in TERMS)
     assert explain("Coulomb")[0].word == "coulomb"
+
+
+def test_commands_and_words_of_branches_and_maps_are_explained():
+    for word in ("map", "branches", "hysteresis", "jumps", "unlocking", "fold", "slide"):
+        assert explain(word), word
+    assert explain("map")[0].example == "drysim map FILE"
+    assert [one.kind for one in explain("locked")] == [BRANCHES, MAP]
+    assert {"symmetric", "multiplier", "grazing", "several stable motions"} <= {
+        one.word for one in entries()
+    }
 
 
 def test_options_of_a_record_of_base_motion_come_before_those_of_the_normal_force():

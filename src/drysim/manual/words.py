@@ -58,6 +58,8 @@ EXIT, APPROACH, LAW, EVENT = "exit code", "approach", "friction law", "event"
 EXCITATION, SYMBOL, OPTION = "kind of base motion", "symbol", "option"
 CLASS = "seat-test class"
 DESIGN, FIT = "word of a design study", "word of a fit"
+BRANCHES, MAP = "word of branches", "word of a regime map"
+COMMAND, SUMMARY = "command", "label of a summary"
 
 MACHINES = {
     "EM1": "articulated or rigid-frame dumper above 4500 kg",
@@ -74,7 +76,7 @@ MACHINES = {
 
 TABLES = (
     (COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"),
-    (DESIGN, "design"), (FIT, "fit"),
+    (DESIGN, "design"), (FIT, "fit"), (BRANCHES, "branches"), (MAP, "map"),
 )  # fmt: skip
 """Kinds of word that are read from tables of the manual, with the page."""
 
@@ -82,6 +84,17 @@ SYMBOL_PAGE = "symbols"
 """Page of the manual with the table of symbols."""
 
 ROW, CELL = re.compile(r"^\| `([^`]+)` \| (.*) \|$", re.M), re.compile(r"(?<!\\) ?\| ")
+
+WORD_ROW = re.compile(r"^\| (?!-)([^`|]+) \| ((?!meaning).*) \|$", re.M)
+"""A row of a table of plain words: word, meaning."""
+
+LABELS = {
+    "jumps": "Values of the static ratio at which a metric changes abruptly by more than 1 %, "
+    "as where a motion ends; of a run with friction.static_ratio: {from, to}.",
+    "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "
+    "the largest difference; of a sweep with direction: both.",
+}
+"""Labels of summaries that no table of the manual explains."""
 
 SYMBOL_ROW = re.compile(r"^\| ([^`|]+) \| ([^|]*) \| ((?:[^|]|(?<=\\)\|)+) \|$", re.M)
 """A row of the table of symbols: symbols, units, meaning."""
@@ -111,6 +124,8 @@ TERMS = {
     "error x_dd": "fit_error",
     "residual": "x_dd_residual",
     "not white": "residuals-not-white",
+    "slide": "sliding without stops",
+    "bounds": "at-bound",
 }
 """Labels of summaries and other words, with the entry that explains them."""
 
@@ -149,6 +164,9 @@ def _entries() -> Iterator[Entry]:
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page in TABLES:
         yield from _table_entries(kind, page)
+    for name, text in LABELS.items():
+        yield Entry(name, SUMMARY, text, where="console")
+    yield from _commands()
     yield from _options()
     for name, spectrum in MACHINE_CLASSES.items():
         band = "{:g} to {:g} Hz".format(*spectrum.band)
@@ -181,7 +199,12 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
         text = text.partition("## Events")[0]
     elif kind in (DESIGN, FIT):
         text = text.partition("How to read it:\n\n")[2].partition("\n\n")[0] + "\n"
-    for word, cells in ROW.findall(text):
+    elif kind == BRANCHES:
+        text = text.partition("## The words")[2].partition("\n## ")[0]
+    elif kind == MAP:
+        text = text.partition("How to read it:")[2].partition("How far to trust it:")[0]
+    pattern = WORD_ROW if kind in (BRANCHES, MAP) else ROW
+    for word, cells in pattern.findall(text):
         fields = [cell.strip().replace("\\|", "|") for cell in CELL.split(cells)]
         if kind == COLUMN:
             unit, where, meaning = fields
@@ -190,6 +213,14 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
             command = "fit" if word in FIT_WARNINGS else "run"
             example = EXAMPLES[WARNING].format(command=command) if kind == WARNING else ""
             yield Entry(word, kind, fields[0], example=example)
+
+
+def _commands() -> Iterator[Entry]:
+    """Yield the commands, each with what it does."""
+    for section in pages()["commands"].text.split("\n## `")[1:]:
+        title, text = section.split("\n\n")[:2]
+        usage = title.split("`")[0]
+        yield Entry(usage.split()[1], COMMAND, text, example=usage.replace("......", "..."))
 
 
 def _options() -> Iterator[Entry]:
