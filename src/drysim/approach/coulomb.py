@@ -31,6 +31,7 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.approach.continuation import Image, Repetition
 from drysim.approach.scene import (
@@ -393,47 +394,70 @@ def period_buffers() -> orbit.PeriodStarts:
     return orbit.PeriodStarts(x_r, v_r)
 
 
-START_SIZES, START_ANGLES = (0.3, 1.0, 2.0), 8
-"""Starts besides rest from which other motions are sought: amplitudes, as multiples of the
-motion without friction, and phases."""
+START_SIZES, START_PHASES = (0.5, 2.0), 4
+"""Starts besides rest from which other motions are sought: the steady response without
+friction, scaled, at phases within half its period. They lead to 99 % of the stable motions of
+random scenes with F_fs > F_fk that 70 starts lead to."""
 
 LARGEST_START = 20.0
-"""Largest such amplitude, as a multiple of the static deflection under m A."""
+"""Largest amplitude of a sine of this response, as a multiple of its static deflection."""
 
 
-def orbit_starts(row: Floats) -> Floats:
+def orbit_starts(scenes: Floats) -> Floats:
     """Return starts from which different motions may be reached: x_r [m] and v_r [m/s].
-
-    With F_fs = F_fk and a linear spring the distance of two motions never grows, in the energy
-    norm, because the friction force is a monotone function of the velocity. All motions then
-    approach the same one, and rest is the only start.
 
     Parameters
     ----------
-    row : ndarray, shape (SINES + 3 sines,)
-        A scene, as in `solve_orbits`.
+    scenes : ndarray, shape (n, SINES + 3 sines)
+        As in `solve_orbits`.
 
     Returns
     -------
-    ndarray, shape (n, 2)
+    ndarray, shape (starts, n, 2)
         Rest first.
     """
-    if row[F_FS] == row[F_FK]:
-        return np.zeros((1, 2))
-    omega, force = math.tau / row[orbit.PERIOD], row[M] * row[orbit.SINES]
-    stiffness = abs(complex(row[K_X] - row[M] * omega**2, row[B] * omega))
-    size = force / max(stiffness, row[K_X] / LARGEST_START, 1e-300)
-    angles = math.tau * np.arange(START_ANGLES) / START_ANGLES
-    around = [
-        (share * size * math.cos(angle), share * size * omega * math.sin(angle))
-        for share in START_SIZES
-        for angle in angles.tolist()
-    ]
-    return np.array([(0.0, 0.0), *around])
+    m, k_x, b = (scenes[:, [column]] for column in (M, K_X, B))
+    sines = scenes[:, orbit.SINES :]
+    force, omega, phase = m * sines[:, ::3], math.tau * sines[:, 1::3], sines[:, 2::3]
+    stiffness, least = k_x - m * omega**2 + 1j * b * omega, k_x / LARGEST_START
+    swing = -force * np.exp(1j * phase)
+    swing /= np.where(np.abs(stiffness) < least, 1j * least, stiffness)
+    starts = [np.zeros((len(scenes), 2))]
+    for share in START_SIZES:
+        for i in range(START_PHASES):
+            shifted = share * swing * np.exp(-1j * math.pi * i / START_PHASES)
+            state = shifted.imag.sum(axis=1), (omega * shifted.real).sum(axis=1)
+            starts.append(np.stack(state, axis=1))
+    return np.array(starts)
 
 
-SAME_MOTION = 1e-6
-"""Relative difference of two RMS displacements up to which motions are the same."""
+def can_have_other_motions(scenes: Floats) -> NDArray[np.bool_]:
+    """Whether different starts may lead to different motions, shape (n,).
+
+    With F_fs = F_fk and a linear spring the distance of two motions never grows, in the energy
+    norm, because the friction force is a monotone function of the velocity. All motions then
+    approach the same one.
+    """
+    found: NDArray[np.bool_] = scenes[:, F_FS] > scenes[:, F_FK]
+    return found
+
+
+SAME_MOTION = 1e-3
+"""Relative difference of sliding distance and mean squared velocity up to which two motions are
+the same; mirror images agree in both, and one that settles slowly is close to its end."""
+
+
+def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Whether the orbits of two arrays of answers are different motions, and both settled."""
+    settled = (one[:, orbit.STATUS] == orbit.CONVERGED) & (
+        other[:, orbit.STATUS] == orbit.CONVERGED
+    )
+    columns = [orbit.V2, orbit.SLIDING_DISTANCE]
+    with np.errstate(invalid="ignore"):
+        a, b = (answers[:, columns] / answers[:, [orbit.MULTIPLE]] for answers in (one, other))
+        apart = np.abs(a - b) > SAME_MOTION * np.maximum(np.abs(a), np.abs(b))
+    different: NDArray[np.bool_] = settled & apart.any(axis=1)
+    return different
 
 
 class OtherMotion(NamedTuple):
@@ -456,33 +480,22 @@ def find_other_motions(
         Period of the excitation [s].
     """
     sines = [column for sine in zip(*motion, strict=True) for column in sine]
-    row = np.array([*plant, *law, *start[:2], period, math.inf, math.inf, *sines])
-    starts = orbit_starts(row)
+    row = np.array([[*plant, *law, *start[:2], period, math.inf, math.inf, *sines]])
+    starts = orbit_starts(row)[:, 0]
     rows = np.tile(row, (len(starts) + 1, 1))
     rows[1:, [X_R, V_R]] = starts
+    known, *answers = solve_orbits(rows)[:, None]
     found: list[OtherMotion] = []
-    known: list[float] = []
-    answers = solve_orbits(rows)
-    if answers[0, orbit.STATUS] != orbit.CONVERGED:
-        return [], len(starts)
     for answer in answers:
-        if answer[orbit.STATUS] != orbit.CONVERGED:
+        if not are_different(known, np.tile(answer, (len(known), 1))).all():
             continue
-        length = answer[orbit.MULTIPLE] * period
+        known = np.concatenate([known, answer])
         # A mass that sticks for ever does so at many positions.
-        stuck = answer[orbit.STUCK] >= length * (1.0 - STUCK_TOLERANCE)
-        rms = 0.0 if stuck else math.sqrt(answer[orbit.X2] / length)
-        if any(math.isclose(rms, other, rel_tol=SAME_MOTION) for other in known):
-            continue
-        T_a = 1.0 if stuck else math.sqrt(answer[orbit.X_DD2] / answer[orbit.U_DD2])
-        peak = 0.0 if stuck else max(answer[orbit.HIGHEST], -answer[orbit.LOWEST])
-        known.append(rms)
-        found.append(OtherMotion(T_a, float(peak)))
-    return found[1:], len(starts)
-
-
-STUCK_TOLERANCE = 1e-12
-"""Share of a repetition without sticking that is rounding."""
+        is_stuck = answer[0, orbit.SLIDING_DISTANCE] == 0.0
+        T_a = 1.0 if is_stuck else math.sqrt(answer[0, orbit.X_DD2] / answer[0, orbit.U_DD2])
+        peak = max(answer[0, orbit.HIGHEST], -answer[0, orbit.LOWEST])
+        found.append(OtherMotion(T_a, 0.0 if is_stuck else float(peak)))
+    return found, len(starts)
 
 
 # Return map along a parameter, for the continuation of orbits.

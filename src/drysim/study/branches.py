@@ -491,16 +491,23 @@ class Study:
 
     def seeds(self, shares: Floats) -> Seeds:
         """Return the orbits reached from many starts at some shares of the range."""
-        from drysim.approach.coulomb import orbit_starts, solve_orbits
+        from drysim.approach.coulomb import (
+            can_have_other_motions,
+            orbit_starts,
+            solve_orbits,
+        )
         from drysim.core import orbit as o
         from drysim.core.forcing import V_R, X_R
 
         scenes: list[Floats] = []
         at: list[float] = []
         for p in shares.tolist():
-            row = self.rows.at(self.value(p))
-            for state in orbit_starts(row):
-                scene = row.copy()
+            row = self.rows.at(self.value(p))[None]
+            starts = (
+                orbit_starts(row) if can_have_other_motions(row)[0] else np.zeros((1, 1, 2))
+            )
+            for state in starts[:, 0]:
+                scene = row[0].copy()
                 scene[[X_R, V_R]] = state
                 scenes.append(scene)
                 at.append(p)
@@ -511,8 +518,7 @@ class Study:
             if status != o.CONVERGED:
                 lost += 1
                 continue
-            length = answer[o.MULTIPLE] * scene[o.PERIOD]
-            if answer[o.STUCK] >= length * (1.0 - 1e-12):
+            if answer[o.SLIDING_DISTANCE] == 0.0:
                 # Only from rest: other positions at which the mass sticks are alike.
                 if not scene[[X_R, V_R]].any():
                     stuck.add(p)

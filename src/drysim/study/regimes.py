@@ -95,10 +95,6 @@ would take thousands of periods to close to rounding."""
 SMALLEST_CHANGE = 1e-11
 """Difference of T_a² from 1 that is rounding."""
 
-SAME_MOTION = 1e-3
-"""Relative difference of sliding distance and mean squared velocity up to which two motions are
-the same; mirror images agree in both, and one that settles slowly is close to its end."""
-
 HALVINGS, HALVINGS_TO_FOLD = 35, 15
 """Bisections of an edge: to 1e-12 of the axis; and to 1e-6 of it up to the end of a second
 motion, where both the motion and its continuation settle ever more slowly."""
@@ -642,27 +638,6 @@ class Plane:
         label = np.where(lost, UNSETTLED, np.nan_to_num(label))
         return np.where(small, UNRESOLVED, label).astype(np.int64)
 
-    def other_starts(self, scenes: Floats) -> Iterator[Floats]:
-        """Yield starts that may lead to other motions: arrays of shape (n, 2).
-
-        They are the steady state without dry friction, half of it, and rest at both ends of
-        the stick zone.
-        """
-        from drysim.core.forcing import F_FS, K_X, B, M
-        from drysim.core.orbit import SINES
-
-        m, k_x, b, F_fs = (scenes[:, i] for i in (M, K_X, B, F_FS))
-        state = np.zeros((len(scenes), 2))
-        for at in range(SINES, scenes.shape[1], 3):
-            A, omega, phase = scenes[:, at], 2.0 * np.pi * scenes[:, at + 1], scenes[:, at + 2]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                swing = -m * A * np.exp(1j * phase) / (k_x - m * omega**2 + 1j * b * omega)
-            state += np.stack([swing.imag, omega * swing.real], axis=1)
-        state = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, 0.0)
-        edge = np.divide(F_fs, k_x, out=np.zeros(len(scenes)), where=k_x > 0.0)
-        ends = np.stack([edge, np.zeros(len(scenes))], axis=1)
-        yield from (state, 0.5 * state, ends, -ends)
-
 
 def with_start(scenes: Floats, start: Floats) -> Floats:
     """Return scenes with other starts, of shape (n, 2)."""
@@ -678,19 +653,6 @@ def state_of(answers: Floats) -> Floats:
     from drysim.core.orbit import V_BEGIN, X_BEGIN
 
     return answers[:, [X_BEGIN, V_BEGIN]]
-
-
-def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Whether the orbits of two arrays of answers are different motions, and both settled."""
-    from drysim.core import orbit as o
-
-    settled = (one[:, o.STATUS] == o.CONVERGED) & (other[:, o.STATUS] == o.CONVERGED)
-    columns = [o.V2, o.SLIDING_DISTANCE]
-    with np.errstate(invalid="ignore"):
-        a, b = (x[:, columns] / x[:, [o.MULTIPLE]] for x in (one, other))
-        apart = np.abs(a - b) > SAME_MOTION * np.maximum(np.abs(a), np.abs(b))
-    different: NDArray[np.bool_] = settled & apart.any(axis=1)
-    return different
 
 
 class Crossing(NamedTuple):
@@ -759,13 +721,12 @@ class Net:
 
     def find_second_motions(self, scenes: Floats, answers: Floats) -> None:
         """Find the nodes where other starts lead to another motion than the scenario's."""
-        from drysim.core.forcing import F_FK, F_FS
+        from drysim.approach.coulomb import can_have_other_motions, orbit_starts
 
-        possible = np.flatnonzero(scenes[:, F_FS] > scenes[:, F_FK])
-        for start in self.plane.other_starts(scenes[possible]):
+        can_have = can_have_other_motions(scenes)
+        possible = np.flatnonzero(can_have)
+        for start in orbit_starts(scenes[possible]):
             self.try_starts(possible, scenes, answers, start)
-        can_have = np.zeros(len(scenes), dtype=bool)
-        can_have[possible] = True
         new = self.several.copy()
         while new.any():
             before = self.several.copy()
@@ -781,6 +742,8 @@ class Net:
         self, nodes: Integers, scenes: Floats, answers: Floats, start: Floats
     ) -> None:
         """Note which nodes have a second motion that is reached from a start, and its state."""
+        from drysim.approach.coulomb import are_different
+
         left = ~self.several[nodes] & np.isfinite(start).all(axis=1)
         nodes = nodes[left]
         found = self.plane.solve(with_start(scenes[nodes], start[left]))
@@ -837,6 +800,8 @@ class Net:
 
     def crossings_of_several(self) -> Crossings:
         """Return where a second motion ends, on all edges; it is continued along them."""
+        from drysim.approach.coulomb import are_different
+
         has = self.several[self.edges]
         edges = np.flatnonzero(has[:, 0] != has[:, 1])
         turned = has[edges, 1]
