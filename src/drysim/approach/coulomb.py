@@ -394,7 +394,7 @@ def period_buffers() -> orbit.PeriodStarts:
     return orbit.PeriodStarts(x_r, v_r)
 
 
-START_SIZES, START_PHASES = (0.5, 2.0), 4
+START_SIZES, START_PHASES = (0.5, 1.0, 2.0), 4
 """Starts besides rest from which other motions are sought: the steady response without
 friction, scaled, at phases within half its period. They lead to 99 % of the stable motions of
 random scenes with F_fs > F_fk that 70 starts lead to."""
