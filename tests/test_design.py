@@ -5,13 +5,22 @@ from __future__ import annotations
 import csv
 import json
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import drysim
-from drysim.study.design import Study, prepare_design
+from drysim.study.design import (
+    DesignResult,
+    Study,
+    evaluations_of,
+    make_candidate,
+    optimum_region,
+    prepare_design,
+)
+from drysim.study.statistics import OverSeeds, Row
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import on_threads
 from test_bad_input import tree
@@ -176,6 +185,53 @@ def test_all_seeds_are_the_same_for_every_design_and_give_intervals(tmp_path):
     grid = min(drysim.sweep(swept), key=lambda row: row.metrics["SEAT"])
     assert best.objectives[0] <= grid.metrics["SEAT"] * (1.0 + 1e-4)
     assert 0.95 * low < grid.point["oscillator.damping"] < 1.05 * high
+
+
+def parabolas(folder: Path, seeds: int, conditions: int, designs: int) -> DesignResult:
+    """Return designs whose SEAT is a parabola with another minimum for every seed."""
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT\n  over: {{oscillator.mass: [60, 90]}}"
+    scenario = loaded(folder, NOISE, design, **{"excitation.seeds": seeds})
+    optima = np.random.default_rng(1).normal(0.5, 0.1, seeds)
+    candidates = []
+    for number, share in enumerate(np.linspace(0.0, 1.0, designs), 1):
+        SEAT, used = 1.0 + (share - optima) ** 2, np.full(seeds, share)
+        values = {"SEAT": SEAT.tolist(), "stroke_used": used.tolist()}
+        means = {name: float(np.mean(several)) for name, several in values.items()}
+        rows = [
+            Row({"oscillator.mass": 60.0 + i}, "stick-slip", 10.0, 12.0, means,
+                over=OverSeeds(seeds, values=values))
+            for i in range(conditions)
+        ]  # fmt: skip
+        damping = {KEY: 100.0 * 30.0**share}
+        candidates.append(make_candidate(scenario, number, damping, tuple(rows)))
+    return DesignResult(scenario, prepare_design(scenario), tuple(candidates))
+
+
+def test_interval_of_the_optimum_is_that_of_the_mean_of_the_optima_of_the_seeds(tmp_path):
+    result = parabolas(tmp_path, 100, 2, 33)
+    region = optimum_region(result, evaluations_of(result.source, result.candidates))
+    shares = [np.log(end / 100.0) / np.log(30.0) for end in region.ends[KEY]]
+    optima = np.random.default_rng(1).normal(0.5, 0.1, 100)
+    half = 1.984 * optima.std(ddof=1) / 10.0
+    assert shares == pytest.approx([optima.mean() - half, optima.mean() + half], abs=0.01)
+
+
+def test_interval_of_the_optimum_needs_little_memory(tmp_path):
+    result = parabolas(tmp_path, 200, 20, 24)
+    found = evaluations_of(result.source, result.candidates)
+    tracemalloc.start()
+    assert optimum_region(result, found) is not None
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 60e6  # all points, conditions and seeds at once are 450 MB
+
+
+def test_metric_that_some_seeds_do_not_have_gives_no_interval_of_the_optimum(tmp_path):
+    result = parabolas(tmp_path, 10, 1, 24)
+    for one in result.candidates:
+        one.rows[0].over.values["SEAT"][3] = None
+    found = evaluations_of(result.source, result.candidates)
+    assert optimum_region(result, found) is None
 
 
 def test_stroke_limit_holds_with_every_seed_over_the_window(tmp_path):

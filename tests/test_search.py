@@ -7,8 +7,10 @@ import pytest
 
 from drysim.study.search import (
     Evaluations,
+    Surrogate,
     added_area,
     dominated_area,
+    interpolation_matrix,
     pareto,
     search,
 )
@@ -156,3 +158,15 @@ def test_points_on_a_line_are_no_error():
 
     found, _ = search(rounded, 2, [0.0], 40)
     assert len(found.points) == 40
+
+
+def test_interpolation_matrix_times_values_is_their_interpolant():
+    random = np.random.default_rng(1)
+    points, others = random.random((30, 2)), random.random((50, 2))
+    points[7] = points[3]
+    values = random.normal(size=(30, 4))
+    values[7] = values[3]
+    surrogate = Surrogate.of(Evaluations(points, values, np.empty((30, 0))))
+    matrix = interpolation_matrix(points, others)
+    assert matrix @ values == pytest.approx(surrogate.at(others).objectives, abs=1e-9)
+    assert interpolation_matrix(points[:3], others) is None

@@ -41,6 +41,7 @@ from drysim.study.search import (
     Floats,
     Surrogate,
     candidates,
+    interpolation_matrix,
     pareto,
     search,
 )
@@ -860,7 +861,9 @@ def flat_region(result: DesignResult, found: Evaluations) -> Region | None:
 
 
 def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
-    """Return where the optimum may be, from several seeds; None of a single one.
+    """Return where the optimum may be, at 95 %, from several seeds.
+
+    None of few seeds, of few designs, and where the metrics of some seeds are not known.
 
     Notes
     -----
@@ -880,42 +883,36 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
             for one in result.candidates
             if one.is_known
         ]
-    )
-    flat = series.reshape(len(series), -1)
-    values = Evaluations(found.points[found.known], flat, np.empty((len(flat), 0)))
+    )  # shape (designs, metrics, conditions, seeds)
+    if not np.isfinite(series).all():
+        return None
     centre = np.array(shares_of(vary, best.values))
     points = points_near(centre)
-    earlier = np.arange(len(flat) - ROUNDS * len(GAP_SHARES))
-    surrogate, without = Surrogate.of(values), Surrogate.of(values.at(earlier))
-    if surrogate is None or without is None:
+    tried, last = found.points[found.known], ROUNDS * len(GAP_SHARES)
+    matrix = interpolation_matrix(tried, points)
+    earlier = interpolation_matrix(tried[:-last], points)
+    if matrix is None or earlier is None:
         return None
-    shape = (len(points), *series.shape[1:])
-    found_values = surrogate.at(points).objectives.reshape(shape)
     take = np.mean if design.conditions.take == MEAN else np.max
-
-    def objective(several: Floats) -> Floats:
-        return np.asarray(take(several[:, 0], axis=-1))
-
-    means = objective(found_values.mean(axis=-1))
-    error = abs(objective(without.at(points).objectives.reshape(shape).mean(axis=-1)) - means)
+    means = series[:, 0].mean(axis=-1)
+    error = abs(take(earlier @ means[:-last], axis=-1) - take(matrix @ means, axis=-1))
+    beyond = np.zeros((len(points), seeds))
+    for i, limit in enumerate(limits, 1):
+        if limit == EVERY_SEED:  # it holds with each seed, so it is judged before resampling
+            for seed in range(seeds):
+                beyond[:, seed] = ~limit.holds(matrix @ series[:, i, :, seed]).all(axis=1)
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
-    beyond = [  # the stroke limit holds with each seed, so it is judged before resampling
-        (~limit.holds(found_values[:, i])).any(axis=1).astype(float)
-        for i, limit in enumerate(limits, 1)
-        if limit == EVERY_SEED
-    ]
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
         weights = np.bincount(drawn, minlength=seeds) / seeds
-        resampled = found_values @ weights
-        holds = np.ones(len(points), dtype=bool)
-        for one in beyond:
-            holds &= one @ weights == 0.0
+        # Interpolants are linear in the values: those of means need the memory of one seed.
+        resampled = np.tensordot(matrix, series @ weights, 1)
+        holds = beyond @ weights == 0.0
         for i, limit in enumerate(limits, 1):
             if limit != EVERY_SEED:
                 holds &= limit.holds(resampled[:, i]).all(axis=1)
         if not holds.any():
             continue
-        reached = np.where(holds, objective(resampled), np.inf)
+        reached = np.where(holds, take(resampled[:, 0], axis=-1), np.inf)
         least = int(np.argmin(reached))
         near = reached <= reached[least] + error[least] + error
         lows.append(points[near].min(axis=0))

@@ -179,6 +179,22 @@ class Surrogate:
         return Evaluations(points, objectives, constraints)
 
 
+def interpolation_matrix(points: Floats, others: Floats) -> Floats | None:
+    """Return the matrix of the interpolants, which are linear in the values; None if too few.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, dimensions)
+        Where the values are known.
+    others : ndarray, shape (others, dimensions)
+        Where they are interpolated: there they are the matrix, of shape (others, n), times the
+        known ones.
+    """
+    count = len(points)
+    surrogate = Surrogate.of(Evaluations(points, np.eye(count), np.empty((count, 0))))
+    return None if surrogate is None else surrogate.at(others).objectives
+
+
 def search(
     evaluate: Evaluate, dimensions: int, least: Sequence[float], limit: int
 ) -> tuple[Evaluations, bool]:
