@@ -239,6 +239,18 @@ def test_every_metric_and_every_key_of_the_schema_is_explained():
     assert all(one.text for one in entries())
 
 
+def test_example_of_a_key_is_a_value_of_its_kind_of_block():
+    examples = {(one.word, one.where): one.example for one in entries() if one.kind == KEY}
+    for word, kind, example in (
+        ("class", "standard", "excitation.class=EM3"),
+        ("class", "road", "excitation.class=B"),
+        ("scale", "sweep", "excitation.scale=log"),
+        ("duration", "shock", '"excitation.duration=11 ms"'),
+    ):
+        key = f"excitation.{word}", f"excitation with kind: {kind}"
+        assert examples[key] == f"--set {example}"
+
+
 def test_exit_codes_events_approaches_and_laws_are_explained():
     codes = [value for name, value in vars(errors).items() if name.startswith("EXIT_")]
     assert all(explain(f"exit {code}") for code in codes)

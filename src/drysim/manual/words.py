@@ -8,7 +8,7 @@ commands from tables of the manual.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -302,37 +302,43 @@ def keys() -> Iterator[Entry]:
         )
         defaults = list(dict.fromkeys(one.default for one in same))
         default = defaults[0] if len(defaults) == 1 else "depends on the kind"
-        yield same[0]._replace(
-            where=where, default=default, example=_gallery_example(same[0].word)
+        example = _gallery_example(
+            same[0].word, [kind for names in kinds.values() for kind in names]
         )
+        yield same[0]._replace(where=where, default=default, example=example)
 
 
 @cache
-def _gallery() -> dict[str, str]:
-    """Return an example value for each dotted key in the gallery, as YAML on one line."""
-    found: dict[str, str] = {}
+def _gallery() -> dict[tuple[str, str], str]:
+    """Return an example value for each dotted key in the gallery, as YAML on one line.
 
-    def collect(prefix: str, value: Any) -> None:
+    The second key is the kind of the block, such as `road`; empty for a block without kinds.
+    """
+    found: dict[tuple[str, str], str] = {}
+
+    def collect(prefix: str, value: Any, kind: str = "") -> None:
         if isinstance(value, dict) and prefix != "sweep":
+            kind = next((str(value[tag]) for tag in TAG_KEYS if tag in value), kind)
             for key, inner in value.items():
-                collect(f"{prefix}.{key}" if prefix else str(key), inner)
+                collect(f"{prefix}.{key}" if prefix else str(key), inner, kind)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
-            collect(f"{prefix}[]", value[0])
+            collect(f"{prefix}[]", value[0], kind)
         elif prefix and not isinstance(value, dict):
             if isinstance(value, list):
                 text = f"[{', '.join(map(str, value))}]"
             else:
                 text = dump({"key": value}).partition(":")[2].strip()
-            found.setdefault(prefix, text)
+            found.setdefault((prefix, kind), text)
 
     for scenario in list_scenarios():
         collect("", read_document(scenario.file).value)
     return found
 
 
-def _gallery_example(word: str) -> str:
-    """Return an example of a key from the gallery; empty if there is none."""
-    value = _gallery().get(word)
+def _gallery_example(word: str, kinds: Sequence[str]) -> str:
+    """Return an example of a key of a block of some kinds from the gallery; empty without."""
+    examples = _gallery()
+    value = next((examples[word, kind] for kind in kinds if (word, kind) in examples), None)
     if value is None or len(value) > MAX_EXAMPLE_LENGTH:
         return ""
     if "[]" in word or "." not in word:
