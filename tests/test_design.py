@@ -472,6 +472,8 @@ def test_design_is_judged_by_the_worst_of_several_records(tmp_path, monkeypatch,
     worst = max(one.metrics["a_x"] for one in alone)
     assert result.best.objectives[0] == pytest.approx(worst, rel=1e-12)
     assert result.optimum is None
+    heading = result.plot().texts[2].get_text()
+    assert re.match("worst of 2 conditions; record from 2 files, 9.99 to 13.99 s, ", heading)
     # The written scenario finds the records from its own folder.
     assert command("design", "study.yaml", "--quiet", "--no-plots").code == 0
     written = "out/study-design/scenario.yaml"
@@ -796,3 +798,21 @@ def test_records_of_the_conditions_are_validated(tmp_path, monkeypatch, command)
         done = command(name, "study.yaml")
         assert done.code == 2
         assert "missing.csv: the record does not exist" in done.err + done.out
+
+
+def test_warnings_about_the_conditions_are_found_by_validating(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for seed in (1, 2):
+        write_floor(tmp_path / f"floor-{seed}.csv", seed, 10.0)
+    over = "excitation.file: floor-?.csv, oscillator.mass: [60, 75000]"
+    loaded(tmp_path, RECORD, f"vary: {{{DAMPING}}}\n  minimise: a_x\n  over: {{{over}}}")
+    done = command("validate", "study.yaml")
+    assert done.code == 0, done.err
+    assert done.out.count("note: base: ") == 1
+    assert "note: base: record from 2 files, 9.99 s, " in done.out
+    for words in (
+        "the natural frequency is 0.0503 Hz",
+        "warning: floor-2.csv: linear interpol",
+    ):
+        assert done.out.count(words) == 1, words
+    assert command("validate", "study.yaml", "--strict").code == 1

@@ -49,7 +49,13 @@ from drysim.study.design import (
 )
 from drysim.study.outcome import format_metric
 from drysim.study.search import Surrogate
-from drysim.wording import format_unit, join_words, short_key
+from drysim.wording import (
+    describe_clean_up,
+    format_count,
+    format_unit,
+    join_words,
+    short_key,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,9 +144,12 @@ def heading(result: DesignResult) -> style.Heading:
         best = result.shown_name if result.best else "no design keeps all limits; the closest"
         words = f"{best}: {found} at {result.place(shown)}"
     limits = ", ".join(str(limit) for limit in result.limits)
-    conditions = [axis.key for axis in result.design.conditions.axes]
-    base = source.excitation.describe_swept(conditions)
+    conditions, case = result.design.conditions, result.case
+    base = source.excitation.describe_swept([one.key for one in conditions.axes], case.records)
+    base = style.CLEANED * bool(describe_clean_up(case.motion, records=case.records)) + base
     parts = [f"within {limits}"] if limits else []
+    if conditions.axes and shown is not None:
+        parts.append(f"{conditions.take} of {format_count(len(shown.rows), 'condition')}")
     if bounds := keys_at_bounds(result):
         keys = join_words([short_key(key, bounds) for key in bounds])
         parts.insert(0, f"at the bounds of {keys}")
@@ -163,7 +172,8 @@ def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
         greatest = max(x for x in values_of(result, name) if x == x)
         metric = stroke_metric(greatest)
         return metric.scale, metric.symbol
-    return 1.0, SYMBOLS.get(name, f"{name} [{format_unit(UNITS[name]) or '–'}]")
+    words = f"{style.typeset(name)} [{format_unit(UNITS[name]) or '–'}]"
+    return 1.0, SYMBOLS.get(name, words)
 
 
 def values_of(result: DesignResult, name: str) -> Floats:

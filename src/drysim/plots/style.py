@@ -330,7 +330,7 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
     In `results` and `scene`, m, x_r and the like are typeset as symbols; `base` is drawn as it
     is, behind the scene.
     """
-    symbols = [_typeset(escape_text(text)) for text in (results, scene)]
+    symbols = [typeset(escape_text(text)) for text in (results, scene)]
     lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}".removeprefix("; "))
     return Heading(_fit_title(scenario), tuple(fit_line(line) for line in lines if line))
 
@@ -433,7 +433,7 @@ def text_width(text: str, **font: Any) -> float:
     return float(text_to_path.get_text_width_height_descent(text, properties, ismath=math)[0])
 
 
-def _typeset(text: str) -> str:
+def typeset(text: str) -> str:
     """Typeset m, b, F_fk and the like as mathematical symbols; x_r_min is none."""
     text = re.sub(r"\b([A-Za-zσ])_([^\W_]+)\b", r"$\1_{\2}$", text)
     return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)

@@ -54,12 +54,13 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         of_fit = {metric.name for metric in FIT_METRICS}
         kept = tuple(check for check in scenario.checks if check.metric not in of_fit)
         scenario = scenario.copy_with({"checks": kept})
-    if scenario.design is not None:
-        prepare_design(scenario)
+    cases = [] if scenario.design is None else [prepare_design(scenario)]
     if not scenario.missing_values:
-        case = prepare(scenario, swept=bool(scenario.sweep), interval=True)
-        notes += describe_clean_up(case.motion, case.law)
-        if isinstance(case.scenario.excitation, Record):
-            notes.append(f"base: {case.scenario.excitation.describe(case.motion)}")
-        warned += [known.sentence for known in case.warnings]
+        cases.append(prepare(scenario, swept=bool(scenario.sweep), interval=True))
+    for case in cases[:1]:  # the conditions of a design have all records
+        notes += describe_clean_up(case.motion, case.law, case.records)
+        if isinstance(base := case.scenario.excitation, Record):
+            varied = [axis.key for axis in case.scenario.sweep]
+            notes.append(f"base: {base.describe_cases(case.motion, varied, case.records)}")
+    warned += [known.sentence for case in cases for known in case.warnings]
     return notes, warned
