@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.core.orbit import SINES
+from drysim.study.branches import Study, prepare_branches
 
 SCALED = """
 drysim: 1
@@ -148,6 +150,15 @@ def test_stable_sliding_ends_in_a_fold_while_rest_stays_locked(tmp_path, hz, fol
 
 
 @pytest.mark.parametrize(
+    ("hz", "value"), [(0.5, 1.3095309342), (1.0, 1.2188633266), (1.5916, 1.1955915412)]
+)
+def test_sliding_ends_where_the_load_just_reaches_the_static_limit(tmp_path, hz, value):
+    # Two stops per period; released at the largest load, F_fs = k_x X + m A.
+    (found,) = bifurcations(drysim.branches(paper(tmp_path, hz)), "grazing")
+    assert found == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize(
     ("hz", "peak", "T_a"), [(0.5, 1.745e-3, 1.01034), (1.0, 0.662e-3, 0.998)]
 )
 def test_both_stable_motions_of_the_paper_are_found_at_the_value_of_the_scenario(
@@ -259,6 +270,88 @@ def test_every_point_of_a_branch_repeats(tmp_path):
             assert near.metrics["x_r_peak"] == pytest.approx(
                 branch.metrics["x_r_peak"][i], rel=1e-8
             )
+
+
+# The section
+
+
+def same_bifurcations(one, other) -> bool:
+    """Whether two results have the same branches and bifurcations."""
+    assert [each.kind for each in one.branches] == [each.kind for each in other.branches]
+    for a, b in zip(one.branches, other.branches, strict=True):
+        assert a.ends == b.ends
+        ends = (a.values.min(), a.values.max())
+        assert (b.values.min(), b.values.max()) == pytest.approx(ends, abs=1e-4)
+    listed = [(each.kind, each.branch, {*each.stops}) for each in one.bifurcations]
+    assert [(each.kind, each.branch, {*each.stops}) for each in other.bifurcations] == listed
+    for a, b in zip(one.bifurcations, other.bifurcations, strict=True):
+        assert a.value == pytest.approx(b.value, abs=1e-9)
+    return True
+
+
+@pytest.mark.parametrize("phase", ["30 deg", "160 deg", "275 deg"])
+def test_the_phase_of_the_base_motion_changes_nothing(tmp_path, phase):
+    scene = paper(tmp_path, 1.0)
+    shifted = drysim.load(tmp_path / "paper.yaml", {"excitation.phase": phase})
+    assert same_bifurcations(drysim.branches(scene), drysim.branches(shifted))
+
+
+def test_the_phase_changes_nothing_where_the_normal_force_varies(tmp_path):
+    scene = paper(tmp_path, 1.0)
+    # The same motion, begun a tenth of a period later.
+    varied = {"amplitude": 0.3, "frequency": 2.0, "phase": 0.2}
+    later = {**varied, "phase": 0.2 + 2 * math.tau / 10}
+    sweep = {"sweep": {"excitation.rms": [0.9, 1.0]}, "friction.static_ratio": 1}
+    one, other = (
+        drysim.branches(
+            drysim.load(
+                tmp_path / "paper.yaml",
+                {**sweep, "excitation.phase": phase, "friction.normal_variation": variation},
+            )
+        )
+        for phase, variation in ((0.0, varied), (math.tau / 10, later))
+    )
+    assert same_bifurcations(one, other)
+    assert scene.name == one.scenario.name
+
+
+class Delayed(Study):
+    """Search for branches whose seeds have another section, in a stick or in a slip."""
+
+    def __init__(self, case, phase: float) -> None:
+        super().__init__(case.scenario, case.scenario.sweep[0])
+        self.phase = phase
+
+    def exact_rows(self, values):
+        rows = super().exact_rows(values)
+        rows[:, SINES + 2] += self.phase
+        return rows
+
+
+@pytest.mark.parametrize("phase", [0.7, 2.1, 4.0])
+def test_branches_do_not_depend_on_the_section(tmp_path, phase):
+    for scene in (
+        paper(tmp_path, 1.0),
+        scaled(
+            tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
+        ),
+    ):
+        case = prepare_branches(scene)
+        assert same_bifurcations(drysim.branches(scene), Delayed(case, phase).solve(case))
+
+
+def test_a_branch_passes_a_sharp_corner_where_a_stop_is_lost_and_merges_again(tmp_path):
+    # Beyond the corner the state changes in the opposite direction while the key goes on.
+    sweep = "excitation.frequency: {from: 0.08, to: 0.1, count: 3}"
+    result = drysim.branches(scaled(tmp_path, 0.3, 0.02, 0.3, 2, sweep))
+    (unsymmetric,) = [one for one in result.branches if one.kind == "unsymmetric"]
+    assert unsymmetric.ends == ("merged", "merged")
+    assert unsymmetric.stable[1:-1].all()
+    (corner,) = [one for one in result.bifurcations if one.branch == unsymmetric.number]
+    assert {*corner.stops} == {1.0, 2.0}
+    ends = bifurcations(result, "symmetry breaking") + bifurcations(result, "grazing")[-1:]
+    found = [unsymmetric.values.min(), unsymmetric.values.max()]
+    assert found == pytest.approx(ends, abs=1e-7)
 
 
 # Command, files and faults

@@ -12,11 +12,22 @@ Method
     are symmetric under half a period and a change of sign are fixed points of the negative
     half map, in which folds and symmetry breaking are different eigenvalues (+1 and -1).
 
+Section
+    The states are taken at one phase of the excitation, the Poincaré section. In a stick it
+    would be degenerate: v_r is zero, x_r is free only as far as the slip before it decides, and
+    a stop that moves across the section makes a corner in the branch. Every orbit that is not
+    stuck for ever has a slip in each period. There the state determines the motion before and
+    after it, and the map is smooth. The section is therefore placed in a slip, where speed and
+    time to the nearest event are large, and is placed again when events come near. Multipliers,
+    bifurcations and event counts do not depend on it.
+
 Bifurcations
     Zeros of test functions along a branch, by Brent's method: the parameter component of the
     tangent (fold), det(J + I) (symmetry breaking of the half map; period doubling of others),
-    and the number of stops and reversals (grazing). With F_fs > F_fk the map jumps where the
-    motion grazes v_r = 0 or F_fs, and a branch may end there.
+    and the number of stops and reversals (grazing). Where an event is born or lost the
+    derivative of the map jumps: the branch has a corner, beyond which it goes on in the
+    direction that the derivative there gives (border collision). With F_fs > F_fk the map
+    itself jumps where the motion grazes v_r = 0 or F_fs, and a branch may end there.
 
 References: H. B. Keller, in Applications of Bifurcation Theory (1977); Yu. A. Kuznetsov,
 Elements of Applied Bifurcation Theory (2004), chapter 10; R. I. Leine and H. Nijmeijer,
@@ -25,11 +36,12 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +57,9 @@ FOLD, SYMMETRY_BREAKING, PERIOD_DOUBLING, GRAZING, CONTINUUM = (
 )
 """Kinds of bifurcation."""
 
+MERGED, LIMIT = "merged", "limit"
+"""Ends of a branch: where it meets another one, and where it could not be followed further."""
+
 
 class Repetition(NamedTuple):
     """Repetition whose image is compared with its start.
@@ -55,15 +70,26 @@ class Repetition(NamedTuple):
         Periods of the excitation.
     half : bool
         Whether it is half a period, and the image is taken with the opposite sign.
+    begin : float
+        Time at which it begins, the section, in periods since an upward zero crossing of the
+        base acceleration.
     """
 
     periods: int = 1
     half: bool = False
+    begin: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length in periods of the excitation."""
+        return 0.5 if self.half else float(self.periods)
 
     @property
     def doubled(self) -> Repetition:
         """The repetition after which the motion repeats beyond a bifurcation at -1."""
-        return Repetition() if self.half else Repetition(2 * self.periods)
+        if self.half:
+            return self._replace(half=False)
+        return self._replace(periods=2 * self.periods)
 
     @property
     def halved(self) -> Repetition | None:
@@ -71,8 +97,12 @@ class Repetition(NamedTuple):
         if self.half:
             return None
         if self.periods == 1:
-            return Repetition(1, True)
-        return Repetition(self.periods // 2) if self.periods % 2 == 0 else None
+            return self._replace(half=True)
+        return self._replace(periods=self.periods // 2) if self.periods % 2 == 0 else None
+
+    def delayed(self, time: float) -> Repetition:
+        """The repetition that begins later by some time, in periods of the excitation."""
+        return self._replace(begin=(self.begin + time) % self.periods)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +118,8 @@ class Image:
         error of that when scaled [-].
     counts : tuple of int
         Stops, immediate reversals, and contacts with an end stop.
+    events : ndarray, shape (k,)
+        Times of all events since the beginning, in periods of the excitation.
     peak : float
         Largest |x_r| at an event or an end [m].
     """
@@ -95,6 +127,7 @@ class Image:
     state: Floats
     differentiate: Callable[[], tuple[Floats, float]]
     counts: tuple[int, ...]
+    events: Floats
     peak: float
 
     @cached_property
@@ -113,8 +146,22 @@ class Image:
         return self.derivative[1]
 
 
-ReturnMap = Callable[[float, Floats, Repetition], "Image | None"]
-"""Image of a state at a parameter from 0 to 1; None where the motion cannot be solved."""
+class ReturnMap(Protocol):
+    """Motion of a scene with a parameter p, which is 0 to 1 over its range."""
+
+    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
+        """Return the image of a state; None where the motion cannot be solved."""
+
+    def states(
+        self, p: float, state: Floats, repetition: Repetition, times: Floats
+    ) -> Floats | None:
+        """Return states at increasing times since the beginning, shape (times, n), or None.
+
+        Times are in periods of the excitation.
+        """
+
+    def speed(self, p: float) -> float:
+        """Return the scale of v_r/x_r [1/s]."""
 
 
 class Point(NamedTuple):
@@ -125,6 +172,9 @@ class Point(NamedTuple):
     p : float
         Parameter, from 0 to 1 over its range.
     state : ndarray, shape (n,)
+        State at the section.
+    repetition : Repetition
+        With the section.
     image : Image
     tangent : ndarray, shape (n + 1,)
         Scaled unit tangent of the branch; the last component is that of p.
@@ -132,8 +182,14 @@ class Point(NamedTuple):
 
     p: float
     state: Floats
+    repetition: Repetition
     image: Image
     tangent: Floats
+
+    @property
+    def reversed(self) -> Point:
+        """The point with the opposite tangent."""
+        return self._replace(tangent=-self.tangent)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -186,17 +242,32 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 2e-3, 2e-2, 1e-10
 FEW_NEWTON_STEPS = 4
 """Newton steps up to which the next step along the branch is longer."""
 
-MAX_TURN = 0.8
-"""Smallest cosine of the angle between two successive steps; steeper corners are passed with
-steps below `CORNER_STEP`."""
+MAX_TURN = 0.95
+"""Smallest cosine of the angle between a step and the tangent before it; steeper corners are
+passed with steps below `CORNER_STEP`."""
 
-CORNER_STEP = 1e-5
+CORNER_STEP = 1e-7
+
+CORNER_SIZES = (1e-8, 1e-7, 1e-6)
+"""Scaled distances ahead at which the derivative beyond a corner is taken."""
+
+SMALL_SHARE = 1e-2
+"""Share of the offset before a step to which it may fall: less is another branch."""
 
 MAX_POINTS, MAX_PERIODS = 4000, 16
 """Most points of a branch, and most periods per repetition."""
 
+SECTIONS = 16
+"""Phases within a period, or half of it, among which the section is chosen."""
+
+SECTION_LOSS = 0.25
+"""Share of the quality of a section, when placed, below which it is placed again."""
+
 SAME_ORBIT = 1e-6
 """Scaled distance below which two orbits at one parameter are the same."""
+
+SAME_PLACE = 1e-4
+"""Distance in p, and scaled distance of states, below which two bifurcations are the same."""
 
 SWITCH_OFFSETS = (1e-2, 3e-3, 3e-2)
 """Scaled distances from a bifurcation at which the branch that leaves it is sought."""
@@ -214,15 +285,38 @@ CONTINUUM_WIDTH = 1e-10
 """Change of p below which the branch that leaves a bifurcation exists at one parameter only."""
 
 
-def extrapolate_end(before: Point, last: Point) -> Point:
+def extrapolate_end(points: Sequence[Point]) -> Point:
     """Return the end of a branch at which a multiplier becomes infinite.
 
-    Its inverse goes to zero linearly with the parameter.
+    Parameter and state are smooth functions of its inverse, which goes to zero.
     """
-    a, b = (1.0 / float(np.abs(point.multipliers).max()) for point in (before, last))
-    share = min(b / (a - b), 1e3) if a > b else 0.0
-    p = last.p + share * (last.p - before.p)
-    return last._replace(p=p, state=last.state + share * (last.state - before.state))
+    last = points[-1]
+    near = [point for point in points[-3:] if point.repetition == last.repetition]
+    inverse = [1.0 / float(np.abs(point.multipliers).max()) for point in near]
+    if len(set(inverse)) < len(near):
+        return last
+    p, state = 0.0, np.zeros(len(last.state))
+    for i, point in enumerate(near):
+        # Lagrange's polynomial at zero.
+        weight = math.prod(
+            other / (other - inverse[i]) for j, other in enumerate(inverse) if j != i
+        )
+        p, state = p + weight * point.p, state + weight * point.state
+    return last._replace(p=p, state=state)
+
+
+def keeps_sense(one: Point, other: Point) -> bool:
+    """Whether the tangents of two points on either side of a corner run along the branch.
+
+    The sign of det(J - I) times the component of p does not change along a branch, unless
+    another branch crosses it; without a corner both factors change at a fold.
+    """
+    signs = [
+        math.copysign(1.0, float(point.tangent[-1]))
+        * math.copysign(1.0, float(np.linalg.det(jacobian - np.eye(len(jacobian)))))
+        for point, jacobian in ((one, one.image.jacobian), (other, other.image.jacobian))
+    ]
+    return signs[0] == signs[1]
 
 
 class Continuation:
@@ -230,25 +324,86 @@ class Continuation:
 
     Parameters
     ----------
-    return_map : callable
-    speed : callable
-        Returns the scale of v_r/x_r [1/s] at p.
+    return_map : ReturnMap
+    symmetric : bool
+        Whether half a period and a change of sign leave the equation of motion as it is.
     max_points : int, optional
         Most points of a branch.
     """
 
     def __init__(
-        self,
-        return_map: ReturnMap,
-        speed: Callable[[float], float],
-        max_points: int = MAX_POINTS,
+        self, return_map: ReturnMap, symmetric: bool, max_points: int = MAX_POINTS
     ) -> None:
-        self.return_map, self.speed, self.max_points = return_map, speed, max_points
+        self.return_map, self.symmetric, self.max_points = return_map, symmetric, max_points
 
     def scale(self, p: float, peak: float, n: int) -> Floats:
         """Return the scale of each state component and of p, shape (n + 1,)."""
         size = peak or 1.0
-        return np.array([size, size * self.speed(p), *[size] * (n - 2), 1.0])
+        return np.array([size, size * self.return_map.speed(p), *[size] * (n - 2), 1.0])
+
+    # The section
+
+    def best_delay(
+        self, p: float, state: Floats, repetition: Repetition, image: Image
+    ) -> float:
+        """Return the time from a state of an orbit to its best section, in periods."""
+        times = np.linspace(0.0, min(repetition.length, 1.0), SECTIONS, endpoint=False)
+        states = self.return_map.states(p, state, repetition, times)
+        if states is None:
+            return 0.0
+        clear = [time_to_event(time, repetition, image) for time in times.tolist()]
+        return float(times[np.argmax(np.abs(states[:, 1]) * clear)])
+
+    def section_quality(self, point: Point) -> float:
+        """Return speed times time to the nearest event at the section of a point, scaled."""
+        scale = float(self.scale(point.p, point.image.peak, len(point.state))[1])
+        clear = time_to_event(0.0, point.repetition, point.image)
+        return abs(float(point.state[1])) / scale * clear
+
+    def delayed(self, point: Point, time: float) -> Point:
+        """Return the same orbit at a later section; the point as it is where that fails.
+
+        Parameters
+        ----------
+        point : Point
+        time : float
+            In periods of the excitation.
+        """
+        if time == 0.0:
+            return point
+        n = len(point.state)
+        scale = self.scale(point.p, point.image.peak, n)
+        h = -DIFFERENCE if point.p + DIFFERENCE * point.tangent[n] > 1.0 else DIFFERENCE
+        start = np.append(point.state, point.p)
+        found = []
+        for y in (start, start + h * point.tangent * scale):
+            states = self.return_map.states(
+                float(y[n]), y[:n], point.repetition, np.array([time])
+            )
+            if states is None:
+                return point
+            found.append(np.append(states[0], y[n]))
+        direction = (found[1] - found[0]) / (h * scale)
+        direction /= np.linalg.norm(direction)
+        repetition = point.repetition.delayed(time)
+        corrected = self.correct(point.p, found[0][:n], direction, scale, repetition)
+        if corrected is None:
+            return point
+        moved = corrected[0]
+        return moved.reversed if float(moved.tangent @ direction) < 0.0 else moved
+
+    def placed(self, point: Point) -> Point:
+        """Return an orbit at its best section."""
+        return self.delayed(
+            point, self.best_delay(point.p, point.state, point.repetition, point.image)
+        )
+
+    def at_section_of(self, point: Point, other: Point) -> Point:
+        """Return an orbit at the section of another one on its branch."""
+        period = other.repetition.periods
+        return self.delayed(point, (other.repetition.begin - point.repetition.begin) % period)
+
+    # Fixed points
 
     def residual(self, point: Point) -> float:
         """Return the scaled change of the state over a repetition of a fixed point."""
@@ -292,9 +447,6 @@ class Continuation:
                 return None
             # Across a corner of the map full steps may alternate between its two sides.
             z = z + (0.5 * step if size >= 0.9 * before else step)
-            # A stop at the end of the repetition sets v_r to exactly zero.
-            if image.state[1] == 0.0:
-                z[1] = 0.0
             stagnant = size <= STAGNATION_TOLERANCE and size >= 0.5 * before
             if size <= NEWTON_TOLERANCE or stagnant:
                 at, y = float(z[n]), z[:n] * scale[:n]
@@ -307,7 +459,7 @@ class Continuation:
                 except np.linalg.LinAlgError:
                     return None
                 tangent /= np.linalg.norm(tangent)
-                return Point(at, y, image, tangent), steps
+                return Point(at, y, repetition, image, tangent), steps
             before = size
         return None
 
@@ -316,14 +468,26 @@ class Continuation:
     ) -> tuple[Image, Floats] | None:
         """Return the image of a state, and the scaled matrix of the bordered system."""
         image = self.return_map(p, y, repetition)
-        h = DIFFERENCE if p < 0.5 else -DIFFERENCE
-        beside = self.return_map(p + h, y, repetition)
-        if image is None or beside is None:
+        if image is None:
             return None
         n = len(y)
+        jacobian = image.jacobian * scale[:n] / scale[:n, None]
+        # Where a multiplier runs away, a small change already crosses the end of the branch.
+        h = DIFFERENCE / max(1.0, float(np.abs(jacobian).max()))
+        h = h if p < 0.5 else -h
+        # Close to a corner, stay on its side.
+        changed = None
+        for change in (h, -h, 1e-2 * h, -1e-2 * h, 1e-4 * h, -1e-4 * h):
+            found = self.return_map(p + change, y, repetition)
+            if found is not None:
+                changed, dp = found, change
+                if found.counts == image.counts:
+                    break
+        if changed is None:
+            return None
         a = np.empty((n + 1, n + 1))
-        a[:n, :n] = (image.jacobian - np.eye(n)) * scale[:n] / scale[:n, None]
-        a[:n, n] = (beside.state - image.state) / (h * scale[:n])
+        a[:n, :n] = jacobian - np.eye(n)
+        a[:n, n] = (changed.state - image.state) / (dp * scale[:n])
         a[n] = normal
         return image, a
 
@@ -336,174 +500,236 @@ class Continuation:
         found = self.correct(p, state, np.eye(n + 1)[n], scale, repetition)
         return None if found is None else found[0]._replace(p=p)
 
-    def follow(self, seed: Point, repetition: Repetition, sense: float) -> Branch:
-        """Follow a branch from a point in one direction, to its end."""
-        n = len(seed.state)
-        seed = seed._replace(tangent=sense * seed.tangent)
+    def follow(self, seed: Point) -> Branch:
+        """Follow a branch from a point along its tangent, to its end."""
         points, found = [seed], []
-        ds, chord = FIRST_STEP, seed.tangent
-        end = "limit"
-        offset = self.offset(seed, repetition)
-        while len(points) < self.max_points:
+        ds, end = FIRST_STEP, ""
+        quality = self.section_quality(seed)
+        while not end and len(points) < self.max_points:
             last = points[-1]
-            scale = self.scale(last.p, last.image.peak, n)
-            target = np.append(last.state, last.p) / scale + ds * last.tangent
-            at_end = not 0.0 <= target[n] <= 1.0
-            if at_end:
-                p = 0.0 if target[n] < 0.0 else 1.0
-                if p == last.p:
-                    end = "range"
-                    break
-                share = (p - last.p) / (target[n] - last.p)
-                target = np.append(last.state, last.p) / scale + share * ds * last.tangent
-                normal = np.eye(n + 1)[n]
-            else:
-                normal = last.tangent
-            corrected = self.correct(
-                float(target[n]), target[:n] * scale[:n], normal, scale, repetition
-            )
-            point = None if corrected is None else corrected[0]
-            if point is not None and at_end:
-                point = point._replace(p=p)
-            if point is not None:
-                move = (np.append(point.state - last.state, point.p - last.p)) / scale
-                length = float(np.linalg.norm(move))
-                cosine = float(move @ chord) / length if length > 0.0 else -1.0
-                allowed = cosine >= MAX_TURN or (ds <= CORNER_STEP and cosine > 0.0)
-                expected = at_end or 0.3 * ds < length < 3.0 * ds
-                if not (allowed and expected and 0.0 <= point.p <= 1.0):
-                    point = None
-            if point is None:
-                ds *= 0.5
-                if ds < SMALLEST_STEP:
-                    found.append(Bifurcation(GRAZING, last, len(points)))
-                    end = GRAZING
-                    break
-                continue
-            if float(point.tangent @ move) < 0.0:
-                point = point._replace(tangent=-point.tangent)
-            chord = move / length
-            new_offset = self.offset(point, repetition)
-            # At its first point, a branch that leaves another is still near it.
-            if offset is not None and new_offset is not None and len(points) > 1:
-                crossed = float(offset @ new_offset) < 0.0
-            else:
-                crossed = False
-            if crossed:
-                end = "merged"
-                break
-            offset = new_offset
-            found += self.bifurcations_between(last, point, repetition, len(points))
-            if len(points) > 1:
-                found += self.continua_between(points[-2], last, point, repetition, len(points))
-            points.append(point)
-            if float(np.abs(point.multipliers).max()) > LARGEST_MULTIPLIER:
-                found.append(Bifurcation(GRAZING, extrapolate_end(last, point), len(points)))
-                end = GRAZING
-                break
-            if at_end:
+            if self.is_at_end(last):
                 end = "range"
                 break
-            if len(points) > 3 and self.closes(points, ds):
-                end = "loop"
+            step = self.step(last, ds)
+            if step is None and ds > SMALLEST_STEP:
+                ds *= 0.5
+                continue
+            step = step or self.beyond_corner(last)
+            if step is None:
+                end = MERGED if self.size_of_offset(last) < SAME_PLACE else GRAZING
+                if end == GRAZING:
+                    found.append(Bifurcation(GRAZING, last, len(points)))
                 break
-            if corrected is not None and corrected[1] <= FEW_NEWTON_STEPS:
+            point, newton_steps = step
+            if len(points) > 3 and self.closes(points[0], last, point, ds):
+                end, point = "loop", self.at_section_of(points[0], last)
+            elif self.size_of_offset(point) < SAME_ORBIT:
+                end = MERGED
+            between = self.bifurcations_between(last, point, len(points))
+            # Where two branches meet, rounding decides on the sign of a vertical tangent.
+            is_near = self.size_of_offset(point) < SAME_PLACE
+            found += [one for one in between if not (is_near and one.kind == FOLD)]
+            if len(points) > 1:
+                found += self.continua_between(points[-2], last, point, len(points))
+            points.append(point)
+            if float(np.abs(point.multipliers).max()) > LARGEST_MULTIPLIER:
+                found.append(Bifurcation(GRAZING, extrapolate_end(points), len(points)))
+                end = GRAZING
+            if newton_steps <= FEW_NEWTON_STEPS:
                 ds = min(1.5 * ds, LARGEST_STEP)
-        return Branch(repetition, points, found, ("", end))
+            if self.section_quality(point) < SECTION_LOSS * quality:
+                points[-1] = self.placed(point)
+                quality = self.section_quality(points[-1])
+        return Branch(seed.repetition, points, found, ("", end or LIMIT))
 
-    def closes(self, points: Sequence[Point], ds: float) -> bool:
-        """Whether a branch has returned to its first point."""
-        first, before, last = points[0], points[-2], points[-1]
-        if (before.p - first.p) * (last.p - first.p) > 0.0:
+    def is_at_end(self, point: Point) -> bool:
+        """Whether a branch leaves the range at a point."""
+        return (point.p == 0.0 and point.tangent[-1] < 0.0) or (
+            point.p == 1.0 and point.tangent[-1] > 0.0
+        )
+
+    def step(self, last: Point, ds: float) -> tuple[Point, int] | None:
+        """Return the next point of a branch and its Newton steps; None if it is not found.
+
+        Parameters
+        ----------
+        last : Point
+        ds : float
+            Arclength of the step, scaled.
+        """
+        n = len(last.state)
+        scale = self.scale(last.p, last.image.peak, n)
+        begin, normal = np.append(last.state, last.p) / scale, last.tangent
+        guess = begin + ds * last.tangent
+        limit = min(max(float(guess[n]), 0.0), 1.0)
+        at_limit = limit != guess[n]
+        if at_limit:
+            guess = begin + (limit - last.p) / (guess[n] - last.p) * ds * last.tangent
+            normal = np.eye(n + 1)[n]
+        corrected = self.correct(
+            float(guess[n]), guess[:n] * scale[:n], normal, scale, last.repetition
+        )
+        if corrected is None:
+            return None
+        point, newton_steps = corrected
+        if at_limit:
+            point = point._replace(p=limit)
+        move = np.append(point.state, point.p) / scale - begin
+        length = float(np.linalg.norm(move))
+        if not (at_limit or 0.3 * ds < length < 3.0 * ds) or not 0.0 <= point.p <= 1.0:
+            return None
+        cosine = float(move @ last.tangent) / length if length > 0.0 else -1.0
+        if cosine < (MAX_TURN if ds > CORNER_STEP else 0.0):
+            return None
+        if float(point.tangent @ move) < 0.0:
+            point = point.reversed
+        # Beyond a corner the direction is known from the determinants as well.
+        if point.image.counts != last.image.counts and not keeps_sense(last, point):
+            return None
+        if self.share_of_offset(last, point) < SMALL_SHARE:
+            return None
+        return point, newton_steps
+
+    def beyond_corner(self, last: Point) -> tuple[Point, int] | None:
+        """Return a point beyond the corner of a branch that is just ahead, or None.
+
+        Where an event is born or lost the derivative of the map jumps, and the branch may turn
+        by any angle. The derivative beyond the corner tells in which direction it goes on.
+        """
+        n = len(last.state)
+        scale = self.scale(last.p, last.image.peak, n)
+        begin = np.append(last.state, last.p) / scale
+        for size in CORNER_SIZES:
+            beyond = (begin + size * last.tangent) * scale
+            linear = self.linearise(
+                float(beyond[n]), beyond[:n], last.tangent, scale, last.repetition
+            )
+            if linear is None or linear[0].counts == last.image.counts:
+                continue
+            image, matrix = linear
+            try:
+                direction = np.linalg.solve(matrix, np.eye(n + 1)[n])
+            except np.linalg.LinAlgError:
+                continue
+            direction /= np.linalg.norm(direction)
+            ahead = last._replace(image=image, tangent=direction)
+            if not keeps_sense(last, ahead):
+                direction = -direction
+            guess = begin + size * direction
+            corrected = self.correct(
+                float(guess[n]), guess[:n] * scale[:n], direction, scale, last.repetition
+            )
+            if corrected is None or not 0.0 <= corrected[0].p <= 1.0:
+                continue
+            point, newton_steps = corrected
+            move = np.append(point.state, point.p) / scale - begin
+            if float(np.linalg.norm(move)) > 3.0 * size or point.image.counts != image.counts:
+                continue
+            if self.share_of_offset(last, point) < SMALL_SHARE:
+                continue
+            if float(point.tangent @ direction) < 0.0:
+                point = point.reversed
+            return point, newton_steps
+        return None
+
+    def closes(self, first: Point, last: Point, point: Point, ds: float) -> bool:
+        """Whether a step of a branch returns to its first point."""
+        if (last.p - first.p) * (point.p - first.p) > 0.0:
             return False
+        first = self.at_section_of(first, last)
         scale = self.scale(first.p, first.image.peak, len(first.state))
-        away = np.append(last.state - first.state, last.p - first.p) / scale
-        same_sense = float(last.tangent @ first.tangent) > 0.0
+        away = np.append(point.state - first.state, point.p - first.p) / scale
+        same_sense = float(point.tangent @ first.tangent) > 0.0
         return same_sense and float(np.linalg.norm(away)) <= 2.0 * ds
 
-    def offset(self, point: Point, repetition: Repetition) -> Floats | None:
+    def offset(self, point: Point) -> Floats | None:
         """Return the change of the state over half the repetition, scaled.
 
         It vanishes where the branch meets the one it bifurcated from.
         """
-        if repetition.halved is None:
+        halved = point.repetition.halved
+        if halved is None or (halved.half and not self.symmetric):
             return None
-        image = self.return_map(point.p, point.state, repetition.halved)
+        image = self.return_map(point.p, point.state, halved)
         if image is None:
             return None
         scale = self.scale(point.p, point.image.peak, len(point.state))[:-1]
         return (image.state - point.state) / scale
 
+    def size_of_offset(self, point: Point) -> float:
+        """Return the size of the offset, infinite where there is none."""
+        offset = self.offset(point)
+        return math.inf if offset is None else float(np.abs(offset).max())
+
+    def share_of_offset(self, before: Point, point: Point) -> float:
+        """Return the offset along the one before, relative to it; 1 where there is none."""
+        one, other = self.offset(before), self.offset(point)
+        if one is None or other is None or not one.any():
+            return 1.0
+        return float(one @ other / (one @ one))
+
     def bifurcations_between(
-        self, first: Point, last: Point, repetition: Repetition, index: int
+        self, first: Point, last: Point, index: int
     ) -> Iterator[Bifurcation]:
         """Yield the bifurcations between two successive points of a branch."""
         n = len(first.state)
-        breaking = SYMMETRY_BREAKING if repetition.half else PERIOD_DOUBLING
+        breaking = SYMMETRY_BREAKING if first.repetition.half else PERIOD_DOUBLING
 
         tests: list[tuple[str, Callable[[Point], float]]] = [
             (FOLD, lambda point: float(point.tangent[n])),
-            (breaking, self.plus),
+            (breaking, det_J_plus_I),
             (GRAZING, lambda point: 1.0 if point.image.counts == first.image.counts else -1.0),
         ]
         for kind, test in tests:
             if test(first) * test(last) < 0.0:
-                point = self.locate(first, last, repetition, test)
+                point = self.locate(first, last, test)
                 if kind != breaking or abs(test(point)) < 1e-3 * max(
                     abs(test(first)), abs(test(last))
                 ):
                     yield Bifurcation(kind, point, index)
 
     def continua_between(
-        self, first: Point, middle: Point, last: Point, repetition: Repetition, index: int
+        self, first: Point, middle: Point, last: Point, index: int
     ) -> Iterator[Bifurcation]:
         """Yield the point between three at which an eigenvalue touches -1, if there is one.
 
         Without damping the orbits at single frequencies are one of a continuum each (Csernák,
         Stépán and Shaw 2007): the eigenvalue reaches -1 and does not cross it.
         """
-        a, b, c = map(self.plus, (first, middle, last))
+        a, b, c = map(det_J_plus_I, (first, middle, last))
         if not 0.0 < b < min(a, c) or a + c == 2.0 * b:
             return
         bottom = b - 0.125 * (c - a) ** 2 / (a + c - 2.0 * b)
         if bottom > 0.1 * max(a, c):
             return
 
-        # The derivative of the touching eigenvalue changes sign: compare with a point beside.
+        # The derivative of the touching eigenvalue changes sign: compare with the next point.
         def slope(point: Point) -> float:
             scale = self.scale(point.p, point.image.peak, len(point.state))
-            beside = np.append(point.state, point.p) + 1e-6 * point.tangent * scale
+            guess = np.append(point.state, point.p) + 1e-6 * point.tangent * scale
             found = self.correct(
-                float(beside[-1]), beside[:-1], point.tangent, scale, repetition
+                float(guess[-1]), guess[:-1], point.tangent, scale, point.repetition
             )
-            return math.nan if found is None else self.plus(found[0]) - self.plus(point)
+            return math.nan if found is None else det_J_plus_I(found[0]) - det_J_plus_I(point)
 
         for one, other in ((first, middle), (middle, last)):
             if slope(one) < 0.0 < slope(other):
-                point = self.locate(one, other, repetition, slope)
-                if self.plus(point) <= TOUCHING * max(a, c):
+                point = self.locate(one, other, slope)
+                if det_J_plus_I(point) <= TOUCHING * max(a, c):
                     yield Bifurcation(CONTINUUM, point, index - (other is middle))
 
-    @staticmethod
-    def plus(point: Point) -> float:
-        """Return det(J + I), the test function of an eigenvalue of -1."""
-        jacobian = point.image.jacobian
-        return float(np.linalg.det(jacobian + np.eye(len(jacobian))))
-
-    def locate(
-        self,
-        first: Point,
-        last: Point,
-        repetition: Repetition,
-        test: Callable[[Point], float],
-    ) -> Point:
+    def locate(self, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
         """Return the point between two points of a branch at which a test changes sign."""
         from scipy.optimize import brentq
 
+        first, repetition = self.at_section_of(first, last), last.repetition
         n = len(first.state)
         scale = self.scale(first.p, max(first.image.peak, last.image.peak), n)
         a, b = (np.append(point.state, point.p) / scale for point in (first, last))
-        chord = (b - a) / np.linalg.norm(b - a)
+        length = float(np.linalg.norm(b - a))
+        if length <= 3.0 * CORNER_SIZES[0]:
+            return first
+        chord = (b - a) / length
         best = {0.0: first, 1.0: last}
 
         def value(share: float) -> float:
@@ -516,7 +742,7 @@ class Continuation:
                     raise ArithmeticError
                 point = found[0]
                 if float(point.tangent @ chord) < 0.0:
-                    point = point._replace(tangent=-point.tangent)
+                    point = point.reversed
                 best[share] = point
             return test(best[share])
 
@@ -524,31 +750,34 @@ class Continuation:
             share = float(brentq(value, 0.0, 1.0, xtol=LOCATION_TOLERANCE, rtol=1e-15))
             value(share)
         except ArithmeticError:
-            share = min(best, key=lambda one: abs(test(best[one])))
+            shares = sorted(best)
+            brackets = [
+                (one, other)
+                for one, other in itertools.pairwise(shares)
+                if test(best[one]) * test(best[other]) <= 0.0
+            ]
+            share = min(brackets, key=lambda ends: ends[1] - ends[0])[1]
         return best[share]
 
-    def branch_through(self, seed: Point, repetition: Repetition) -> Branch:
+    def branch_through(self, seed: Point) -> Branch:
         """Follow a branch from a point on it in both directions."""
-        ahead = self.follow(seed, repetition, 1.0)
+        seed = self.placed(seed)
+        ahead = self.follow(seed)
         if ahead.ends[1] == "loop":
             return replace(ahead, ends=("loop", "loop"))
-        back = self.follow(seed, repetition, -1.0)
+        back = self.follow(seed.reversed)
         count = len(back.points)
-        turned = [
-            item._replace(follower=count - item.follower)
-            for item in reversed(back.bifurcations)
+        bifurcations = [
+            *(
+                item._replace(follower=count - item.follower)
+                for item in back.bifurcations[::-1]
+            ),
+            *(item._replace(follower=item.follower + count - 1) for item in ahead.bifurcations),
         ]
-        moved = [
-            item._replace(follower=item.follower + count - 1) for item in ahead.bifurcations
-        ]
-        points = [point._replace(tangent=-point.tangent) for point in back.points[:0:-1]]
-        return Branch(
-            repetition, points + ahead.points, turned + moved, (back.ends[1], ahead.ends[1])
-        )
+        points = [point.reversed for point in back.points[:0:-1]] + ahead.points
+        return Branch(seed.repetition, points, bifurcations, (back.ends[1], ahead.ends[1]))
 
-    def switch(
-        self, bifurcation: Point, repetition: Repetition
-    ) -> tuple[Point, Repetition] | None:
+    def switch(self, bifurcation: Point) -> Point | None:
         """Return a point on the branch that leaves a bifurcation at an eigenvalue of -1."""
         n = len(bifurcation.state)
         scale = self.scale(bifurcation.p, bifurcation.image.peak, n)
@@ -557,56 +786,71 @@ class Continuation:
         which = int(np.argmin(abs(values + 1.0)))
         direction = np.append(np.real(vectors[:, which]), 0.0)
         direction /= np.linalg.norm(direction)
-        doubled = repetition.doubled
         for offset in SWITCH_OFFSETS:
             guess = np.append(bifurcation.state, bifurcation.p) / scale + offset * direction
             found = self.correct(
-                bifurcation.p, guess[:n] * scale[:n], direction, scale, doubled
+                bifurcation.p,
+                guess[:n] * scale[:n],
+                direction,
+                scale,
+                bifurcation.repetition.doubled,
             )
             if found is None or not 0.0 <= found[0].p <= 1.0:
                 continue
             point = found[0]
             away = np.append(point.state - bifurcation.state, 0.0) / scale
             if float(np.linalg.norm(away)) < 10.0 * offset:
-                if float(point.tangent @ direction) < 0.0:
-                    point = point._replace(tangent=-point.tangent)
-                return point, doubled
+                return point.reversed if float(point.tangent @ direction) < 0.0 else point
         return None
 
-    def images(
-        self, p: float, state: Floats, repetition: Repetition, symmetric: bool
-    ) -> Iterator[Floats]:
+    def images(self, p: float, state: Floats, repetition: Repetition) -> Iterator[Floats]:
         """Yield a state and its images within a repetition, mirrored where symmetric."""
-        step = Repetition(1, True) if symmetric else Repetition()
-        count = repetition.periods * (2 if symmetric else 1)
-        for _ in range(1 if repetition.half else count):
+        step = Repetition(1, self.symmetric, repetition.begin)
+        for _ in range(round(repetition.length / step.length)):
             yield state
             image = self.return_map(p, state, step)
             if image is None:
                 return
             state = image.state
 
-    def contains(self, branch: Branch, seed: Point, images: Sequence[Floats]) -> bool:
-        """Whether an orbit, given with its images, is on a branch already."""
-        scale = self.scale(seed.p, seed.image.peak, len(seed.state))[:-1]
+    def contains(self, branch: Branch, seed: Point) -> bool:
+        """Whether an orbit, or its mirror image, is on a branch."""
         return any(
-            float(np.abs((point.state - state) / scale).max()) < SAME_ORBIT
-            for point in self.crossings(branch, seed.p)
-            for state in images
+            self.distance(point, seed) < SAME_ORBIT for point in self.crossings(branch, seed.p)
+        )
+
+    def meets(self, branch: Branch, bifurcation: Point) -> bool:
+        """Whether a branch leaves another one at a bifurcation."""
+        return any(
+            end == MERGED
+            and abs(point.p - bifurcation.p) < SAME_PLACE
+            and self.distance(point, bifurcation) < SAME_PLACE
+            for end, point in zip(
+                branch.ends, (branch.points[0], branch.points[-1]), strict=True
+            )
+        )
+
+    def distance(self, one: Point, other: Point) -> float:
+        """Return the smallest scaled distance of an orbit from another or its mirror image."""
+        delay = (other.repetition.begin - one.repetition.begin) % 1.0
+        states = self.return_map.states(one.p, one.state, one.repetition, np.array([delay]))
+        if states is None:
+            return math.inf
+        scale = self.scale(other.p, other.image.peak, len(other.state))[:-1]
+        return min(
+            float(np.abs((states[0] - image) / scale).max())
+            for image in self.images(other.p, other.state, other.repetition.doubled)
         )
 
     def find_branches(
-        self, seeds: Sequence[tuple[float, Floats, float, int]], symmetric: bool, most: int
+        self, seeds: Sequence[tuple[float, Floats, float, int]], most: int
     ) -> tuple[list[Branch], bool]:
         """Return all branches through known orbits, and those that bifurcate from them.
 
         Parameters
         ----------
         seeds : sequence
-            Orbits: p, state, largest |x_r| [m] and periods per repetition.
-        symmetric : bool
-            Whether the equation of motion is symmetric under half a period and a change of
-            sign.
+            Orbits: p, state at the section 0, largest |x_r| [m] and periods per repetition.
         most : int
             Largest number of branches.
 
@@ -625,34 +869,33 @@ class Continuation:
                 for other, image in known
             ):
                 continue
-            known += [
-                (p, image) for image in self.images(p, state, Repetition(periods), symmetric)
-            ]
-            found = self.isolate(p, state, peak, periods, symmetric)
+            known += [(p, image) for image in self.images(p, state, Repetition(periods))]
+            found = self.isolate(p, state, peak, periods)
             if found is None:
                 continue
-            waiting = [found]
+            waiting: list[tuple[Point, Point | None]] = [(found, None)]
             while waiting:
-                point, repetition = waiting.pop(0)
-                images = [*self.images(point.p, point.state, repetition, symmetric)]
-                if any(self.contains(one, point, images) for one in branches):
+                point, origin = waiting.pop(0)
+                if origin is not None and any(self.meets(one, origin) for one in branches):
+                    continue
+                if any(self.contains(one, point) for one in branches):
                     continue
                 if len(branches) >= most:
                     return branches, False
-                branch = self.branch_through(point, repetition)
+                branch = self.branch_through(point)
                 branches.append(branch)
                 for i, (kind, at, index) in enumerate(branch.bifurcations):
                     if kind not in (SYMMETRY_BREAKING, PERIOD_DOUBLING):
                         continue
-                    if repetition.doubled.periods > MAX_PERIODS:
+                    if at.repetition.doubled.periods > MAX_PERIODS:
                         continue
-                    switched = self.switch(at, repetition)
+                    switched = self.switch(at)
                     if switched is None:
                         continue
-                    if abs(switched[0].p - at.p) <= CONTINUUM_WIDTH:
+                    if abs(switched.p - at.p) <= CONTINUUM_WIDTH:
                         branch.bifurcations[i] = Bifurcation(CONTINUUM, at, index)
                     else:
-                        waiting.append(switched)
+                        waiting.append((switched, at))
         return branches, True
 
     def crossings(self, branch: Branch, p: float) -> Iterator[Point]:
@@ -663,23 +906,42 @@ class Continuation:
                 other.p == p and other is not branch.points[-1]
             ):
                 continue
+            one = self.at_section_of(one, other)
             share = 0.0 if one.p == other.p else (p - one.p) / (other.p - one.p)
             guess = one.state + share * (other.state - one.state)
-            point = self.at_parameter(p, guess, one.image.peak, branch.repetition)
+            point = self.at_parameter(p, guess, one.image.peak, other.repetition)
             if point is not None:
                 yield point
 
-    def isolate(
-        self, p: float, state: Floats, peak: float, periods: int, symmetric: bool
-    ) -> tuple[Point, Repetition] | None:
+    def isolate(self, p: float, state: Floats, peak: float, periods: int) -> Point | None:
         """Return an orbit as a fixed point of its shortest repetition, or None."""
-        for repetition in ([Repetition(1, True)] if symmetric and periods == 1 else []) + [
-            Repetition(periods)
-        ]:
-            point = self.at_parameter(p, state, peak, repetition)
-            if point is None:
+        shortest = [Repetition(1, True)] if self.symmetric and periods == 1 else []
+        for repetition in [*shortest, Repetition(periods)]:
+            image = self.return_map(p, state, repetition)
+            if image is None:
                 continue
+            delay = self.best_delay(p, state, repetition, image)
+            states = self.return_map.states(p, state, repetition, np.array([delay]))
+            if states is None:
+                continue
+            point = self.at_parameter(p, states[0], peak, repetition.delayed(delay))
             scale = self.scale(p, peak, len(state))[:-1]
-            if float(np.abs((point.state - state) / scale).max()) < SAME_ORBIT:
-                return point, repetition
+            if (
+                point is not None
+                and float(np.abs((point.state - states[0]) / scale).max()) < SAME_ORBIT
+            ):
+                return point
         return None
+
+
+def time_to_event(time: float, repetition: Repetition, image: Image) -> float:
+    """Return the time from an instant of an orbit to its nearest event, in periods."""
+    half = 0.5 * repetition.length
+    apart = np.abs((image.events - time + half) % repetition.length - half)
+    return float(apart.min(initial=half))
+
+
+def det_J_plus_I(point: Point) -> float:
+    """Return det(J + I), the test function of an eigenvalue of -1."""
+    jacobian = point.image.jacobian
+    return float(np.linalg.det(jacobian + np.eye(len(jacobian))))

@@ -583,18 +583,34 @@ class CoulombReturnMap:
 
     def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
         """Return the image of a state; None where the motion cannot be solved."""
+        sign = -1.0 if repetition.half else 1.0
+        return self.after(p, state, repetition.begin, repetition.length, sign)
+
+    def states(
+        self, p: float, state: Floats, repetition: Repetition, times: Floats
+    ) -> Floats | None:
+        """Return states at increasing times since the beginning, shape (times, 2), or None."""
+        images = [self.after(p, state, repetition.begin, time) for time in times.tolist()]
+        found = [image.state for image in images if image is not None]
+        return np.array(found) if len(found) == len(times) else None
+
+    def after(
+        self, p: float, state: Floats, begin: float, time: float, sign: float = 1.0
+    ) -> Image | None:
+        """Return the image of a state after a time, with a sign; begin and time in periods."""
         row = self.rows.at(self.value(p))
-        length = float(row[orbit.PERIOD]) * (0.5 if repetition.half else repetition.periods)
+        row[orbit.SINES + 2] += math.tau * begin
+        period = float(row[orbit.PERIOD])
         x_r, v_r = state.tolist()
         orbit.solve_repetition(
-            as_engine_array(row), self.buffer, length, x_r, v_r, self.log, self.image
+            as_engine_array(row), self.buffer, period * time, x_r, v_r, self.log, self.image
         )
-        x, v, a, b, c, e, stops, reversals, peak = map(float, self.image)
+        x, v, a, b, c, e, stops, reversals, peak, count = map(float, self.image)
         if stops < 0.0 or not math.isfinite(x + v + a + b + c + e):
             return None
-        sign = -1.0 if repetition.half else 1.0
         jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
-        return Image(sign * np.array([x, v]), lambda: (jacobian, 0.0), counts, peak)
+        events = np.array(self.log.s[: int(count)]) / period
+        return Image(sign * np.array([x, v]), lambda: (jacobian, 0.0), counts, events, peak)
 
 
 # Samples: known at every sample and at every event between samples.

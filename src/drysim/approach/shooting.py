@@ -35,12 +35,14 @@ from numpy.typing import NDArray
 
 from drysim.approach import taylor
 from drysim.approach.continuation import Image, Repetition
+from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Events, Trajectory
 from drysim.approach.steady_state import (
     CLOSURE_TOLERANCE,
     find_orbit,
     march_period,
 )
+from drysim.approach.taylor import TaylorTrajectory
 from drysim.core.events import CONTACT, IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
     BRISTLE,
@@ -94,6 +96,16 @@ class PeriodicScene(NamedTuple):
         if isinstance(law, DynamicLaw) or law.variation == 0.0:
             return sine_turns
         return sine_turns and round(law.omega * self.period / math.tau) % 2 == 0
+
+    def delayed(self, time: float) -> PeriodicScene:
+        """Return the scene in which t = 0 is later by some time [s]."""
+        (A, f, phase), law = self.motion, self.law
+        phases = tuple(
+            at + math.tau * ((one * time) % 1.0) for one, at in zip(f, phase, strict=True)
+        )
+        if not isinstance(law, DynamicLaw) and law.variation:
+            law = law._replace(phase=law.phase + law.omega * time)
+        return self._replace(motion=Sines(A, f, phases), law=law)
 
     @property
     def has_one_motion(self) -> bool:
@@ -210,40 +222,75 @@ class ShootingReturnMap:
         scene = self.scene(p)
         return 1.0 if scene is None else math.tau / scene.period
 
-    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
-        """Return the image of a state; None where the motion cannot be solved."""
+    def scene_from(self, p: float, repetition: Repetition) -> PeriodicScene | None:
+        """Return the scene whose t = 0 is the beginning of a repetition.
+
+        Dynamic laws have the smallest tolerance: differences need more digits than a run.
+        """
         scene = self.scene(p)
         if scene is None:
             return None
-        scene = scene._replace(law=fine_law(scene.law))
+        law = scene.law
+        if isinstance(law, DynamicLaw):
+            law = law._replace(tolerance=min(law.tolerance, CLOSURE_TOLERANCE))
+        return scene._replace(law=law).delayed(repetition.begin * scene.period)
+
+    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
+        """Return the image of a state; None where the motion cannot be solved."""
+        scene = self.scene_from(p, repetition)
+        if scene is None:
+            return None
         try:
             end, trajectory = self.march(scene, state, repetition)
         except SolverError:
             return None
         peak = float(np.abs(path_of(trajectory)).max())
         derive = partial(self.differentiate, scene, state, repetition, peak)
-        return Image(end, derive, event_counts(scene.law, trajectory), peak)
+        events = events_of(trajectory).t[1:] / scene.period
+        return Image(end, derive, event_counts(scene.law, trajectory), events, peak)
+
+    def states(
+        self, p: float, state: Floats, repetition: Repetition, times: Floats
+    ) -> Floats | None:
+        """Return states at increasing times since the beginning, shape (times, n), or None."""
+        scene = self.scene_from(p, repetition)
+        if scene is None:
+            return None
+        try:
+            trajectory = self.march_for(scene, state, max(float(times[-1]), 1.0))
+        except SolverError:
+            return None
+        at = [trajectory.state(time * scene.period) for time in times.tolist()]
+        found = np.array([scene.to_components(one) for one in at])
+        if scene.law.is_elastic and not yields(trajectory):
+            found[:, 2] = found[:, 0]
+        return found if np.isfinite(found).all() else None
 
     def march(
         self, scene: PeriodicScene, y: Floats, repetition: Repetition
     ) -> tuple[Floats, Trajectory]:
-        """Return the state after a repetition, and the motion up to it.
+        """Return the state after a repetition, and the motion up to it; `scene` begins with it.
 
         Raises
         ------
         SolverError
             If events do not advance in time, or the motion is not finite.
         """
-        length = scene.period * (0.5 if repetition.half else repetition.periods)
-        begin = scene.to_state(scene.clip(y))
-        trajectory: Any = march_period(scene.plant, scene.law, scene.motion, begin, length)
-        self.marches += 1
-        end = scene.to_components(trajectory.state(length))
+        trajectory = self.march_for(scene, y, repetition.length)
+        end = scene.to_components(trajectory.state(trajectory.end))
         if not np.isfinite(end).all():
             raise SolverError("the motion is not finite", "")
         if scene.law.is_elastic and not yields(trajectory):
             end[2] = end[0]
         return (-end if repetition.half else end), trajectory
+
+    def march_for(
+        self, scene: PeriodicScene, y: Floats, time: float
+    ) -> PiecewiseTrajectory | TaylorTrajectory:
+        """Return the motion from a state for a time in periods."""
+        plant, law, motion, period = scene
+        self.marches += 1
+        return march_period(plant, law, motion, scene.to_state(scene.clip(y)), time * period)
 
     def scale(self, scene: PeriodicScene, peak: float) -> Floats:
         """Return the scale of each state component, shape (n,)."""
@@ -311,12 +358,11 @@ class ShootingReturnMap:
         It is rounding in closed form. A march by series estimates it by a second one with a
         larger tolerance, as `taylor.solve` does.
         """
-        scene = self.scene(p)
+        scene = self.scene_from(p, repetition)
         assert scene is not None, "an orbit has a scene"
-        law = fine_law(scene.law)
-        if not isinstance(law, DynamicLaw):
+        if not isinstance(scene.law, DynamicLaw):
             return 0.0
-        coarse = scene._replace(law=taylor.coarsened_law(law))
+        coarse = scene._replace(law=taylor.coarsened_law(scene.law))
         off = np.abs(self.march(coarse, y, repetition)[0] - image.state)
         return float((off / self.scale(scene, image.peak)).max())
 
@@ -354,23 +400,21 @@ class ShootingReturnMap:
         return not path_of(self.march(scene, rest, Repetition())[1]).any()
 
 
-def fine_law(law: AnyLaw) -> AnyLaw:
-    """Return a law with the smallest tolerance: differences need more digits than a run."""
-    if isinstance(law, DynamicLaw):
-        return law._replace(tolerance=min(law.tolerance, CLOSURE_TOLERANCE))
-    return law
-
-
 def path_of(trajectory: Trajectory) -> Floats:
     """Return x_r at the turning points and at the ends of a motion [m]."""
     end = trajectory.end
     return np.append(trajectory.path((0.0, end), None).x_r, trajectory.state(end).x_r)
 
 
+def events_of(trajectory: Any) -> Events:
+    """Return the events of a motion, the first of which is its start."""
+    events: Events = getattr(trajectory, "events", trajectory.turning_points)
+    return events
+
+
 def event_kinds(trajectory: Any) -> NDArray[np.int8]:
     """Return the kinds of the events after the start, without their directions."""
-    events: Events = getattr(trajectory, "events", trajectory.turning_points)
-    return np.abs(events.kind[1:])
+    return np.abs(events_of(trajectory).kind[1:])
 
 
 def yields(trajectory: Any) -> bool:

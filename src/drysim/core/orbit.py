@@ -547,10 +547,11 @@ def period_map(scene, period, state):
 
 (
     X_IMAGE, V_IMAGE, X_BY_X, X_BY_V, V_BY_X, V_BY_V, IMAGE_STOPS, IMAGE_REVERSALS,
-    IMAGE_PEAK, IMAGE_COLUMNS,
-) = range(10)  # fmt: skip
+    IMAGE_PEAK, IMAGE_EVENTS, IMAGE_COLUMNS,
+) = range(11)  # fmt: skip
 """Columns of an image: state after a repetition [m, m/s], its derivatives with respect to the
-state before, stops and immediate reversals, largest |x_r| at an event or an end [m]."""
+state before, stops and immediate reversals, largest |x_r| at an event or an end [m], number of
+all events."""
 
 
 @compiled
@@ -578,7 +579,7 @@ def solve_repetition(row, values, length, x_r, v_r, log, image):
     d = initial_slip_state(plant, law, scene.waves, x_r, v_r, log).d
     end, events, peak = period_map(scene, length, PeriodState(x_r, v_r, d))
     image[X_IMAGE], image[V_IMAGE], image[IMAGE_PEAK] = end.x_r, end.v_r, peak
-    image[IMAGE_STOPS], image[IMAGE_REVERSALS] = -1.0, 0.0
+    image[IMAGE_STOPS], image[IMAGE_REVERSALS], image[IMAGE_EVENTS] = -1.0, 0.0, float(events)
     if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
         return
     a, b, c, e = period_map_jacobian(scene, length, 1.0, d, int(ZERO), events)

@@ -9,7 +9,7 @@ without a damper there may be continua at single frequencies.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -411,8 +411,15 @@ class Study:
         return True
 
     def exact_rows(self, values: Floats) -> Floats:
-        """Return the rows of the orbit kernel for many values of the key."""
-        return scene_array(self.scenario, {self.axis.key: values}, len(values))[0]
+        """Return the rows of the orbit kernel for many values of the key.
+
+        A phase of the base motion only shifts the time: it is 0.
+        """
+        from drysim.core.orbit import SINES
+
+        rows = scene_array(self.scenario, {self.axis.key: values}, len(values))[0]
+        rows[:, SINES + 2] = 0.0
+        return rows
 
     def value(self, p: float) -> float:
         """Return the value of the key at a share of its range."""
@@ -430,14 +437,10 @@ class Study:
         """Find seeds, follow the branches through them, and measure all points."""
         from drysim.approach.continuation import Continuation
 
-        continuation = Continuation(
-            self.return_map, self.return_map.speed, self.max_branch_points
-        )
+        continuation = Continuation(self.return_map, self.is_symmetric, self.max_branch_points)
         shares = np.linspace(0.0, 1.0, self.seed_values)
         seeds = self.seeds(shares)
-        found, complete = continuation.find_branches(
-            seeds.orbits, self.is_symmetric, MAX_BRANCHES
-        )
+        found, complete = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
         for number, low, high in self.locked_ranges(shares, seeds.stuck):
@@ -565,6 +568,8 @@ class Study:
 
     def locked_branch(self, number: int, low: float, high: float) -> Branch:
         """Return the branch of a mass that sticks at x_r = 0."""
+        from drysim.approach.continuation import Repetition
+
         inside = [
             value
             for value in map(self.value, np.linspace(0.0, 1.0, SEED_VALUES))
@@ -572,7 +577,7 @@ class Study:
         ]
         values = np.array([low, *inside, high])
         states = np.zeros((len(values), 2))
-        metrics = self.metrics_at(values, states, np.ones(len(values)))
+        metrics = self.metrics_at(values, states, [Repetition()] * len(values))
         ends = tuple(
             "range" if math.isclose(value, end, rel_tol=1e-12) else UNLOCKING
             for value, end in ((low, self.low), (high, self.high))
@@ -590,8 +595,7 @@ class Study:
         """Return a branch with the metrics of its points."""
         half, periods = found.repetition.half, found.repetition.periods
         residuals = [
-            continuation.residual(point) + self.march_error(point, found.repetition)
-            for point in found.points
+            continuation.residual(point) + self.march_error(point) for point in found.points
         ]
         values = np.array([self.value(min(max(point.p, 0.0), 1.0)) for point in found.points])
         states = np.array([point.state for point in found.points])
@@ -615,22 +619,30 @@ class Study:
             np.asarray((abs(multipliers) < 1.0).all(axis=1)),
             np.array(residuals),
             np.array([point.image.jacobian_error for point in found.points]),
-            self.metrics_at(values, states, np.full(len(values), float(periods))),
+            self.metrics_at(
+                values,
+                states,
+                [point.repetition._replace(half=False) for point in found.points],
+            ),
             found.ends,
         )
 
-    def march_error(self, point: Point, repetition: Repetition) -> float:
+    def march_error(self, point: Point) -> float:
         """Return the scaled error of the motion over a repetition: none in closed form."""
         return 0.0
 
-    def metrics_at(self, values: Floats, states: Floats, periods: Floats) -> dict[str, Floats]:
-        """Return the metrics of orbits as columns."""
+    def metrics_at(
+        self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
+    ) -> dict[str, Floats]:
+        """Return the metrics of orbits over whole periods as columns."""
         from drysim.approach.coulomb import measure_orbits
         from drysim.core.forcing import V_R, X_R
+        from drysim.core.orbit import SINES
 
         scenes = self.exact_rows(values)
         scenes[:, [X_R, V_R]] = states
-        results = measure_orbits(scenes, periods)
+        scenes[:, SINES + 2] += [math.tau * one.begin for one in repetitions]
+        results = measure_orbits(scenes, np.array([float(one.periods) for one in repetitions]))
         return orbit_metrics(scenes, results, np.zeros(len(values), np.int8))
 
     def motions_at(
@@ -644,8 +656,8 @@ class Study:
         p = self.share(value)
         for branch, one in zip(branches[len(locked) :], found, strict=True):
             for point in continuation.crossings(one, p):
-                periods = np.array([float(branch.periods)])
-                metrics = self.metrics_at(np.array([value]), point.state[None], periods)
+                whole = point.repetition._replace(half=False)
+                metrics = self.metrics_at(np.array([value]), point.state[None], [whole])
                 stable = bool((abs(point.multipliers) < 1.0).all())
                 T_a, peak = float(metrics["T_a"][0]), float(metrics["x_r_peak"][0])
                 yield Motion(branch, stable, T_a, peak)
@@ -698,13 +710,19 @@ class MarchedStudy(Study):
             one = self.scenario.at({self.axis.key: self.value(p)})
         except ScenarioError:
             return None
-        approach, period = one.solver.member(), scene_period(one)
+        approach, period, motion = (
+            one.solver.member(),
+            scene_period(one),
+            one.excitation.motion(),
+        )
         assert isinstance(approach, ExactApproach), "see `refusal`"
-        assert isinstance(one.excitation, Harmonic), "see `prepare_branches`"
+        assert isinstance(motion, Sines), "see `prepare_branches`"
         if period is None:
             return None
         law = approach.effective_law(one.law())
-        return PeriodicScene(one.oscillator.plant(), law, one.excitation.motion(), period)
+        scene = PeriodicScene(one.oscillator.plant(), law, motion, period)
+        # A phase of the base motion only shifts the time.
+        return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0]))
 
     def seeds(self, shares: Floats) -> Seeds:
         """Return the orbits reached from many starts at some shares of the range."""
@@ -726,22 +744,25 @@ class MarchedStudy(Study):
         """Whether a mass at rest sticks for ever at a share of the range."""
         return self.return_map.sticks(p)
 
-    def march_error(self, point: Point, repetition: Repetition) -> float:
+    def march_error(self, point: Point) -> float:
         """Return the scaled error of the motion over a repetition."""
-        return self.return_map.march_error(point.p, point.state, point.image, repetition)
+        return self.return_map.march_error(point.p, point.state, point.image, point.repetition)
 
-    def metrics_at(self, values: Floats, states: Floats, periods: Floats) -> dict[str, Floats]:
-        """Return the metrics of orbits as columns."""
-        from drysim.approach.continuation import Repetition
-
+    def metrics_at(
+        self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
+    ) -> dict[str, Floats]:
+        """Return the metrics of orbits over whole periods as columns."""
         rows = []
-        for value, state, count in zip(values.tolist(), states, periods.tolist(), strict=True):
-            one = self.scenario.at({self.axis.key: value})
-            case, scene = assemble(one, base_motion(one)), self.scene(self.share(value))
-            assert case.period is not None, "see `refusal`"
+        for value, state, one in zip(values.tolist(), states, repetitions, strict=True):
+            scenario = self.scenario.at({self.axis.key: value})
+            case, scene = (
+                assemble(scenario, base_motion(scenario)),
+                self.scene(self.share(value)),
+            )
             assert scene is not None, "a motion has a scene"
-            _, trajectory = self.return_map.march(scene, state, Repetition(int(count)))
-            window = 0.0, count * case.period
+            scene = scene.delayed(one.begin * scene.period)
+            _, trajectory = self.return_map.march(scene, state, one)
+            window = 0.0, trajectory.end
             rows.append(measure_window(case, trajectory, window, None, None))
         return {
             name: np.array([row[name] for row in rows], dtype=float)  # None becomes NaN
