@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.approach.continuation import Continuation
 from drysim.core.orbit import SINES
 from drysim.study.branches import Study, prepare_branches
 
@@ -352,6 +353,32 @@ def test_a_branch_passes_a_sharp_corner_where_a_stop_is_lost_and_merges_again(tm
     ends = bifurcations(result, "symmetry breaking") + bifurcations(result, "grazing")[-1:]
     found = [unsymmetric.values.min(), unsymmetric.values.max()]
     assert found == pytest.approx(ends, abs=1e-7)
+
+
+# What is missing
+
+
+def warned_of(result) -> dict[str, str]:
+    """Return slugs and sentences of the warnings of a result."""
+    return {one.slug: one.sentence for one in result.warnings}
+
+
+@pytest.fixture
+def lost(monkeypatch):
+    """Let the continuation fail in the upper half of the range."""
+    step = Continuation.step
+
+    def failing(self, last, ds):
+        return None if last.p > 0.5 else step(self, last, ds)
+
+    monkeypatch.setattr(Continuation, "step", failing)
+
+
+@pytest.mark.usefixtures("lost")
+def test_a_branch_that_is_lost_is_not_called_grazing(tmp_path):
+    result = drysim.branches(paper(tmp_path, 0.5))
+    assert not bifurcations(result, "grazing")
+    assert result.branches[1].ends == ("range", "limit")
 
 
 # Command, files and faults

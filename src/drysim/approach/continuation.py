@@ -305,6 +305,11 @@ def extrapolate_end(points: Sequence[Point]) -> Point:
     return last._replace(p=p, state=state)
 
 
+def has_large_multiplier(point: Point) -> bool:
+    """Whether a multiplier runs away, as it does shortly before a break-away vanishes."""
+    return float(np.abs(point.multipliers).max()) > 0.1 * LARGEST_MULTIPLIER
+
+
 def keeps_sense(one: Point, other: Point) -> bool:
     """Whether the tangents of two points on either side of a corner run along the branch.
 
@@ -516,9 +521,10 @@ class Continuation:
                 continue
             step = step or self.beyond_corner(last)
             if step is None:
-                end = MERGED if self.size_of_offset(last) < SAME_PLACE else GRAZING
+                end = self.reason_to_end(last)
                 if end == GRAZING:
-                    found.append(Bifurcation(GRAZING, last, len(points)))
+                    at = extrapolate_end(points) if has_large_multiplier(last) else last
+                    found.append(Bifurcation(GRAZING, at, len(points)))
                 break
             point, newton_steps = step
             if len(points) > 3 and self.closes(points[0], last, point, ds):
@@ -541,6 +547,20 @@ class Continuation:
                 points[-1] = self.placed(point)
                 quality = self.section_quality(points[-1])
         return Branch(seed.repetition, points, found, ("", end or LIMIT))
+
+    def reason_to_end(self, last: Point) -> str:
+        """Return why no point follows on a branch: it merges, grazes, or is lost."""
+        if self.size_of_offset(last) < SAME_PLACE:
+            return MERGED
+        if has_large_multiplier(last):
+            return GRAZING
+        scale = self.scale(last.p, last.image.peak, len(last.state))
+        for size in CORNER_SIZES:
+            ahead = np.append(last.state, last.p) + size * last.tangent * scale
+            image = self.return_map(float(ahead[-1]), ahead[:-1], last.repetition)
+            if image is not None and image.counts != last.image.counts:
+                return GRAZING
+        return LIMIT
 
     def is_at_end(self, point: Point) -> bool:
         """Whether a branch leaves the range at a point."""
