@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.approach import continuation
 from drysim.approach.continuation import Continuation
 from drysim.core.orbit import SINES
 from drysim.study.branches import Study, prepare_branches
@@ -365,7 +366,8 @@ def warned_of(result) -> dict[str, str]:
 
 @pytest.fixture
 def lost(monkeypatch):
-    """Let the continuation fail in the upper half of the range."""
+    """Let the continuation fail in the upper half of the range, where no start is."""
+    monkeypatch.setattr(Study, "seed_values", 2)
     step = Continuation.step
 
     def failing(self, last, ds):
@@ -379,6 +381,46 @@ def test_a_branch_that_is_lost_is_not_called_grazing(tmp_path):
     result = drysim.branches(paper(tmp_path, 0.5))
     assert not bifurcations(result, "grazing")
     assert result.branches[1].ends == ("range", "limit")
+    (sentence,) = warned_of(result).values()
+    assert sentence.startswith("the continuation failed at 1 place (1.25")
+
+
+def test_a_branch_with_too_many_points_is_warned_of(tmp_path, monkeypatch):
+    monkeypatch.setattr(Study, "max_branch_points", 40)
+    monkeypatch.setattr(Study, "seed_values", 2)
+    result = drysim.branches(paper(tmp_path, 0.5))
+    assert result.branches[1].ends == ("range", "limit")
+    assert "40 points did not suffice at 1 place" in warned_of(result)["branch-too-long"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "slug"),
+    [
+        ("MAX_PERIODS", 0, "periods-left-out"),
+        ("SWITCH_OFFSETS", (), "branching-failed"),
+    ],
+)
+def test_bifurcations_that_are_not_followed_are_warned_of(
+    tmp_path, monkeypatch, name, value, slug
+):
+    monkeypatch.setattr(continuation, name, value)
+    monkeypatch.setattr(Study, "seed_values", 2)
+    sweep = "friction.kinetic: {from: 0.05, to: 0.45, count: 2}"
+    result = drysim.branches(scaled(tmp_path, 0.5, 0.05, 0.2, 2, sweep))
+    assert "at 2 places (0.157119 N and 0.217467 N)" in warned_of(result)[slug]
+
+
+def test_motions_without_a_branch_are_warned_of(tmp_path, monkeypatch):
+    monkeypatch.setattr(Continuation, "isolate", lambda *arguments: None)
+    result = drysim.branches(paper(tmp_path, 0.5))
+    assert [one.kind for one in result.branches] == ["locked"]
+    sentence = warned_of(result)["motions-left-out"]
+    assert sentence.startswith("stable motions at 13 places (1, 1.03125, 1.0625, 1.09375 and")
+
+
+def test_branches_beyond_the_largest_number_are_warned_of(tmp_path, monkeypatch):
+    monkeypatch.setattr("drysim.study.branches.MAX_BRANCHES", 0)
+    assert "branches-left-out" in warned_of(drysim.branches(paper(tmp_path, 0.5)))
 
 
 # Command, files and faults

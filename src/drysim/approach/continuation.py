@@ -61,6 +61,19 @@ MERGED, LIMIT = "merged", "limit"
 """Ends of a branch: where it meets another one, and where it could not be followed further."""
 
 
+LOST, MANY_POINTS, MANY_PERIODS, MANY_BRANCHES, NOT_SWITCHED, NOT_ISOLATED = (
+    "lost",
+    "many points",
+    "many periods",
+    "many branches",
+    "not switched",
+    "not isolated",
+)
+"""Reasons of a gap: a branch could not be followed further, or has too many points; a branch
+that leaves a bifurcation has too many periods, or was not found; there are too many branches;
+an orbit that was reached is no fixed point of the return map to within rounding."""
+
+
 class Repetition(NamedTuple):
     """Repetition whose image is compared with its start.
 
@@ -205,6 +218,19 @@ class Bifurcation(NamedTuple):
     follower: int
 
 
+class Gap(NamedTuple):
+    """What is missing among the branches: why, and where.
+
+    Attributes
+    ----------
+    reason : str
+    p : float
+    """
+
+    reason: str
+    p: float
+
+
 @dataclass
 class Branch:
     """Branch of periodic orbits.
@@ -217,12 +243,15 @@ class Branch:
     bifurcations : list of Bifurcation
     ends : tuple of str
         Why it ends on either side: "range", "loop", "merged", "grazing" or "limit".
+    gaps : list of Gap
+        Where it could not be followed further.
     """
 
     repetition: Repetition
     points: list[Point]
     bifurcations: list[Bifurcation] = field(default_factory=list)
     ends: tuple[str, str] = ("", "")
+    gaps: list[Gap] = field(default_factory=list)
 
 
 MAX_NEWTON_STEPS = 25
@@ -546,7 +575,10 @@ class Continuation:
             if self.section_quality(point) < SECTION_LOSS * quality:
                 points[-1] = self.placed(point)
                 quality = self.section_quality(points[-1])
-        return Branch(seed.repetition, points, found, ("", end or LIMIT))
+        gaps = []
+        if end in ("", LIMIT):
+            gaps.append(Gap(LOST if end else MANY_POINTS, points[-1].p))
+        return Branch(seed.repetition, points, found, ("", end or LIMIT), gaps)
 
     def reason_to_end(self, last: Point) -> str:
         """Return why no point follows on a branch: it merges, grazes, or is lost."""
@@ -795,7 +827,13 @@ class Continuation:
             *(item._replace(follower=item.follower + count - 1) for item in ahead.bifurcations),
         ]
         points = [point.reversed for point in back.points[:0:-1]] + ahead.points
-        return Branch(seed.repetition, points, bifurcations, (back.ends[1], ahead.ends[1]))
+        return Branch(
+            seed.repetition,
+            points,
+            bifurcations,
+            (back.ends[1], ahead.ends[1]),
+            back.gaps + ahead.gaps,
+        )
 
     def switch(self, bifurcation: Point) -> Point | None:
         """Return a point on the branch that leaves a bifurcation at an eigenvalue of -1."""
@@ -864,7 +902,7 @@ class Continuation:
 
     def find_branches(
         self, seeds: Sequence[tuple[float, Floats, float, int]], most: int
-    ) -> tuple[list[Branch], bool]:
+    ) -> tuple[list[Branch], list[Gap]]:
         """Return all branches through known orbits, and those that bifurcate from them.
 
         Parameters
@@ -877,10 +915,12 @@ class Continuation:
         Returns
         -------
         branches : list of Branch
-        complete : bool
-            False if there may be more branches than `most`.
+        gaps : list of Gap
+            What is missing.
         """
         branches: list[Branch] = []
+        gaps: list[Gap] = []
+        not_isolated: list[Point] = []
         known: list[tuple[float, Floats]] = []
         for p, state, peak, periods in seeds:
             scale = self.scale(p, peak, len(state))[:-1]
@@ -892,6 +932,10 @@ class Continuation:
             known += [(p, image) for image in self.images(p, state, Repetition(periods))]
             found = self.isolate(p, state, peak, periods)
             if found is None:
+                image = self.return_map(p, state, Repetition(periods))
+                if image is not None:
+                    tangent = np.zeros(len(state) + 1)
+                    not_isolated.append(Point(p, state, Repetition(periods), image, tangent))
                 continue
             waiting: list[tuple[Point, Point | None]] = [(found, None)]
             while waiting:
@@ -901,22 +945,31 @@ class Continuation:
                 if any(self.contains(one, point) for one in branches):
                     continue
                 if len(branches) >= most:
-                    return branches, False
+                    return branches, [*gaps, Gap(MANY_BRANCHES, point.p)]
                 branch = self.branch_through(point)
                 branches.append(branch)
+                gaps += branch.gaps
                 for i, (kind, at, index) in enumerate(branch.bifurcations):
                     if kind not in (SYMMETRY_BREAKING, PERIOD_DOUBLING):
                         continue
+                    if any(self.meets(one, at) for one in branches):
+                        continue
                     if at.repetition.doubled.periods > MAX_PERIODS:
+                        gaps.append(Gap(MANY_PERIODS, at.p))
                         continue
                     switched = self.switch(at)
                     if switched is None:
-                        continue
-                    if abs(switched.p - at.p) <= CONTINUUM_WIDTH:
+                        gaps.append(Gap(NOT_SWITCHED, at.p))
+                    elif abs(switched.p - at.p) <= CONTINUUM_WIDTH:
                         branch.bifurcations[i] = Bifurcation(CONTINUUM, at, index)
                     else:
                         waiting.append((switched, at))
-        return branches, True
+        gaps += [
+            Gap(NOT_ISOLATED, point.p)
+            for point in not_isolated
+            if not any(self.contains(one, point) for one in branches)
+        ]
+        return branches, gaps
 
     def crossings(self, branch: Branch, p: float) -> Iterator[Point]:
         """Yield the points of a branch at a value of the parameter."""

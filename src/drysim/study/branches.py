@@ -18,6 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import drysim
+from drysim.approach.continuation import (
+    LOST,
+    MANY_BRANCHES,
+    MANY_PERIODS,
+    MANY_POINTS,
+    MAX_PERIODS,
+    NOT_ISOLATED,
+    NOT_SWITCHED,
+    Continuation,
+    Gap,
+    Point,
+    Repetition,
+)
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.core.model import Input, Sines
@@ -41,11 +54,10 @@ from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.run import measure_window
 from drysim.study.sweep import describe_numerics
-from drysim.wording import format_count, format_length, format_number, format_unit
+from drysim.wording import format_count, format_length, format_number, format_unit, join_words
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
-    from drysim.approach.continuation import Continuation, Point, Repetition
     from drysim.approach.coulomb import CoulombReturnMap, SceneRows
     from drysim.approach.shooting import PeriodicScene, ShootingReturnMap
 
@@ -435,12 +447,10 @@ class Study:
 
     def solve(self, case: Case) -> BranchesResult:
         """Find seeds, follow the branches through them, and measure all points."""
-        from drysim.approach.continuation import Continuation
-
         continuation = Continuation(self.return_map, self.is_symmetric, self.max_branch_points)
         shares = np.linspace(0.0, 1.0, self.seed_values)
         seeds = self.seeds(shares)
-        found, complete = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
+        found, gaps = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
         for number, low, high in self.locked_ranges(shares, seeds.stuck):
@@ -481,7 +491,7 @@ class Study:
             tuple(sorted(bifurcations, key=lambda one: one.value)),
             tuple(sorted(motions, key=lambda one: (not one.stable, one.x_r_peak))),
             seeds.starts,
-            tuple(self.warnings(case, seeds, complete)),
+            tuple(self.warnings(case, seeds, gaps)),
         )
 
     def own_value(self) -> float | None:
@@ -568,8 +578,6 @@ class Study:
 
     def locked_branch(self, number: int, low: float, high: float) -> Branch:
         """Return the branch of a mass that sticks at x_r = 0."""
-        from drysim.approach.continuation import Repetition
-
         inside = [
             value
             for value in map(self.value, np.linspace(0.0, 1.0, SEED_VALUES))
@@ -662,7 +670,9 @@ class Study:
                 T_a, peak = float(metrics["T_a"][0]), float(metrics["x_r_peak"][0])
                 yield Motion(branch, stable, T_a, peak)
 
-    def warnings(self, case: Case, seeds: Seeds, complete: bool) -> Iterator[WarningMessage]:
+    def warnings(
+        self, case: Case, seeds: Seeds, gaps: Sequence[Gap]
+    ) -> Iterator[WarningMessage]:
         """Yield the warnings about a search for branches."""
         yield from case.warnings
         if seeds.lost:
@@ -672,11 +682,52 @@ class Study:
                 "be missing"
             )
             yield WarningMessage("starts-not-settled", sentence, {"starts": seeds.lost})
-        if not complete:
-            sentence = (
-                f"only the first {MAX_BRANCHES} branches were followed; take a smaller range"
-            )
-            yield WarningMessage("branches-left-out", sentence, {"branches": MAX_BRANCHES})
+        for reason, (slug, sentence) in GAP_WARNINGS.items():
+            values = sorted({self.value(gap.p) for gap in gaps if gap.reason == reason})
+            if values:
+                places = format_count(len(values), "place")
+                at = f"{places} ({describe_values(values, self.axis.unit)})"
+                numbers = {"count": len(values), "lowest": values[0], "highest": values[-1]}
+                sentence = sentence.format(at=at, points=self.max_branch_points)
+                yield WarningMessage(slug, sentence, numbers)
+
+
+MAX_LISTED_GAPS = 4
+"""Values of the key that a warning lists."""
+
+
+def describe_values(values: Sequence[float], unit: str) -> str:
+    """Return some values of a key as text, e.g. `1.2 N, 1.3 N and 5 more`."""
+    listed = [format_number(value, format_unit(unit), 6) for value in values[:MAX_LISTED_GAPS]]
+    more = len(values) - len(listed)
+    return join_words([*listed, f"{more} more"] if more else listed)
+
+
+GAP_WARNINGS = {
+    LOST: ("branch-lost", "the continuation failed at {at}: branches may go on there"),
+    MANY_POINTS: (
+        "branch-too-long",
+        "{points} points did not suffice at {at}: branches go on there; take a smaller range",
+    ),
+    MANY_PERIODS: (
+        "periods-left-out",
+        f"motions that repeat after more than {MAX_PERIODS} periods are not followed: they "
+        "begin at {at}",
+    ),
+    NOT_SWITCHED: (
+        "branching-failed",
+        "the branches that leave the bifurcations at {at} were not found",
+    ),
+    NOT_ISOLATED: (
+        "motions-left-out",
+        "stable motions at {at} have no branch: their return map could not be solved",
+    ),
+    MANY_BRANCHES: (
+        "branches-left-out",
+        f"only the first {MAX_BRANCHES} branches were followed; take a smaller range",
+    ),
+}
+"""Slug and sentence of the warning about each reason of a gap."""
 
 
 MARCHED_PERIODS = 20_000
