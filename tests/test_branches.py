@@ -257,6 +257,22 @@ def test_branches_scale_with_base_motion_and_friction(tmp_path):
         assert 10 * a.x_r_peak == pytest.approx(b.x_r_peak, rel=1e-7)
 
 
+def test_bifurcations_are_points_of_their_branches(tmp_path):
+    scene = scaled(
+        tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
+    )
+    result = drysim.branches(scene)
+    for one in result.bifurcations:
+        branch = result.branches[one.branch - 1]
+        assert branch.values[one.position] == one.value
+        assert branch.metrics["x_r_peak"][one.position] == pytest.approx(one.x_r_peak, rel=1e-9)
+    symmetric = result.branches[0]
+    parts = [(stable, symmetric.values[part]) for stable, part in symmetric.parts()]
+    assert [stable for stable, _ in parts] == [True, False, True]
+    breaking = bifurcations(result, "symmetry breaking")
+    assert [parts[1][1][0], parts[1][1][-1]] == breaking
+
+
 def test_every_point_of_a_branch_repeats(tmp_path):
     result = drysim.branches(paper(tmp_path, 0.5))
     scenario = result.scenario.copy_with({"sweep": ()})
@@ -348,7 +364,7 @@ def test_a_branch_passes_a_sharp_corner_where_a_stop_is_lost_and_merges_again(tm
     result = drysim.branches(scaled(tmp_path, 0.3, 0.02, 0.3, 2, sweep))
     (unsymmetric,) = [one for one in result.branches if one.kind == "unsymmetric"]
     assert unsymmetric.ends == ("merged", "merged")
-    assert unsymmetric.stable[1:-1].all()
+    assert [stable for stable, _ in unsymmetric.parts()] == [True]
     (corner,) = [one for one in result.bifurcations if one.branch == unsymmetric.number]
     assert {*corner.stops} == {1.0, 2.0}
     ends = bifurcations(result, "symmetry breaking") + bifurcations(result, "grazing")[-1:]

@@ -204,6 +204,10 @@ class Point(NamedTuple):
         """The point with the opposite tangent."""
         return self._replace(tangent=-self.tangent)
 
+    def is_same_state(self, other: Point) -> bool:
+        """Whether another point is at the same p and has the same state."""
+        return self.p == other.p and np.array_equal(self.state, other.state)
+
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Eigenvalues of the Jacobian of the return map."""
@@ -211,11 +215,21 @@ class Point(NamedTuple):
 
 
 class Bifurcation(NamedTuple):
-    """Bifurcation on a branch: its kind, the point, and the number of the point after it."""
+    """Bifurcation on a branch.
+
+    Attributes
+    ----------
+    kind : str
+    point : Point
+    position : int
+        Index of the point among those of the branch. An end with an infinite multiplier is
+        extrapolated: the index is that of the last point. Along one direction, while it is
+        followed, the index of the point before it.
+    """
 
     kind: str
     point: Point
-    follower: int
+    position: int
 
 
 class Gap(NamedTuple):
@@ -553,22 +567,22 @@ class Continuation:
                 end = self.reason_to_end(last)
                 if end == GRAZING:
                     at = extrapolate_end(points) if has_large_multiplier(last) else last
-                    found.append(Bifurcation(GRAZING, at, len(points)))
+                    found.append(Bifurcation(GRAZING, at, len(points) - 1))
                 break
             point, newton_steps = step
             if len(points) > 3 and self.closes(points[0], last, point, ds):
                 end, point = "loop", self.at_section_of(points[0], last)
             elif self.size_of_offset(point) < SAME_ORBIT:
                 end = MERGED
-            between = self.bifurcations_between(last, point, len(points))
+            between = self.bifurcations_between(last, point, len(points) - 1)
             # Where two branches meet, rounding decides on the sign of a vertical tangent.
             is_near = self.size_of_offset(point) < SAME_PLACE
             found += [one for one in between if not (is_near and one.kind == FOLD)]
             if len(points) > 1:
-                found += self.continua_between(points[-2], last, point, len(points))
+                found += self.continua_between(points[-2], last, point, len(points) - 1)
             points.append(point)
             if float(np.abs(point.multipliers).max()) > LARGEST_MULTIPLIER:
-                found.append(Bifurcation(GRAZING, extrapolate_end(points), len(points)))
+                found.append(Bifurcation(GRAZING, extrapolate_end(points), len(points) - 1))
                 end = GRAZING
             if newton_steps <= FEW_NEWTON_STEPS:
                 ds = min(1.5 * ds, LARGEST_STEP)
@@ -816,24 +830,45 @@ class Continuation:
         seed = self.placed(seed)
         ahead = self.follow(seed)
         if ahead.ends[1] == "loop":
-            return replace(ahead, ends=("loop", "loop"))
+            return self.with_bifurcations(replace(ahead, ends=("loop", "loop")))
         back = self.follow(seed.reversed)
         count = len(back.points)
-        bifurcations = [
+        found = [
             *(
-                item._replace(follower=count - item.follower)
-                for item in back.bifurcations[::-1]
+                one._replace(position=count - 2 - one.position)
+                for one in back.bifurcations[::-1]
             ),
-            *(item._replace(follower=item.follower + count - 1) for item in ahead.bifurcations),
+            *(one._replace(position=count - 1 + one.position) for one in ahead.bifurcations),
         ]
         points = [point.reversed for point in back.points[:0:-1]] + ahead.points
-        return Branch(
-            seed.repetition,
-            points,
-            bifurcations,
-            (back.ends[1], ahead.ends[1]),
-            back.gaps + ahead.gaps,
-        )
+        ends, gaps = (back.ends[1], ahead.ends[1]), back.gaps + ahead.gaps
+        return self.with_bifurcations(Branch(seed.repetition, points, found, ends, gaps))
+
+    def with_bifurcations(self, branch: Branch) -> Branch:
+        """Return a branch with its bifurcations inserted into the points."""
+        points: list[Point] = []
+        found = [one._replace(position=0) for one in branch.bifurcations if one.position < 0]
+        for i, (point, after) in enumerate(
+            itertools.zip_longest(branch.points, branch.points[1:])
+        ):
+            points.append(point)
+            here = [one for one in branch.bifurcations if one.position == i]
+            if len(here) > 1:
+                here.sort(key=lambda one: self.separation(point, one.point))
+            for one in here:
+                if after is not None and not (
+                    one.point.is_same_state(point) or one.point.is_same_state(after)
+                ):
+                    points.append(one.point)
+                found.append(one._replace(position=len(points) - 1))
+        return replace(branch, points=points, bifurcations=found)
+
+    def separation(self, one: Point, other: Point) -> float:
+        """Return the arclength between two close points of a branch, scaled."""
+        one = self.at_section_of(one, other)
+        scale = self.scale(other.p, other.image.peak, len(other.state))
+        change = np.append(one.state - other.state, one.p - other.p) / scale
+        return float(np.linalg.norm(change))
 
     def switch(self, bifurcation: Point) -> Point | None:
         """Return a point on the branch that leaves a bifurcation at an eigenvalue of -1."""

@@ -7,13 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from drysim.plots import style
 from drysim.plots.style import PEAK_STROKE, T_A, PlottedMetric, Style, stroke_metric
 from drysim.plots.sweep import axis_label, set_ticks
 from drysim.study.branches import (
-    Bifurcation,
     Branch,
     BranchesResult,
     describe_branch,
@@ -79,7 +76,7 @@ def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> Non
         branch = result.branches[one.branch - 1]
         axes.plot(
             one.value,
-            metric_at(branch, one, metric),
+            branch.metrics[metric.name][one.position] * metric.scale,
             linestyle="none",
             color="black",
             zorder=4,
@@ -99,26 +96,13 @@ def draw_branch(axes: Axes, branch: Branch, metric: PlottedMetric) -> None:
     """Draw a branch: its stable parts solid, its unstable ones dashed."""
     values = branch.metrics[metric.name] * metric.scale
     color = COLORS[(branch.number - 1) % len(COLORS)]
-    changes = np.flatnonzero(np.diff(branch.stable)) + 1
-    begins, ends = [0, *changes.tolist()], [*changes.tolist(), len(values)]
-    for begin, end in zip(begins, ends, strict=True):
-        stable = bool(branch.stable[begin])
-        words = describe_branch(branch)
+    words = describe_branch(branch)
+    for stable, part in branch.parts():
         axes.plot(
-            # Neighbouring parts share a point, so that no gap is left.
-            branch.values[begin : end + 1],
-            values[begin : end + 1],
+            branch.values[part],
+            values[part],
             color=color,
             linewidth=LINE_WIDTHS[stable],
             linestyle="-" if stable else (0, (4, 2)),
             label=words if stable else f"{words}, unstable",
         )
-
-
-def metric_at(branch: Branch, bifurcation: Bifurcation, metric: PlottedMetric) -> float:
-    """Return a metric at a bifurcation, from the point of the branch that is nearest."""
-    span = float(np.ptp(branch.values)) or 1.0
-    size = float(np.nanmax(branch.metrics["x_r_peak"])) or 1.0
-    away = abs(branch.values - bifurcation.value) / span
-    away += abs(branch.metrics["x_r_peak"] - bifurcation.x_r_peak) / size
-    return float(branch.metrics[metric.name][int(np.argmin(away))] * metric.scale)

@@ -8,6 +8,7 @@ without a damper there may be continua at single frequencies.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -105,6 +106,8 @@ class Branch:
     multipliers : ndarray, shape (n, 2)
         Floquet multipliers of a repetition, complex; the two largest.
     stable : ndarray, shape (n,)
+        Whether all multipliers are within the unit circle; not at a bifurcation at which one
+        is on it.
     residual : ndarray, shape (n,)
         Scaled change of the state over a repetition, with the error of the march [-].
     multiplier_error : ndarray, shape (n,)
@@ -131,6 +134,17 @@ class Branch:
     metrics: Mapping[str, Floats]
     ends: tuple[str, str]
 
+    def parts(self) -> Iterator[tuple[bool, slice]]:
+        """Yield stable and unstable parts in turn; neighbouring ones share a point.
+
+        A step belongs to a stable part if either of its ends is stable, because the point of a
+        bifurcation is not.
+        """
+        steps = self.stable[:-1] | self.stable[1:] if len(self.stable) > 1 else self.stable
+        changes = (np.flatnonzero(np.diff(steps)) + 1).tolist()
+        for begin, end in itertools.pairwise([0, *changes, len(steps)]):
+            yield bool(steps[begin]), slice(begin, end + 1)
+
     @property
     def kind(self) -> str:
         """The kind of motion in words."""
@@ -156,6 +170,8 @@ class Bifurcation(NamedTuple):
         branch.
     x_r_peak : float
         Largest |x_r| [m].
+    position : int
+        Index of the point on the branch; an end that is extrapolated is close to it.
     """
 
     kind: str
@@ -164,6 +180,7 @@ class Bifurcation(NamedTuple):
     stops: tuple[float, float]
     x_r_peak: float
     contacts: tuple[float, float] = (0.0, 0.0)
+    position: int = 0
 
 
 class Motion(NamedTuple):
@@ -457,18 +474,21 @@ class Study:
             branch = self.locked_branch(number, low, high)
             branches.append(branch)
             bifurcations += [
-                Bifurcation(UNLOCKING, number, value, (0.0, 0.0), 0.0)
-                for value, end in zip((low, high), branch.ends, strict=True)
+                Bifurcation(UNLOCKING, number, value, (0.0, 0.0), 0.0, position=position)
+                for value, end, position in zip(
+                    (low, high), branch.ends, (0, len(branch.values) - 1), strict=True
+                )
                 if end == UNLOCKING
             ]
         for one in found:
             number = len(branches) + 1
             branches.append(self.measured_branch(number, one, continuation))
             per_period = (2.0 if one.repetition.half else 1.0) / one.repetition.periods
-            for kind, point, follower in one.bifurcations:
+            marked = {bifurcation.position for bifurcation in one.bifurcations}
+            for kind, point, position in one.bifurcations:
                 before, after = (
                     [count * per_period for count in one.points[i].image.counts]
-                    for i in (max(follower - 1, 0), min(follower, len(one.points) - 1))
+                    for i in neighbours(position, marked, len(one.points))
                 )
                 bifurcations.append(
                     Bifurcation(
@@ -478,6 +498,7 @@ class Study:
                         (before[0], after[0]),
                         point.image.peak,
                         (before[2], after[2]),
+                        position,
                     )
                 )
         own = self.own_value()
@@ -612,6 +633,8 @@ class Study:
         multipliers = np.take_along_axis(multipliers, order, axis=1)
         if half:
             multipliers = multipliers**2
+        stable = np.asarray((abs(multipliers) < 1.0).all(axis=1))
+        stable[[one.position for one in found.bifurcations if one.kind != GRAZING]] = False
         counts = np.array([point.image.counts for point in found.points], dtype=float)
         stops, _, contacts = counts.T * (2.0 if half else 1.0) / periods
         return Branch(
@@ -624,7 +647,7 @@ class Study:
             stops,
             contacts,
             multipliers[:, :2],
-            np.asarray((abs(multipliers) < 1.0).all(axis=1)),
+            stable,
             np.array(residuals),
             np.array([point.image.jacobian_error for point in found.points]),
             self.metrics_at(
@@ -819,6 +842,19 @@ class MarchedStudy(Study):
             name: np.array([row[name] for row in rows], dtype=float)  # None becomes NaN
             for name in rows[0]
         }
+
+
+def neighbours(index: int, marked: set[int], count: int) -> tuple[int, int]:
+    """Return the indices before and after a bifurcation that are no bifurcations themselves.
+
+    At an end of the branch, with `count` points, it is the end itself.
+    """
+    before, after = index, index
+    while before in marked and before > 0:
+        before -= 1
+    while after in marked and after < count - 1:
+        after += 1
+    return before, after
 
 
 def is_log(axis: Axis) -> bool:
