@@ -269,6 +269,7 @@ def test_bifurcations_are_points_of_their_branches(tmp_path):
     symmetric = result.branches[0]
     parts = [(stable, symmetric.values[part]) for stable, part in symmetric.parts()]
     assert [stable for stable, _ in parts] == [True, False, True]
+    assert [stable for stable, _ in result.branches[1].parts()] == [True]
     breaking = bifurcations(result, "symmetry breaking")
     assert [parts[1][1][0], parts[1][1][-1]] == breaking
 

@@ -589,6 +589,11 @@ class Continuation:
             if self.section_quality(point) < SECTION_LOSS * quality:
                 points[-1] = self.placed(point)
                 quality = self.section_quality(points[-1])
+        if end == MERGED:
+            # Next to the branch that it meets, rounding decides on stability.
+            while len(points) > 2 and self.size_of_offset(points[-2]) < SAME_PLACE:
+                del points[-2]
+            found = [one._replace(position=min(one.position, len(points) - 2)) for one in found]
         gaps = []
         if end in ("", LIMIT):
             gaps.append(Gap(LOST if end else MANY_POINTS, points[-1].p))

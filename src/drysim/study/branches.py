@@ -25,6 +25,7 @@ from drysim.approach.continuation import (
     MANY_PERIODS,
     MANY_POINTS,
     MAX_PERIODS,
+    MERGED,
     NOT_ISOLATED,
     NOT_SWITCHED,
     Continuation,
@@ -634,7 +635,9 @@ class Study:
         if half:
             multipliers = multipliers**2
         stable = np.asarray((abs(multipliers) < 1.0).all(axis=1))
-        stable[[one.position for one in found.bifurcations if one.kind != GRAZING]] = False
+        neutral = [one.position for one in found.bifurcations if one.kind != GRAZING]
+        neutral += [at for at, end in zip((0, -1), found.ends, strict=True) if end == MERGED]
+        stable[neutral] = False
         counts = np.array([point.image.counts for point in found.points], dtype=float)
         stops, _, contacts = counts.T * (2.0 if half else 1.0) / periods
         return Branch(
