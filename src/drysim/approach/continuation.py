@@ -285,9 +285,9 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 2e-3, 2e-2, 1e-10
 FEW_NEWTON_STEPS = 4
 """Newton steps up to which the next step along the branch is longer."""
 
-MAX_TURN = 0.95
-"""Smallest cosine of the angle between a step and the tangent before it; steeper corners are
-passed with steps below `CORNER_STEP`."""
+MIN_COSINE, MIN_CORNER_COSINE = 0.95, 0.5
+"""Smallest cosine of the angle between a step and the tangents at its ends; the latter with
+steps below `CORNER_STEP`. Sharper corners are passed by `Continuation.beyond_corner`."""
 
 CORNER_STEP = 1e-7
 
@@ -562,6 +562,7 @@ class Continuation:
             if step is None and ds > SMALLEST_STEP:
                 ds *= 0.5
                 continue
+            is_corner = step is None
             step = step or self.beyond_corner(last)
             if step is None:
                 end = self.reason_to_end(last)
@@ -574,7 +575,7 @@ class Continuation:
                 end, point = "loop", self.at_section_of(points[0], last)
             elif self.size_of_offset(point) < SAME_ORBIT:
                 end = MERGED
-            between = self.bifurcations_between(last, point, len(points) - 1)
+            between = self.bifurcations_between(last, point, len(points) - 1, is_corner)
             # Where two branches meet, rounding decides on the sign of a vertical tangent.
             is_near = self.size_of_offset(point) < SAME_PLACE
             found += [one for one in between if not (is_near and one.kind == FOLD)]
@@ -585,7 +586,7 @@ class Continuation:
                 found.append(Bifurcation(GRAZING, extrapolate_end(points), len(points) - 1))
                 end = GRAZING
             if newton_steps <= FEW_NEWTON_STEPS:
-                ds = min(1.5 * ds, LARGEST_STEP)
+                ds = min(2.0 * ds, LARGEST_STEP)
             if self.section_quality(point) < SECTION_LOSS * quality:
                 points[-1] = self.placed(point)
                 quality = self.section_quality(points[-1])
@@ -649,11 +650,11 @@ class Continuation:
         length = float(np.linalg.norm(move))
         if not (at_limit or 0.3 * ds < length < 3.0 * ds) or not 0.0 <= point.p <= 1.0:
             return None
-        cosine = float(move @ last.tangent) / length if length > 0.0 else -1.0
-        if cosine < (MAX_TURN if ds > CORNER_STEP else 0.0):
-            return None
         if float(point.tangent @ move) < 0.0:
             point = point.reversed
+        cosines = [float(move @ one.tangent) for one in (last, point)]
+        if min(cosines) < (MIN_COSINE if ds > CORNER_STEP else MIN_CORNER_COSINE) * length:
+            return None
         # Beyond a corner the direction is known from the determinants as well.
         if point.image.counts != last.image.counts and not keeps_sense(last, point):
             return None
@@ -740,9 +741,18 @@ class Continuation:
         return float(one @ other / (one @ one))
 
     def bifurcations_between(
-        self, first: Point, last: Point, index: int
+        self, first: Point, last: Point, position: int, is_corner: bool
     ) -> Iterator[Bifurcation]:
-        """Yield the bifurcations between two successive points of a branch."""
+        """Yield the bifurcations between two successive points of a branch.
+
+        Parameters
+        ----------
+        first, last : Point
+        position : int
+            Index of the first one.
+        is_corner : bool
+            Whether the first one is at a corner, to within `SMALLEST_STEP`.
+        """
         n = len(first.state)
         breaking = SYMMETRY_BREAKING if first.repetition.half else PERIOD_DOUBLING
 
@@ -753,14 +763,14 @@ class Continuation:
         ]
         for kind, test in tests:
             if test(first) * test(last) < 0.0:
-                point = self.locate(first, last, test)
+                point = first if is_corner else self.locate(first, last, test)
                 if kind != breaking or abs(test(point)) < 1e-3 * max(
                     abs(test(first)), abs(test(last))
                 ):
-                    yield Bifurcation(kind, point, index)
+                    yield Bifurcation(kind, point, position)
 
     def continua_between(
-        self, first: Point, middle: Point, last: Point, index: int
+        self, first: Point, middle: Point, last: Point, position: int
     ) -> Iterator[Bifurcation]:
         """Yield the point between three at which an eigenvalue touches -1, if there is one.
 
@@ -787,7 +797,7 @@ class Continuation:
             if slope(one) < 0.0 < slope(other):
                 point = self.locate(one, other, slope)
                 if det_J_plus_I(point) <= TOUCHING * max(a, c):
-                    yield Bifurcation(CONTINUUM, point, index - (other is middle))
+                    yield Bifurcation(CONTINUUM, point, position - (other is middle))
 
     def locate(self, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
         """Return the point between two points of a branch at which a test changes sign."""
@@ -797,10 +807,7 @@ class Continuation:
         n = len(first.state)
         scale = self.scale(first.p, max(first.image.peak, last.image.peak), n)
         a, b = (np.append(point.state, point.p) / scale for point in (first, last))
-        length = float(np.linalg.norm(b - a))
-        if length <= 3.0 * CORNER_SIZES[0]:
-            return first
-        chord = (b - a) / length
+        chord = (b - a) / np.linalg.norm(b - a)
         best = {0.0: first, 1.0: last}
 
         def value(share: float) -> float:
@@ -989,7 +996,7 @@ class Continuation:
                 branch = self.branch_through(point)
                 branches.append(branch)
                 gaps += branch.gaps
-                for i, (kind, at, index) in enumerate(branch.bifurcations):
+                for i, (kind, at, position) in enumerate(branch.bifurcations):
                     if kind not in (SYMMETRY_BREAKING, PERIOD_DOUBLING):
                         continue
                     if any(self.meets(one, at) for one in branches):
@@ -1001,7 +1008,7 @@ class Continuation:
                     if switched is None:
                         gaps.append(Gap(NOT_SWITCHED, at.p))
                     elif abs(switched.p - at.p) <= CONTINUUM_WIDTH:
-                        branch.bifurcations[i] = Bifurcation(CONTINUUM, at, index)
+                        branch.bifurcations[i] = Bifurcation(CONTINUUM, at, position)
                     else:
                         waiting.append((switched, at))
         gaps += [
