@@ -173,6 +173,23 @@ def test_both_stable_motions_of_the_paper_are_found_at_the_value_of_the_scenario
     assert stable[1].T_a == pytest.approx(T_a, abs=5e-6)
 
 
+def test_a_motion_whose_branch_turns_back_beyond_the_range_is_found(tmp_path):
+    # The stable and the unstable motion are born together at 1.38.
+    (tmp_path / "part.yaml").write_text(
+        PAPER.replace("HZ", "0.5").replace(
+            "from: 1, to: 1.5, step: 0.1", "from: 1.32, to: 1.37, step: 0.01"
+        )
+    )
+    result = drysim.branches(drysim.load(tmp_path / "part.yaml"))
+    locked, *sliding = result.branches
+    assert locked.is_locked
+    assert not result.bifurcations
+    assert [bool(one.stable.all()) for one in sliding] == [True, False]
+    for one in sliding:
+        assert sorted([one.values[0], one.values[-1]]) == [1.32, 1.37]
+        assert one.ends == ("range", "range")
+
+
 def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leaves(tmp_path):
     scene = scaled(
         tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"

@@ -57,8 +57,9 @@ FOLD, SYMMETRY_BREAKING, PERIOD_DOUBLING, GRAZING, CONTINUUM = (
 )
 """Kinds of bifurcation."""
 
-MERGED, LIMIT = "merged", "limit"
-"""Ends of a branch: where it meets another one, and where it could not be followed further."""
+RANGE, LOOP, MERGED, LIMIT = "range", "loop", "merged", "limit"
+"""Ends of a branch: at the end of the range, none as it is closed, where it meets another one,
+and where it could not be followed further."""
 
 
 LOST, MANY_POINTS, MANY_PERIODS, MANY_BRANCHES, NOT_SWITCHED, NOT_ISOLATED = (
@@ -375,14 +376,22 @@ class Continuation:
     return_map : ReturnMap
     symmetric : bool
         Whether half a period and a change of sign leave the equation of motion as it is.
+    limits : tuple of float, optional
+        Values of p between which branches are followed. They are cut to 0 to 1 afterwards, so
+        that parts which meet beyond these are found.
     max_points : int, optional
         Most points of a branch.
     """
 
     def __init__(
-        self, return_map: ReturnMap, symmetric: bool, max_points: int = MAX_POINTS
+        self,
+        return_map: ReturnMap,
+        symmetric: bool,
+        limits: tuple[float, float] = (0.0, 1.0),
+        max_points: int = MAX_POINTS,
     ) -> None:
-        self.return_map, self.symmetric, self.max_points = return_map, symmetric, max_points
+        self.return_map, self.symmetric = return_map, symmetric
+        self.limits, self.max_points = limits, max_points
 
     def scale(self, p: float, peak: float, n: int) -> Floats:
         """Return the scale of each state component and of p, shape (n + 1,)."""
@@ -421,7 +430,8 @@ class Continuation:
             return point
         n = len(point.state)
         scale = self.scale(point.p, point.image.peak, n)
-        h = -DIFFERENCE if point.p + DIFFERENCE * point.tangent[n] > 1.0 else DIFFERENCE
+        at = point.p + DIFFERENCE * float(point.tangent[n])
+        h = DIFFERENCE if self.is_within(at) else -DIFFERENCE
         start = np.append(point.state, point.p)
         found = []
         for y in (start, start + h * point.tangent * scale):
@@ -526,6 +536,8 @@ class Continuation:
         # Close to a corner, stay on its side.
         changed = None
         for change in (h, -h, 1e-2 * h, -1e-2 * h, 1e-4 * h, -1e-4 * h):
+            if not self.is_within(p + change):
+                continue
             found = self.return_map(p + change, y, repetition)
             if found is not None:
                 changed, dp = found, change
@@ -556,7 +568,7 @@ class Continuation:
         while not end and len(points) < self.max_points:
             last = points[-1]
             if self.is_at_end(last):
-                end = "range"
+                end = RANGE
                 break
             step = self.step(last, ds)
             if step is None and ds > SMALLEST_STEP:
@@ -572,7 +584,7 @@ class Continuation:
                 break
             point, newton_steps = step
             if len(points) > 3 and self.closes(points[0], last, point, ds):
-                end, point = "loop", self.at_section_of(points[0], last)
+                end, point = LOOP, self.at_section_of(points[0], last)
             elif self.size_of_offset(point) < SAME_ORBIT:
                 end = MERGED
             between = self.bifurcations_between(last, point, len(points) - 1, is_corner)
@@ -614,10 +626,15 @@ class Continuation:
                 return GRAZING
         return LIMIT
 
+    def is_within(self, p: float) -> bool:
+        """Whether a parameter is within the limits."""
+        return self.limits[0] <= p <= self.limits[1]
+
     def is_at_end(self, point: Point) -> bool:
-        """Whether a branch leaves the range at a point."""
-        return (point.p == 0.0 and point.tangent[-1] < 0.0) or (
-            point.p == 1.0 and point.tangent[-1] > 0.0
+        """Whether a branch leaves the limits at a point."""
+        low, high = self.limits
+        return (point.p == low and point.tangent[-1] < 0.0) or (
+            point.p == high and point.tangent[-1] > 0.0
         )
 
     def step(self, last: Point, ds: float) -> tuple[Point, int] | None:
@@ -633,9 +650,14 @@ class Continuation:
         scale = self.scale(last.p, last.image.peak, n)
         begin, normal = np.append(last.state, last.p) / scale, last.tangent
         guess = begin + ds * last.tangent
-        limit = min(max(float(guess[n]), 0.0), 1.0)
-        at_limit = limit != guess[n]
-        if at_limit:
+        # The ends of the range are points, at which the branch is cut.
+        crossed = [
+            p
+            for p in (*self.limits, 0.0, 1.0)
+            if min(last.p, guess[n]) < p < max(last.p, guess[n])
+        ]
+        if crossed:
+            limit = min(crossed, key=lambda p: abs(p - last.p))
             guess = begin + (limit - last.p) / (guess[n] - last.p) * ds * last.tangent
             normal = np.eye(n + 1)[n]
         corrected = self.correct(
@@ -644,11 +666,11 @@ class Continuation:
         if corrected is None:
             return None
         point, newton_steps = corrected
-        if at_limit:
+        if crossed:
             point = point._replace(p=limit)
         move = np.append(point.state, point.p) / scale - begin
         length = float(np.linalg.norm(move))
-        if not (at_limit or 0.3 * ds < length < 3.0 * ds) or not 0.0 <= point.p <= 1.0:
+        if not (crossed or 0.3 * ds < length < 3.0 * ds) or not self.is_within(point.p):
             return None
         if float(point.tangent @ move) < 0.0:
             point = point.reversed
@@ -691,7 +713,7 @@ class Continuation:
             corrected = self.correct(
                 float(guess[n]), guess[:n] * scale[:n], direction, scale, last.repetition
             )
-            if corrected is None or not 0.0 <= corrected[0].p <= 1.0:
+            if corrected is None or not self.is_within(corrected[0].p):
                 continue
             point, newton_steps = corrected
             move = np.append(point.state, point.p) / scale - begin
@@ -841,8 +863,8 @@ class Continuation:
         """Follow a branch from a point on it in both directions."""
         seed = self.placed(seed)
         ahead = self.follow(seed)
-        if ahead.ends[1] == "loop":
-            return self.with_bifurcations(replace(ahead, ends=("loop", "loop")))
+        if ahead.ends[1] == LOOP:
+            return self.with_bifurcations(replace(ahead, ends=(LOOP, LOOP)))
         back = self.follow(seed.reversed)
         count = len(back.points)
         found = [
@@ -900,7 +922,7 @@ class Continuation:
                 scale,
                 bifurcation.repetition.doubled,
             )
-            if found is None or not 0.0 <= found[0].p <= 1.0:
+            if found is None or not self.is_within(found[0].p):
                 continue
             point = found[0]
             away = np.append(point.state - bifurcation.state, 0.0) / scale
@@ -962,9 +984,18 @@ class Continuation:
         Returns
         -------
         branches : list of Branch
+            In the range: what is beyond it is cut.
         gaps : list of Gap
-            What is missing.
+            What is missing there.
         """
+        found, gaps = self.branches_within_limits(seeds, most)
+        branches = [part for branch in found for part in cut_to_range(branch)]
+        return branches, [gap for gap in gaps if is_in_range(gap.p)]
+
+    def branches_within_limits(
+        self, seeds: Sequence[tuple[float, Floats, float, int]], most: int
+    ) -> tuple[list[Branch], list[Gap]]:
+        """Return what `find_branches` returns, not cut to the range."""
         branches: list[Branch] = []
         gaps: list[Gap] = []
         not_isolated: list[Point] = []
@@ -998,6 +1029,8 @@ class Continuation:
                 gaps += branch.gaps
                 for i, (kind, at, position) in enumerate(branch.bifurcations):
                     if kind not in (SYMMETRY_BREAKING, PERIOD_DOUBLING):
+                        continue
+                    if not is_in_range(at.p):
                         continue
                     if any(self.meets(one, at) for one in branches):
                         continue
@@ -1052,6 +1085,45 @@ class Continuation:
             ):
                 return point
         return None
+
+
+def is_in_range(p: float) -> bool:
+    """Whether a parameter is in the range from 0 to 1."""
+    return 0.0 <= p <= 1.0
+
+
+def cut_to_range(branch: Branch) -> Iterator[Branch]:
+    """Yield the parts of a branch in the range; the ends of the range are points of it."""
+    points, found = branch.points, branch.bifurcations
+    inside = [is_in_range(point.p) for point in points]
+    if all(inside):
+        yield branch
+        return
+    if branch.ends[0] == LOOP:
+        # Begin outside; the last point is the first one again.
+        shift, count = inside.index(False), len(points) - 1
+        points = points[shift:-1] + points[: shift + 1]
+        inside = inside[shift:-1] + inside[: shift + 1]
+        found = [one._replace(position=(one.position - shift) % count) for one in found]
+    last = len(points) - 1
+    for is_inside, group in itertools.groupby(range(len(points)), key=inside.__getitem__):
+        run = [*group]
+        begin, end = run[0], run[-1]
+        if not is_inside or begin == end:
+            continue
+        yield replace(
+            branch,
+            points=points[begin : end + 1],
+            bifurcations=[
+                one._replace(position=one.position - begin)
+                for one in found
+                if begin <= one.position <= end and is_in_range(one.point.p)
+            ],
+            ends=(
+                branch.ends[0] if begin == 0 else RANGE,
+                branch.ends[1] if end == last else RANGE,
+            ),
+        )
 
 
 def time_to_event(time: float, repetition: Repetition, image: Image) -> float:

@@ -68,6 +68,9 @@ Floats = NDArray[np.float64]
 SEED_VALUES = 17
 """Values of the key at which the motions from all starts are found."""
 
+MARGINS = 5
+"""Margins beyond either end of the range that are tried: each is half the one before."""
+
 MAX_BRANCHES = 40
 
 UNLOCKING_TOLERANCE = 1e-13
@@ -414,6 +417,7 @@ class Study:
     """Search for the branches of a scenario along an axis: Coulomb friction in closed form."""
 
     seed_values = SEED_VALUES
+    margin = 0.5
     max_branch_points = 4000
 
     def __init__(self, scenario: Scenario, axis: Axis) -> None:
@@ -426,7 +430,27 @@ class Study:
         """Scenes of the orbit kernel along the key."""
         from drysim.approach.coulomb import SceneRows
 
-        return SceneRows(self.exact_rows, self.low, self.high)
+        return SceneRows(self.exact_rows, *map(self.value, self.limits))
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
+        """Shares of the range between which branches are followed.
+
+        They are beyond the range by `margin`, or a part of it where that is not admissible.
+        """
+        found = []
+        for end, sense in ((0.0, -1.0), (1.0, 1.0)):
+            shares = (end + sense * self.margin * 0.5**i for i in range(MARGINS))
+            found.append(next(filter(self.is_admissible, shares), end))
+        return found[0], found[1]
+
+    def is_admissible(self, p: float) -> bool:
+        """Whether the scenario may have the value of the key at a share of the range."""
+        try:
+            one = self.scenario.at({self.axis.key: self.value(p)})
+        except ScenarioError:
+            return False
+        return scene_period(one) is not None
 
     @cached_property
     def return_map(self) -> CoulombReturnMap | ShootingReturnMap:
@@ -465,7 +489,9 @@ class Study:
 
     def solve(self, case: Case) -> BranchesResult:
         """Find seeds, follow the branches through them, and measure all points."""
-        continuation = Continuation(self.return_map, self.is_symmetric, self.max_branch_points)
+        continuation = Continuation(
+            self.return_map, self.is_symmetric, self.limits, self.max_branch_points
+        )
         shares = np.linspace(0.0, 1.0, self.seed_values)
         seeds = self.seeds(shares)
         found, gaps = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
@@ -764,6 +790,7 @@ class MarchedStudy(Study):
     """Search for the branches of a scene that is marched: other laws, end stops, directions."""
 
     seed_values = 9
+    margin = 0.25
     max_branch_points = 1000
 
     @cached_property
