@@ -261,8 +261,10 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
         os.killpg(running.pid, signal.SIGINT)  # as a terminal does, to all of its processes
         said = running.communicate(timeout=PATIENCE)[1]
         assert running.returncode == 130
-        assert "kept in out.partial" in said
-        assert len(said.splitlines()) == 1
+        # After a forced exit Python may report the semaphores that it removes.
+        lines = [line for line in said.splitlines() if "resource_tracker" not in line]
+        assert len(lines) == 1
+        assert "kept in out.partial" in lines[0]
         assert answer(tmp_path, "sweep", "longer.yaml", "-o", "out", "--resume") == (0, "")
         shutil.rmtree(tmp_path / "out")
 

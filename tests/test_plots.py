@@ -1146,4 +1146,4 @@ def test_numbers_below_a_single_case_do_not_touch(tmp_path):
     ],
 )
 def test_only_whole_words_are_typeset_as_symbols(text, typeset):
-    assert style._typeset(text) == typeset
+    assert style.typeset(text) == typeset
