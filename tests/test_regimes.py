@@ -102,7 +102,7 @@ def test_mass_is_locked_where_the_static_limit_exceeds_the_inertia_force(paper):
     force = 75.0 * np.sqrt(2.0) / 1.2
     assert locked[:, 1] == pytest.approx(force, rel=1e-10)
     assert sorted(locked[[0, -1], 0]) == pytest.approx([0.25, 10.0])
-    assert ((paper.labels[REGIME] == LOCKED) == (paper.axes[1].values[:, None] >= force)).all()
+    assert ((paper.labels[REGIME] == LOCKED) == (paper.nodes[1][:, None] >= force)).all()
 
 
 def test_isolation_begins_at_root_two_times_the_natural_frequency_without_friction(paper):

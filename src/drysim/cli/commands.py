@@ -474,7 +474,7 @@ def regime_map(
     """Map over two keys where the mass locks, stops or slides."""
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
-    from drysim.study.regimes import count_nodes, prepare_map, solve
+    from drysim.study.regimes import prepare_map, require_map, solve
 
     mode = OutputMode(as_json, quiet)
     case = prepare_map(load(scenario, changes or []))
@@ -493,7 +493,7 @@ def regime_map(
         advance(count)
         process.raise_if_interrupted()
 
-    with terminal.progress(count_nodes(case), "orbits", quiet) as advance:
+    with terminal.progress(require_map(case.scenario)[1].nodes, "orbits", quiet) as advance:
         result = solve(case, workers=workers, advance=advance_or_stop)
     code = result.exit_code(strict)
     how = output_options(context, no_plots, picture_format) | {"report": report}

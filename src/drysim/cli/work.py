@@ -246,15 +246,15 @@ def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
 def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
     """Show what a regime map would do; everything before the computation has been checked."""
     from drysim.console.regimes import map_scene
-    from drysim.study.regimes import count_nodes, require_map
+    from drysim.study.regimes import require_map
 
-    axes, nodes = require_map(case.scenario), count_nodes(case)
-    lines = [f"{name}: {words}" for name, words in map_scene(case, axes)]
+    axes, grid = require_map(case.scenario)
+    lines = [f"{name}: {words}" for name, words in map_scene(case)]
     fields = plan_fields(case, folder) | {
         "axes": [axis.key for axis in axes],
-        "nodes": nodes,
+        "nodes": grid.nodes,
     }
-    first = f"{case.scenario.name}: {nodes} orbits, and those that trace the boundaries"
+    first = f"{case.scenario.name}: {grid.nodes} orbits, and those that trace the boundaries"
     return mode.plan(fields, [first, *lines], case.warnings)
 
 

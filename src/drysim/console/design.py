@@ -91,10 +91,7 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
     block = scenario.design
     assert block is not None, "a design study has a design block"
     keys = [one.key for one in block.vary]
-    varied = [
-        f"{short_key(one.key, keys)} {one.law.describe(format_unit(one.unit))}"
-        for one in block.vary
-    ]
+    varied = [f"{short_key(one.key, keys)} {one.description}" for one in block.vary]
     yield "vary", "; ".join(varied)
     yield "minimise", join_words(block.minimise)
     yield "within", ", ".join(map(str, limits_of(scenario))) or "no limits"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,10 +20,10 @@ from drysim.study.regimes import (
     ISOLATION,
     SEVERAL,
     STROKE,
-    MapAxis,
     RegimeMap,
     describe_fixed,
     describe_regime,
+    require_map,
 )
 from drysim.wording import format_number, format_percent, format_unit, short_key
 
@@ -52,20 +52,22 @@ def show_map(result: RegimeMap, folder: Path | None = None) -> None:
     show_warnings(result.warnings)
 
 
-def map_scene(case: Case, axes: Sequence[MapAxis]) -> Iterator[tuple[str, str]]:
+def map_scene(case: Case) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: the axes, and what all points of the map share."""
-    scenario, keys = case.scenario, [axis.key for axis in axes]
+    scenario = case.scenario
+    axes, grid = require_map(scenario)
+    keys = [axis.key for axis in axes]
     for name, axis in zip(("over", "and"), axes, strict=True):
         yield name, f"{axis.key} {axis.description}"
-    sizes = " × ".join(str(len(axis.shares)) for axis in axes)
-    yield "grid", f"{sizes} periodic orbits; a regime smaller than a cell may be missed"
+    size = f"{grid.columns} × {grid.rows}"
+    yield "grid", f"{size} periodic orbits; a regime smaller than a cell may be missed"
     yield from describe_fixed(case, keys)
     yield "base", scenario.excitation.describe_cases(case.motion, keys)
 
 
 def result_scene(result: RegimeMap) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was mapped, and how well the boundaries are known."""
-    yield from map_scene(result.case, result.axes)
+    yield from map_scene(result.case)
     width = max((line.width for line in result.boundaries), default=0.0)
     known = "to rounding"
     if width > 0.0:

@@ -574,14 +574,13 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
         "method": "periodic orbits on a grid; boundaries bisected on its edges",
         "engine": engine(),
         "cases": result.orbits,
-        "cell": [float(axis.shares[1]) for axis in result.axes],
+        "cell": [float(shares[1]) for shares in result.grid.shares],
         "width": max((line.width for line in lines), default=0.0),
     }
     found = {
         "axes": [
-            {"key": axis.key, "unit": axis.unit, "from": axis.low, "to": axis.high,
-             "scale": "log" if axis.is_log else "linear", "count": len(axis.shares)}
-            for axis in result.axes
+            {"key": axis.key, "unit": axis.unit, **axis.words, "count": count}
+            for axis, count in zip(result.axes, result.grid, strict=True)
         ],
         "regimes": result.regimes,
         "boundaries": dict(Counter(line.name for line in lines)),

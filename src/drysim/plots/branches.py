@@ -68,7 +68,7 @@ def draw(result: BranchesResult) -> Figure:
 
 def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> None:
     """Draw one metric of all branches with their bifurcations."""
-    if result.is_log:
+    if result.axis.range.is_log:
         axes.set_xscale("log")
     for branch in result.branches:
         draw_branch(axes, branch, metric)

@@ -38,8 +38,7 @@ from drysim.plots.sweep import (
     axis_label,
     set_ticks,
 )
-from drysim.scenario.axes import Axis
-from drysim.scenario.design import VariedKey
+from drysim.scenario.axes import KeyRange
 from drysim.study.design import (
     Candidate,
     DesignResult,
@@ -161,11 +160,6 @@ def heading_name(name: str) -> str:
     return {PEAK_STROKE: "peak |x_r|", X_DD.name: "peak |ẍ|"}.get(name, name)
 
 
-def label_of(one: VariedKey) -> str:
-    """Return the label of the axis of a varied key."""
-    return axis_label(Axis(one.key, one.unit, ()))
-
-
 def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
     """Return the displayed units of an objective per SI unit, and the label of its axis."""
     if name == PEAK_STROKE:
@@ -182,7 +176,7 @@ def values_of(result: DesignResult, name: str) -> Floats:
     return np.array([one.objectives[at] for one in result.candidates])
 
 
-def set_key_axis(axes: Axes, one: VariedKey, which: str = "x") -> None:
+def set_key_axis(axes: Axes, one: KeyRange, which: str = "x") -> None:
     """Set scale, limits and label of the axis of a varied key."""
     getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
     margin = 0.02
@@ -190,16 +184,16 @@ def set_key_axis(axes: Axes, one: VariedKey, which: str = "x") -> None:
     ends = np.array([low - margin * (high - low), high + margin * (high - low)])
     getattr(axes, f"set_{which}lim")(*(np.exp(ends) if one.is_log else ends))
     set_ticks(axes.xaxis if which == "x" else axes.yaxis)
-    getattr(axes, f"set_{which}label")(label_of(one))
+    getattr(axes, f"set_{which}label")(axis_label(one))
 
 
-def draw_curve(result: DesignResult, axes: Axes, one: VariedKey, alone: bool) -> None:
+def draw_curve(result: DesignResult, axes: Axes, one: KeyRange, alone: bool) -> None:
     """Draw the objective over one key: all designs, the best, where the optimum may be."""
     name = result.design.minimise[0]
     scale, label = metric_scale(result, name)
     if alone and (surrogate := surrogate_of(result)) is not None:
         shares = np.linspace(0.0, 1.0, CURVE_POINTS)[:, None]
-        predicted, x = surrogate.at(shares), one.law.quantile(shares[:, 0])
+        predicted, x = surrogate.at(shares), one.value(shares[:, 0])
         axes.plot(x, scale * predicted.objectives[:, 0], **CURVE_STYLE)
         outside = predicted.excess > 0.0
         if outside.any():
@@ -262,7 +256,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         excess = predicted.constraints.max(axis=1, initial=-1.0).reshape(shape)
         if result.best is None:
             excess[:] = -1.0  # nowhere admissible: the map shows the objective everywhere
-        x, y = one.law.quantile(side), other.law.quantile(side)
+        x, y = one.value(side), other.value(side)
         shown = values[excess <= 0.0] if (excess <= 0.0).any() else values
         levels = MaxNLocator(LEVELS).tick_values(shown.min(), np.quantile(shown, SHOWN_SHARE))
         filled = axes.contourf(x, y, values, levels=levels, extend="both", cmap="viridis")
@@ -283,9 +277,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         bar.set_label(label)
     draw_designs(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
     if result.optimum is not None:
-        x, y = (
-            key.law.quantile(result.optimum.points[:, i]) for i, key in enumerate((one, other))
-        )
+        x, y = (key.value(result.optimum.points[:, i]) for i, key in enumerate((one, other)))
         axes.plot(x, y, **CLOUD_STYLE, label="optima of resampled seeds")
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
     axes.plot(*pairs(given, one, other), **GIVEN_STYLE)
@@ -321,7 +313,7 @@ def draw_designs(
 
 
 def pairs(
-    designs: Sequence[Candidate], one: VariedKey, other: VariedKey
+    designs: Sequence[Candidate], one: KeyRange, other: KeyRange
 ) -> tuple[list[float], list[float]]:
     """Return the values of two keys of designs."""
     return [a.values[one.key] for a in designs], [a.values[other.key] for a in designs]

@@ -10,7 +10,6 @@ import numpy as np
 from drysim.plots import style
 from drysim.plots.style import Style
 from drysim.plots.sweep import axis_label, set_ticks
-from drysim.scenario.axes import Axis
 from drysim.study.regimes import (
     ISOLATION,
     LOCKED,
@@ -110,7 +109,7 @@ def set_axes(axes: Axes, result: RegimeMap) -> None:
         getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
         getattr(axes, f"set_{which}lim")(one.low, one.high)
         set_ticks(axes.xaxis if which == "x" else axes.yaxis)
-        getattr(axes, f"set_{which}label")(axis_label(Axis(one.key, one.unit, ())))
+        getattr(axes, f"set_{which}label")(axis_label(one))
 
 
 def tint_of(label: int) -> str:
@@ -132,7 +131,7 @@ def tint(axes: Axes, result: RegimeMap) -> None:
     colors = np.ones((*corner.shape, 3))
     for label in result.shares:
         colors[corner == label] = to_rgb(tint_of(label))
-    x, y = (axis.values for axis in result.axes)
+    x, y = result.nodes
     axes.pcolormesh(x, y, colors, rasterized=True, zorder=0)
     parts = PolyCollection(
         [patch.points for patch in result.patches],
@@ -146,7 +145,7 @@ def hatch(axes: Axes, result: RegimeMap) -> None:
     """Hatch the region in which there are several stable motions."""
     if SEVERAL not in result.labels or not (result.labels[SEVERAL] == 1).any():
         return
-    x, y = (axis.values for axis in result.axes)
+    x, y = result.nodes
     found = axes.contourf(
         x,
         y,
@@ -209,8 +208,8 @@ def away_from_lines(result: RegimeMap) -> Any:
 
 def node(result: RegimeMap, row: int, column: int) -> tuple[float, float]:
     """Return the values of a node of the grid."""
-    along, across = result.axes
-    return float(along.values[column]), float(across.values[row])
+    along, across = result.nodes
+    return float(along[column]), float(across[row])
 
 
 def box(row: int, column: int, wide: float, high: float) -> tuple[slice, slice]:

@@ -56,6 +56,7 @@ from drysim.scenario.axes import (
     UP,
     Axis,
     EvenlySpaced,
+    KeyRange,
     axis_groups,
     has_shock_spectrum,
     iter_points,
@@ -468,7 +469,7 @@ SYMBOLS = {
 """Symbols of keys in legends, from the paper."""
 
 
-def axis_label(axis: Axis) -> str:
+def axis_label(axis: Axis | KeyRange) -> str:
     """Return the label of a swept key with the key's own unit, not that of the force."""
     if axis.key in AXIS_LABELS and axis.key not in FORCE_KEYS[1:]:
         return AXIS_LABELS[axis.key]

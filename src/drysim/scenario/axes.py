@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import lcm, prod
-from typing import Annotated, Any, ClassVar, Literal
+from math import lcm, log, prod
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,12 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from drysim.scenario.sampling import LazySequence, SampledValues
+from drysim.scenario.sampling import LazySequence, SampledValues, Uniform
 from drysim.units import Block
+from drysim.wording import format_unit
 from drysim.yaml_document import KeyPath
+
+Floats = NDArray[np.float64]
 
 SWEEP_KEY = "sweep"
 """Key of the sweep block; the keys in it are dotted keys of the scenario."""
@@ -59,6 +62,41 @@ POINTS_PER_BLOCK = 1024
 """Points computed at a time."""
 
 
+class KeyRange(NamedTuple):
+    """A key and the range in which it varies continuously."""
+
+    key: str
+    """Dotted key, such as `excitation.frequency`."""
+    unit: str
+    """SI unit as in table headers, such as m/s2; `-` for a dimensionless value."""
+    low: float
+    high: float
+    """Ends of the range in SI."""
+    is_log: bool = False
+    """Whether equal shares of the range have equal ratios."""
+
+    def value(self, share: Floats | float) -> Floats:
+        """Return the value at a share of the range, from 0 to 1; below and above it, too."""
+        return Uniform(self.low, self.high, self.is_log).quantile(np.asarray(share))
+
+    def share(self, value: float) -> float:
+        """Return the share of the range at a value."""
+        if self.is_log:
+            return log(value / self.low) / log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    @property
+    def description(self) -> str:
+        """The range as text."""
+        return Uniform(self.low, self.high, self.is_log).describe(format_unit(self.unit))
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """The range as a file writes it, in SI."""
+        scale = "log" if self.is_log else "linear"
+        return {"from": self.low, "to": self.high, "scale": scale}
+
+
 @dataclass(frozen=True)
 class Axis:
     """A swept key and its values."""
@@ -77,6 +115,14 @@ class Axis:
     """Text for the values where their range is not enough, as for distributions."""
     location: KeyPath = field(default=(), compare=False, repr=False)
     """Keys where the file defines the values, if not at `sweep.<key>`."""
+
+    @property
+    def range(self) -> KeyRange:
+        """Range of its values, which are numbers; a list has a linear one."""
+        if isinstance(self.words, Mapping):
+            is_log = self.words.get("scale") == "log"
+            return KeyRange(self.key, self.unit, self.values[0], self.values[-1], is_log)
+        return KeyRange(self.key, self.unit, min(self.values), max(self.values))
 
     def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
         """Return values by index."""

@@ -6,7 +6,7 @@ the conditions under which every design is judged, which are axes as in a sweep.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import (
     BeforeValidator,
@@ -26,11 +26,11 @@ from drysim.scenario.axes import (
     KEY_PATTERN,
     VALUES_SCHEMA,
     Axis,
+    KeyRange,
     NumberOrText,
     sweep_to_dict,
 )
 from drysim.scenario.blocks import SEED_KEY, Checks
-from drysim.scenario.sampling import Uniform
 from drysim.units import Block, InvalidValue, format_value, name_hint
 
 DESIGN_KEY = "design"
@@ -65,35 +65,6 @@ class VaryRange(Block):
     factor of 10 or more."""
 
 
-class VariedKey(NamedTuple):
-    """A key to choose."""
-
-    key: str
-    """Dotted key."""
-    unit: str
-    """SI unit as in table headers."""
-    low: float
-    high: float
-    """Bounds in SI."""
-    scale: str
-    """`linear` or `log`."""
-
-    @property
-    def is_log(self) -> bool:
-        """Whether designs are spread on a log scale."""
-        return self.scale == "log"
-
-    @property
-    def law(self) -> Uniform:
-        """Distribution whose quantile function maps a share from 0 to 1 to a value."""
-        return Uniform(self.low, self.high, self.is_log)
-
-    @property
-    def words(self) -> dict[str, Any]:
-        """Bounds as a file writes them, in SI."""
-        return {"from": self.low, "to": self.high, "scale": self.scale}
-
-
 class Conditions(NamedTuple):
     """Conditions under which every design is judged."""
 
@@ -103,7 +74,7 @@ class Conditions(NamedTuple):
     """`worst` or `mean`: how the objectives become one. Limits hold under every condition."""
 
 
-def _require_vary(value: object) -> tuple[VariedKey, ...]:
+def _require_vary(value: object) -> tuple[KeyRange, ...]:
     """Return the varied keys that `read_design` has read; reject anything else."""
     if not isinstance(value, tuple) or not value:
         raise ValueError("must be keys such as `oscillator.damping: {from: 100, to: 3000}`")
@@ -163,7 +134,7 @@ class Design(Block):
     """What `drysim design` chooses, what it minimises, and what every design must keep."""
 
     vary: Annotated[
-        tuple[VariedKey, ...],
+        tuple[KeyRange, ...],
         PlainValidator(_require_vary),
         PlainSerializer(lambda found: {one.key: one.words for one in found}),
         WithJsonSchema(_VARY_SCHEMA),

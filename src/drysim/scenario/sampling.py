@@ -232,8 +232,10 @@ class Uniform:
     def quantile(self, share: Floats) -> Floats:
         """Return the quantiles for probabilities."""
         if self.log:
-            return self.low * np.exp(share * log(self.high / self.low))
-        return self.low + share * (self.high - self.low)
+            inside = self.low * np.exp(share * log(self.high / self.low))
+        else:
+            inside = self.low + share * (self.high - self.low)
+        return np.where(share == 1.0, self.high, inside)
 
     def describe(self, unit: str) -> str:
         """Return a short text with parameters in a unit."""

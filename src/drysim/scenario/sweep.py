@@ -35,6 +35,7 @@ from drysim.scenario.axes import (
     ZIP_KEY,
     Axis,
     Draw,
+    KeyRange,
     Range,
     Sample,
     axis_groups,
@@ -51,7 +52,6 @@ from drysim.scenario.design import (
     TAKE_KEY,
     WORST,
     Conditions,
-    VariedKey,
     VaryRange,
 )
 from drysim.scenario.model import EXCITATIONS_BY_KIND, key_faults
@@ -409,7 +409,7 @@ def read_design(reading: Reading) -> dict[str, Any]:
 
 def _read_vary(
     reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
-) -> tuple[VariedKey, ...]:
+) -> tuple[KeyRange, ...]:
     """Return the varied keys of a design."""
     found = []
     if len(block) > MAX_KEYS:
@@ -426,7 +426,7 @@ def _read_vary(
             if (ends := _read_ends(reading, (*at, key), n, values)) is not None:
                 scale = values.get("scale", "linear")
                 _check_scale(scale, ends[0])
-                found.append(VariedKey(key, n.header, *ends, scale))
+                found.append(KeyRange(key, n.header, *ends, scale == "log"))
     return tuple(found)
 
 

@@ -42,12 +42,13 @@ from drysim.friction import Leuven
 from drysim.metrics.checks import Verdict
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario, scene_period
-from drysim.scenario.reading import numeric_keys
 from drysim.study.case import (
+    EQUATION_BLOCKS,
     Case,
     assemble,
     base_motion,
     case_error,
+    own_values,
     prepare,
     refuse_direction,
     require_scenario,
@@ -78,8 +79,6 @@ UNLOCKING_TOLERANCE = 1e-13
 slide."""
 
 LOCKED, UNLOCKING, GRAZING = "locked", "unlocking", "grazing"
-
-SWEEP_KEY_MODELS = ("oscillator", "friction", "excitation")
 
 FREQUENCY_KEYS = {"excitation.frequency", "friction.normal_variation.frequency"}
 
@@ -230,11 +229,6 @@ class BranchesResult:
     warnings: tuple[WarningMessage, ...]
 
     @property
-    def is_log(self) -> bool:
-        """Whether the key varies on a log scale."""
-        return is_log(self.axis)
-
-    @property
     def checks(self) -> tuple[Verdict, ...]:
         """No checks: they hold for the motion of a run, or for the cases of a sweep."""
         return ()
@@ -349,7 +343,7 @@ def prepare_branches(scenario: Scenario) -> Case:
         raise case_error(scenario, sentence, ("sweep", axis.key))
     numbers = [value for value in axis.values if isinstance(value, int | float)]
     # A limit of the stroke moves the motion where there are end stops only.
-    models = (*SWEEP_KEY_MODELS, *["stroke"] * (scenario.stops is not None))
+    models = (*EQUATION_BLOCKS, *["stroke"] * (scenario.stops is not None))
     if axis.key.split(".")[0] not in models or len({*numbers}) < 2:
         sentence = (
             f"branches follows the first key of the sweep, {axis.key}, which must be a range "
@@ -422,8 +416,7 @@ class Study:
 
     def __init__(self, scenario: Scenario, axis: Axis) -> None:
         self.scenario, self.axis = scenario, axis
-        self.low, self.high = float(min(axis.values)), float(max(axis.values))
-        self.is_log = is_log(axis)
+        self.range = axis.range
 
     @cached_property
     def rows(self) -> SceneRows:
@@ -477,15 +470,7 @@ class Study:
 
     def value(self, p: float) -> float:
         """Return the value of the key at a share of its range."""
-        if self.is_log:
-            return self.low * math.pow(self.high / self.low, p)
-        return self.low + (self.high - self.low) * p
-
-    def share(self, value: float) -> float:
-        """Return the share of the range at a value of the key."""
-        if self.is_log:
-            return math.log(value / self.low) / math.log(self.high / self.low)
-        return (value - self.low) / (self.high - self.low)
+        return float(self.range.value(p))
 
     def solve(self, case: Case) -> BranchesResult:
         """Find seeds, follow the branches through them, and measure all points."""
@@ -528,7 +513,9 @@ class Study:
                         position,
                     )
                 )
-        own = self.own_value()
+        own = own_values(self.scenario, [self.axis.key]).get(self.axis.key)
+        if own is not None and not self.range.low <= own <= self.range.high:
+            own = None
         motions = [] if own is None else [*self.motions_at(own, branches, found, continuation)]
         return BranchesResult(
             self.scenario,
@@ -541,12 +528,6 @@ class Study:
             seeds.starts,
             tuple(self.warnings(case, seeds, gaps)),
         )
-
-    def own_value(self) -> float | None:
-        """Return the value of the key in the scenario; None if it has none in the range."""
-        entry = numeric_keys(type(self.scenario), self.scenario.resolved()).get(self.axis.key)
-        value = entry.here(self.axis.key) if entry else None
-        return value if value is not None and self.low <= value <= self.high else None
 
     # Motions reached from many starts
 
@@ -636,7 +617,7 @@ class Study:
         metrics = self.metrics_at(values, states, [Repetition()] * len(values))
         ends = tuple(
             "range" if math.isclose(value, end, rel_tol=1e-12) else UNLOCKING
-            for value, end in ((low, self.low), (high, self.high))
+            for value, end in ((low, self.range.low), (high, self.range.high))
         )
         multipliers = np.tile(np.array([1.0 + 0j, 0j]), (len(values), 1))
         none = np.zeros(len(values))
@@ -713,7 +694,7 @@ class Study:
         for branch in locked:
             if branch.values[0] <= value <= branch.values[-1]:
                 yield Motion(branch, True, 1.0, 0.0)
-        p = self.share(value)
+        p = self.range.share(value)
         for branch, one in zip(branches[len(locked) :], found, strict=True):
             for point in continuation.crossings(one, p):
                 whole = point.repetition._replace(half=False)
@@ -861,7 +842,7 @@ class MarchedStudy(Study):
             scenario = self.scenario.at({self.axis.key: value})
             case, scene = (
                 assemble(scenario, base_motion(scenario)),
-                self.scene(self.share(value)),
+                self.scene(self.range.share(value)),
             )
             assert scene is not None, "a motion has a scene"
             scene = scene.delayed(one.begin * scene.period)
@@ -885,11 +866,6 @@ def neighbours(index: int, marked: set[int], count: int) -> tuple[int, int]:
     while after in marked and after < count - 1:
         after += 1
     return before, after
-
-
-def is_log(axis: Axis) -> bool:
-    """Return whether the values of an axis are given on a log scale."""
-    return isinstance(axis.words, dict) and axis.words.get("scale") == "log"
 
 
 def describe_branch(branch: Branch) -> str:

@@ -52,6 +52,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
+from drysim.scenario.reading import numeric_keys
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
 from drysim.units import Block, shorten
@@ -313,6 +314,17 @@ def assemble(
     if excess := excess_work(case):
         raise case_error(scenario, *excess)
     return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
+
+
+EQUATION_BLOCKS = ("oscillator", "friction", "excitation")
+"""Blocks of a scenario whose numbers are coefficients of the equation of motion."""
+
+
+def own_values(scenario: Scenario, keys: Iterable[str]) -> dict[str, float]:
+    """Return the values of keys in a scenario itself, in SI; without those that have none."""
+    known = numeric_keys(type(scenario), scenario.resolved())
+    values = {key: entry.here(key) for key in keys if (entry := known.get(key)) is not None}
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def case_error(scenario: Scenario, sentence: str, key: str | KeyPath) -> ScenarioError:

@@ -26,8 +26,8 @@ from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import Check, Verdict
 from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
-from drysim.scenario.axes import Axis, iter_points
-from drysim.scenario.design import DESIGN_KEY, MEAN, Design, VariedKey
+from drysim.scenario.axes import Axis, KeyRange, iter_points
+from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import Case, case_error, prepare, require_scenario
@@ -723,11 +723,11 @@ def known_values(scenario: Scenario) -> dict[str, KnownValue]:
     return found
 
 
-def round_values(vary: Sequence[VariedKey], point: Floats) -> dict[str, float]:
+def round_values(vary: Sequence[KeyRange], point: Floats) -> dict[str, float]:
     """Return the values of a design at a point of the unit cube, as short decimals."""
     values = {}
     for one, share in zip(vary, point.tolist(), strict=True):
-        exact = float(one.law.quantile(np.array(share)))
+        exact = float(one.value(share))
         if one.is_log:
             digits = DIGITS - min(0, floor(log10(log(one.high / one.low))))
             value = float(f"{exact:.{digits}g}")
@@ -737,16 +737,9 @@ def round_values(vary: Sequence[VariedKey], point: Floats) -> dict[str, float]:
     return values
 
 
-def shares_of(vary: Sequence[VariedKey], values: Mapping[str, float]) -> list[float]:
+def shares_of(vary: Sequence[KeyRange], values: Mapping[str, float]) -> list[float]:
     """Return the point of the unit cube at which a design lies."""
-    shares = []
-    for one in vary:
-        value = values[one.key]
-        if one.is_log:
-            shares.append(log(value / one.low) / log(one.high / one.low))
-        else:
-            shares.append((value - one.low) / (one.high - one.low))
-    return shares
+    return [one.share(values[one.key]) for one in vary]
 
 
 def number_of(value: float | None) -> float:
@@ -837,7 +830,7 @@ def points_near(point: Floats) -> Floats:
     return np.concatenate([point[None], *spread, random.random((NEAR_COUNT, len(point)))])
 
 
-def make_region(vary: Sequence[VariedKey], low: Floats, high: Floats, points: Floats) -> Region:
+def make_region(vary: Sequence[KeyRange], low: Floats, high: Floats, points: Floats) -> Region:
     """Return a region by its ends in the unit cube."""
     ends = zip(round_values(vary, low).items(), round_values(vary, high).values(), strict=True)
     return Region({key: (a, b) for (key, a), b in ends}, points)

@@ -41,10 +41,17 @@ from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.scenario.axes import SWEEP_KEY, Axis
+from drysim.scenario.axes import SWEEP_KEY, Axis, KeyRange
 from drysim.scenario.model import Scenario
-from drysim.scenario.reading import numeric_keys
-from drysim.study.case import Case, case_error, prepare, refuse_direction, require_scenario
+from drysim.study.case import (
+    EQUATION_BLOCKS,
+    Case,
+    case_error,
+    own_values,
+    prepare,
+    refuse_direction,
+    require_scenario,
+)
 from drysim.study.outcome import exit_code, format_repr, html_table
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
@@ -69,9 +76,6 @@ otherwise. No node and no region is unresolved: bisection takes the label of the
 UNSYMMETRIC, PERIODS = 10_000, 1_000_000
 """Added to the number of stops per period of an unsymmetric orbit, and the regime of all orbits
 that repeat after several periods: their numbers change from point to point next to chaos."""
-
-BLOCKS = ("oscillator", "friction", "excitation")
-"""Blocks of the scenario whose keys can be axes of a map."""
 
 MIN_NODES, USUAL_NODES, MAX_ORBITS = 33, 129, 1_000_000
 """Nodes along an axis: those of the sweep if they are at least `MIN_NODES`, else `USUAL_NODES`;
@@ -106,44 +110,8 @@ MAX_REGIONS_PER_EDGE = 16
 # Axes and place of a map.
 
 
-class MapAxis(NamedTuple):
-    """An axis of a map: a key, its SI unit, its range, and the shares of the nodes in it."""
-
-    key: str
-    unit: str
-    low: float
-    high: float
-    is_log: bool
-    shares: Floats
-
-    def at(self, shares: Floats) -> Floats:
-        """Return the values at shares of the range."""
-        if self.is_log:
-            inner = self.low * (self.high / self.low) ** shares
-        else:
-            inner = self.low + (self.high - self.low) * shares
-        return np.where(shares == 1.0, self.high, inner)
-
-    def share(self, value: float) -> float:
-        """Return the share of the range at a value."""
-        if self.is_log:
-            return float(np.log(value / self.low) / np.log(self.high / self.low))
-        return (value - self.low) / (self.high - self.low)
-
-    @property
-    def values(self) -> Floats:
-        """Values at the nodes."""
-        return self.at(self.shares)
-
-    @property
-    def description(self) -> str:
-        """Range as text."""
-        low, high = format_number(self.low), format_number(self.high, format_unit(self.unit))
-        return f"{low} to {high}{', log' * self.is_log}"
-
-
-def require_map(scenario: Scenario) -> tuple[MapAxis, MapAxis]:
-    """Return the axes of a map; raise ScenarioError for what it does not support."""
+def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
+    """Return axes and grid of a map; raise ScenarioError for what it does not support."""
     require_scenario(scenario)
     refuse_direction(scenario, "drysim map")
     sweep, excitation = scenario.sweep, scenario.excitation
@@ -163,9 +131,11 @@ def require_map(scenario: Scenario) -> tuple[MapAxis, MapAxis]:
         keys = ", ".join(axis.key for axis in sweep)
         sentence = f"a map has two axes, but {SWEEP_KEY} has {len(sweep)}: {keys}; keep two"
         raise case_error(scenario, sentence, SWEEP_KEY)
-    found = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
-    if (count := len(found[0].shares) * len(found[1].shares)) > MAX_ORBITS:
-        sentence = f"sweep has {count} nodes; a map takes at most {MAX_ORBITS}"
+    axes = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
+    counts = (len(axis.values) for axis in sweep)
+    grid = Grid(*(count if count >= MIN_NODES else USUAL_NODES for count in counts))
+    if grid.nodes > MAX_ORBITS:
+        sentence = f"sweep has {grid.nodes} nodes; a map takes at most {MAX_ORBITS}"
         raise case_error(scenario, f"{sentence}, as with larger steps", SWEEP_KEY)
     if not isinstance(excitation, Harmonic | SineSum):
         sentence = (
@@ -186,13 +156,15 @@ def require_map(scenario: Scenario) -> tuple[MapAxis, MapAxis]:
             "both directions, and a normal force that never vanishes"
         )
         raise case_error(scenario, sentence, "friction" if law else "oscillator")
-    return found
+    return axes, grid
 
 
-def read_axis(scenario: Scenario, axis: Axis) -> MapAxis:
+def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
     """Return an axis of the map; raise ScenarioError for one that is not a range of floats."""
     at = axis.location or (SWEEP_KEY, axis.key)
-    if axis.key.partition(".")[0] not in BLOCKS or isinstance(axis.values[0], int | str):
+    if axis.key.partition(".")[0] not in EQUATION_BLOCKS or isinstance(
+        axis.values[0], int | str
+    ):
         sentence = (
             f"{axis.key} cannot be an axis of a map; take a number of oscillator, friction or "
             "excitation"
@@ -205,27 +177,13 @@ def read_axis(scenario: Scenario, axis: Axis) -> MapAxis:
             f"{{from: {low:g}, to: {high:g}, count: {USUAL_NODES}}}"
         )
         raise case_error(scenario, sentence, at)
-    count = len(axis.values) if len(axis.values) >= MIN_NODES else USUAL_NODES
-    ends = float(axis.values[0]), float(axis.values[-1])
-    is_log = axis.words.get("scale") == "log"
-    return MapAxis(axis.key, axis.unit, *ends, is_log, np.linspace(0.0, 1.0, count))
+    return axis.range
 
 
 def steady_scenario(scenario: Scenario) -> Scenario:
     """Return the scenario with the steady state as its window, without weighting."""
     steady = scenario.measure.model_copy(update={"steady": True, "weighting": None})
     return scenario.copy_with({"measure": steady})
-
-
-def own_values(scenario: Scenario, axes: Sequence[MapAxis]) -> dict[str, float]:
-    """Return the values of the scenario itself at the axes; empty if it does not state both."""
-    known = numeric_keys(type(scenario), scenario.resolved())
-    found = {}
-    for axis in axes:
-        numeral = known.get(axis.key)
-        if numeral is not None and (value := numeral.here(axis.key)) is not None:
-            found[axis.key] = value
-    return found if len(found) == len(axes) else {}
 
 
 # Results.
@@ -343,7 +301,9 @@ class RegimeMap:
     Attributes
     ----------
     case : Case
-    axes : tuple of MapAxis
+    axes : tuple of KeyRange
+    grid : Grid
+        Numbers of nodes along both axes.
     labels : mapping
         Labels of the nodes in each field, arrays of shape (second axis, first axis).
     boundaries : tuple of Boundary
@@ -356,7 +316,8 @@ class RegimeMap:
     """
 
     case: Case
-    axes: tuple[MapAxis, MapAxis]
+    axes: tuple[KeyRange, KeyRange]
+    grid: Grid
     labels: Labels
     boundaries: tuple[Boundary, ...]
     patches: tuple[Patch, ...]
@@ -385,6 +346,12 @@ class RegimeMap:
     def metrics(self) -> Values:
         """A map has regimes in place of metrics."""
         return {}
+
+    @cached_property
+    def nodes(self) -> tuple[Floats, Floats]:
+        """Values at the nodes along both axes."""
+        (along, across), shares = self.axes, self.grid.shares
+        return along.value(shares[0]), across.value(shares[1])
 
     @cached_property
     def shares(self) -> dict[int, float]:
@@ -516,21 +483,14 @@ def prepare_map(scenario: Scenario) -> Case:
     return prepare(scenario)
 
 
-def count_nodes(case: Case) -> int:
-    """Return the number of nodes of the grid."""
-    along, across = require_map(case.scenario)
-    return len(along.shares) * len(across.shares)
-
-
 def solve(
     case: Case, *, workers: int | None = None, advance: Advance = lambda _: None
 ) -> RegimeMap:
     """Solve the map of a prepared case; `advance` is called with the number of solved nodes."""
-    axes = require_map(case.scenario)
-    grid = Grid(*(len(axis.shares) for axis in axes))
+    axes, grid = require_map(case.scenario)
     choose_engine(case, (case.scenario,), 10 * grid.nodes)
     plane = Plane(case.scenario, axes, worker_count(workers), advance)
-    points = np.stack(np.meshgrid(*(axis.shares for axis in axes)), axis=-1).reshape(-1, 2)
+    points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
     net = Net(plane, points, grid.edges, counted=True)
     boundaries: list[Boundary] = []
     patches: list[Patch] = []
@@ -539,15 +499,17 @@ def solve(
         boundaries += trace(axes, field, joined)
         if field == REGIME:
             patches = [Patch(label, to_values(axes, at)) for label, at in joined.patches]
-    shape = len(axes[1].shares), len(axes[0].shares)
+    shape = grid.rows, grid.columns
     labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
-    place = find_place(plane, axes)
-    return RegimeMap(case, axes, labels, tuple(boundaries), tuple(patches), place, plane.orbits)
+    place = find_place(plane, grid)
+    return RegimeMap(
+        case, axes, grid, labels, tuple(boundaries), tuple(patches), place, plane.orbits
+    )
 
 
-def to_values(axes: Sequence[MapAxis], shares: Floats) -> Floats:
+def to_values(axes: Sequence[KeyRange], shares: Floats) -> Floats:
     """Return points of the map in SI; `shares` has shape (n, 2)."""
-    return np.stack([axis.at(shares[:, i]) for i, axis in enumerate(axes)], axis=1)
+    return np.stack([axis.value(shares[:, i]) for i, axis in enumerate(axes)], axis=1)
 
 
 class Plane:
@@ -562,7 +524,7 @@ class Plane:
     """
 
     def __init__(
-        self, scenario: Scenario, axes: Sequence[MapAxis], threads: int, advance: Advance
+        self, scenario: Scenario, axes: Sequence[KeyRange], threads: int, advance: Advance
     ) -> None:
         self.scenario, self.axes, self.threads, self.advance = scenario, axes, threads, advance
         varied = getattr(scenario.active_friction, "normal_variation", None)
@@ -575,7 +537,7 @@ class Plane:
 
     def scenes(self, points: Floats) -> Floats:
         """Return the scenes at points of shape (n, 2), given as shares of the axes."""
-        columns = {axis.key: axis.at(points[:, i]) for i, axis in enumerate(self.axes)}
+        columns = {axis.key: axis.value(points[:, i]) for i, axis in enumerate(self.axes)}
         return scene_array(self.scenario, columns, len(points))[0]
 
     def solve(self, scenes: Floats, counted: bool = False) -> Floats:
@@ -871,6 +833,11 @@ class Grid(NamedTuple):
         return self.columns * self.rows
 
     @property
+    def shares(self) -> tuple[Floats, Floats]:
+        """Nodes along both axes, as shares of the axes."""
+        return np.linspace(0.0, 1.0, self.columns), np.linspace(0.0, 1.0, self.rows)
+
+    @property
     def edges(self) -> Integers:
         """Numbers of the nodes at both ends of each edge: along the first axis, then others."""
         number = np.arange(self.nodes).reshape(self.rows, self.columns)
@@ -1011,7 +978,7 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
             begin = end
 
 
-def trace(axes: Sequence[MapAxis], field: str, joined: Joined) -> Iterator[Boundary]:
+def trace(axes: Sequence[KeyRange], field: str, joined: Joined) -> Iterator[Boundary]:
     """Yield the lines of a field, without those of no meaning, as T_a = 1 of a locked mass."""
     for pair in sorted(joined.segments):
         if field == REGIME or min(pair) >= 0:
@@ -1040,10 +1007,11 @@ def polylines(segments: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
 # The scenario itself.
 
 
-def find_place(plane: Plane, axes: tuple[MapAxis, MapAxis]) -> Place:
+def find_place(plane: Plane, grid: Grid) -> Place:
     """Return the labels of the scenario itself, and the nearest boundaries along the axes."""
-    values = own_values(plane.scenario, axes)
-    if not values:
+    axes = plane.axes
+    values = own_values(plane.scenario, [axis.key for axis in axes])
+    if len(values) < len(axes):
         return Place({}, {}, (), False)
     own = np.array([axis.share(values[axis.key]) for axis in axes])
     is_inside = bool(((own >= 0.0) & (own <= 1.0)).all())
@@ -1053,8 +1021,8 @@ def find_place(plane: Plane, axes: tuple[MapAxis, MapAxis]) -> Place:
             values, {name: int(found[0]) for name, found in net.labels.items()}, (), False
         )
     changes: list[Change] = []
-    for i, axis in enumerate(axes):
-        shares = np.union1d(axis.shares, own[i])
+    for i, (axis, nodes) in enumerate(zip(axes, grid.shares, strict=True)):
+        shares = np.union1d(nodes, own[i])
         points = np.tile(own, (len(shares), 1))
         points[:, i] = shares
         edges = np.arange(len(shares) - 1)[:, None] + np.array([0, 1])
@@ -1074,7 +1042,7 @@ def find_place(plane: Plane, axes: tuple[MapAxis, MapAxis]) -> Place:
             of_regime = [one for one in side if one[1] == REGIME]
             for share, field, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
                 sentence = describe_change(field, one.after if is_above else one.before)
-                distance = float(axis.at(share)) - values[axis.key]
+                distance = float(axis.value(share)) - values[axis.key]
                 change = (distance, float(share - own[i]), field, sentence)
                 changes.append(Change(axis.key, axis.unit, *change))
     return Place(values, labels, tuple(changes), True)
