@@ -21,6 +21,7 @@ from typing import NamedTuple
 import pytest
 from seat import SEAT
 
+import drysim.core.oscillator  # the engine is compiled, whatever is solved first
 from drysim.cli import main
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario

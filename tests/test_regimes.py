@@ -10,22 +10,24 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.study.boundaries import (
+    LOCKED,
+    REGIME,
+    Crossing,
+    Grid,
+    join_crossings,
+    polylines,
+)
 from drysim.study.regimes import (
     ISOLATION,
-    LOCKED,
     PERIODS,
-    REGIME,
     SEVERAL,
     STROKE,
     UNSETTLED,
     UNSYMMETRIC,
-    Crossing,
-    Grid,
     describe_change,
     describe_regime,
-    join_crossings,
     merge_unsettled,
-    polylines,
 )
 
 PAPER = """
@@ -34,6 +36,13 @@ friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}
 stroke: {limit: 15 mm}
 excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {step: 2.5e-3}
+"""
+SPECTRUM = """
+oscillator: {mass: 1, natural_frequency: 5, damping_ratio: 0.05}
+excitation: {kind: shock, pulse: half-sine, amplitude: 10, duration: 10 ms}
+solver: {step: 1e-3}
+measure: {duration: 1}
+sweep: {srs: {from: 1, to: 9, count: 5}}
 """
 OVER = """
 sweep:
@@ -321,14 +330,16 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "oscillator.mass: {from: 1, to: 9, count: 5}}", "solver.step cannot be an axis"),
      (PAPER + "sweep: {zip: {friction.kinetic: [1, 2], oscillator.mass: [1, 2]}}",
       "sweep.zip varies keys together"),
+     (SPECTRUM, "sweep.srs is a shock response spectrum; a map needs two ranges"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, direction: up}",
       "sweep.direction does not apply to `drysim map`"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5000}, "
       "oscillator.mass: {from: 1, to: 9, count: 5000}}", "25000000 nodes"),
      (PAPER.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}",
-                    "{kind: standard, class: EM1, duration: 5 s, seed: 1}")
+                    "{kind: shock, pulse: half-sine, amplitude: 10, duration: 10 ms}")
+      + "measure: {duration: 1}\n"
       + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, "
-      "oscillator.mass: {from: 1, to: 9, count: 5}}", "excitation.kind standard has no"),
+      "oscillator.mass: {from: 1, to: 9, count: 5}}", "excitation.kind shock has no"),
      (PAPER.replace("law: coulomb, kinetic: 45, static_ratio: 1.2",
                     "law: stribeck, kinetic: 45, static: 50, stribeck_velocity: 0.1")
       + "sweep: {oscillator.damping: {from: 100, to: 900, count: 5}, "
@@ -338,8 +349,8 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "end stops, which a map does not support"),
      (PAPER.replace("static_ratio: 1.2", "static: 50") + OVER,
       "static")],
-    ids=["no-sweep", "one-key", "list", "step", "zip", "direction", "nodes", "noise", "law",
-         "stops", "static"],
+    ids=["no-sweep", "one-key", "list", "step", "zip", "srs", "direction", "nodes", "shock",
+         "law", "stops", "static"],
 )  # fmt: skip
 def test_what_a_map_does_not_support_is_located(command, tmp_path, text, words):
     (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{text}\n")

@@ -493,7 +493,7 @@ def regime_map(
         advance(count)
         process.raise_if_interrupted()
 
-    with terminal.progress(require_map(case.scenario)[1].nodes, "orbits", quiet) as advance:
+    with terminal.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
         result = solve(case, workers=workers, advance=advance_or_stop)
     code = result.exit_code(strict)
     how = output_options(context, no_plots, picture_format) | {"report": report}

@@ -254,7 +254,7 @@ def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
         "axes": [axis.key for axis in axes],
         "nodes": grid.nodes,
     }
-    first = f"{case.scenario.name}: {grid.nodes} orbits, and those that trace the boundaries"
+    first = f"{case.scenario.name}: {grid.nodes} points, and those that trace the boundaries"
     return mode.plan(fields, [first, *lines], case.warnings)
 
 

@@ -23,8 +23,10 @@ from drysim.study.regimes import (
     RegimeMap,
     describe_fixed,
     describe_regime,
+    is_random,
     require_map,
 )
+from drysim.study.statistics import seed_range
 from drysim.wording import format_number, format_percent, format_unit, short_key
 
 if TYPE_CHECKING:
@@ -60,7 +62,12 @@ def map_scene(case: Case) -> Iterator[tuple[str, str]]:
     for name, axis in zip(("over", "and"), axes, strict=True):
         yield name, f"{axis.key} {axis.description}"
     size = f"{grid.columns} × {grid.rows}"
-    yield "grid", f"{size} periodic orbits; a regime smaller than a cell may be missed"
+    if is_random(scenario):
+        begin, end = case.window
+        seeds = wording.format_count(len(seed_range(scenario)), "seed")
+        yield "grid", f"{size} motions of {format_number(end - begin, 's')}, {seeds}"
+    else:
+        yield "grid", f"{size} periodic orbits; a regime smaller than a cell may be missed"
     yield from describe_fixed(case, keys)
     yield "base", scenario.excitation.describe_cases(case.motion, keys)
 
@@ -74,7 +81,10 @@ def result_scene(result: RegimeMap) -> Iterator[tuple[str, str]]:
         share = format_number(100.0 * width, "%", 1)
         known += f", and to {share} of an axis where the motion settles too slowly"
     count = wording.format_count(len(result.boundaries), "line")
-    yield "boundaries", f"{count} by {result.orbits} orbits, {known}"
+    if is_random(result.scenario):
+        yield "lines", f"{count} of equal rate, interpolated between {result.cases} points"
+    else:
+        yield "boundaries", f"{count} by {result.cases} orbits, {known}"
 
 
 def share_rows(result: RegimeMap) -> Iterator[SummaryRow]:

@@ -571,9 +571,11 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for a regime map."""
     lines, place = result.boundaries, result.place
     numerics = {
-        "method": "periodic orbits on a grid; boundaries bisected on its edges",
+        "method": "break-aways counted on a grid; lines interpolated on its edges"
+        if place.rates is not None
+        else "periodic orbits on a grid; boundaries bisected on its edges",
         "engine": engine(),
-        "cases": result.orbits,
+        "cases": result.cases,
         "cell": [float(shares[1]) for shares in result.grid.shares],
         "width": max((line.width for line in lines), default=0.0),
     }
@@ -587,6 +589,7 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
         "here": {
             "values": dict(place.values),
             "motion": list(result.describe_place()),
+            "rates": place.rates and place.rates._asdict(),
             "nearest": [
                 {"key": one.key, "distance": one.distance, "what": one.sentence}
                 for one in place.changes

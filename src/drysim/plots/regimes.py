@@ -10,11 +10,11 @@ import numpy as np
 from drysim.plots import style
 from drysim.plots.style import Style
 from drysim.plots.sweep import axis_label, set_ticks
+from drysim.study.boundaries import LOCKED, REGIME
+from drysim.study.break_aways import FIRST, RICE, level_between
 from drysim.study.regimes import (
     ISOLATION,
-    LOCKED,
     PERIODS,
-    REGIME,
     SEVERAL,
     STROKE,
     UNSETTLED,
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 PANEL_HEIGHT = 5.2
 """Height of the map [inch]."""
 
+RATE_TINTS = ("#ffffff", "#eef3f8", "#dce8f2", "#c6d9ea", "#acc8e0", "#92b6d6", "#78a3cb")
+"""Tints of rates of break-aways, from rare to frequent."""
+
 STOP_TINTS = ("#ffffff", "#e6eff7", "#cfe0ef", "#b8d1e6", "#a2c1dc")
 """Tints of symmetric regions by pairs of stops; the last one also of more."""
 
@@ -42,6 +45,7 @@ LINE_STYLES: dict[str, Style] = {
     ISOLATION: {"color": "#1f6f43", "linewidth": 1.6, "linestyle": (0, (6, 2))},
     STROKE: {"color": "#b3261e", "linewidth": 1.8, "linestyle": (0, (1, 1.2))},
     SEVERAL: {"color": "#6a3d9a", "linewidth": 1.5, "linestyle": (0, (7, 2, 1.5, 2))},
+    RICE: {"color": "#b06000", "linewidth": 1.2, "linestyle": (0, (5, 2))},
 }
 FIELD_LABELS = {
     ISOLATION: "isolation: $T_a$ < 1",
@@ -84,15 +88,42 @@ def draw(result: RegimeMap) -> Figure:
         axes.plot(*line.points.T, **LINE_STYLES[line.field])
     if result.place.is_inside:
         axes.plot(*([x] for x in result.place.values.values()), **OWN_STYLE)
-    write_labels(axes, result)
+    write_own_label(axes, result, free := away_from_lines(result))
+    if RICE in result.labels:
+        name_rates(axes, result)
+    else:
+        write_labels(axes, result, free)
     axes.grid(visible=False)
     style.finish_figure(figure, heading(result))
     return figure
 
 
+def name_rates(axes: Axes, result: RegimeMap) -> None:
+    """Write the rate into each counted line and at the end of each line of Rice's formula."""
+    for line in result.boundaries:
+        words, color = f"{level_between(line.labels):g}/s", LINE_STYLES[line.field]["color"]
+        if line.field == REGIME:
+            x, y = line.points[len(line.points) // 2].tolist()
+            axes.text(
+                x, y, words, ha="center", va="center",
+                fontsize=LABEL_SIZE, color=color, zorder=5,
+                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none"},
+            )  # fmt: skip
+        else:
+            end = max(line.points[[0, -1]].tolist())
+            axes.annotate(
+                words, xy=end, xytext=(4, 4), textcoords="offset points",
+                fontsize=LABEL_SIZE, color=color, annotation_clip=False,
+            )  # fmt: skip
+    for field, words in ((REGIME, "break-aways, counted"), (RICE, "by Rice's formula")):
+        axes.plot([], [], label=words, **LINE_STYLES[field])
+
+
 def heading(result: RegimeMap) -> style.Heading:
     """Return the heading: what the scenario does, where that changes, and what is fixed."""
     words = "regimes of the steady motion"
+    if RICE in result.labels:
+        words = "break-aways from sticking, counted and by Rice's formula"
     if result.place.labels:
         words = f"this scenario: {next(result.describe_place())}"
     if (nearest := result.place.nearest) is not None:
@@ -116,6 +147,8 @@ def tint_of(label: int) -> str:
     """Return the colour of a regime."""
     if label in OTHER_TINTS:
         return OTHER_TINTS[label]
+    if label >= FIRST:
+        return RATE_TINTS[label - FIRST]
     if label >= UNSYMMETRIC:
         return PERIODS_TINT if label == PERIODS else UNSYMMETRIC_TINT
     return STOP_TINTS[min((label + 1) // 2, len(STOP_TINTS) - 1)]
@@ -162,11 +195,12 @@ def hatch(axes: Axes, result: RegimeMap) -> None:
 # Labels of the regions.
 
 
-def write_labels(axes: Axes, result: RegimeMap) -> None:
-    """Write the name of each region into its widest place, or beside the map."""
+def write_labels(axes: Axes, result: RegimeMap, free: Any) -> None:
+    """Write the name of each region into its widest place, or beside the map.
+
+    `free` are the nodes without a line or a label.
+    """
     rows, columns = result.labels[REGIME].shape
-    free = away_from_lines(result)
-    write_own_label(axes, result, free)
     regions = [
         (result.labels[REGIME] == label, describe_regime(label), tint_of(label), "#222222")
         for label in result.shares

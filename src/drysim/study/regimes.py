@@ -14,8 +14,10 @@ Method
     3. On every edge whose ends have different labels, bisect to the label of one end; if that
        does not lead to the label of the other end, bisect the rest of the edge again. All edges
        are bisected at once.
-    4. Around each cell, join the crossings of the same two labels; where three or more regions
-       meet, join all crossings in one point of the cell. The segments make polylines.
+    4. Join the crossings in the cells to lines (`boundaries`).
+
+    Random base motion has no steady motion: its map shows how often the mass breaks away from
+    sticking (`break_aways`).
 
 What may be missed
     A region without a node of the grid, and between two equal labels on an edge. Where the
@@ -35,14 +37,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 import drysim
-from drysim.core.model import Sines
+from drysim.approach.stick_slip import ExactApproach
+from drysim.core.model import CoulombLaw, Sines
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Harmonic, SineSum
+from drysim.excitation.random import RandomMotion
 from drysim.friction import Coulomb
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.scenario.axes import SWEEP_KEY, Axis, KeyRange
+from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
 from drysim.scenario.model import Scenario
+from drysim.study.boundaries import (
+    LOCKED,
+    REGIME,
+    Crossing,
+    Crossings,
+    Floats,
+    Grid,
+    Integers,
+    Joined,
+    join_crossings,
+    on_edges,
+    polylines,
+)
+from drysim.study.break_aways import (
+    FIRST,
+    RICE,
+    RateNet,
+    RatePlane,
+    Rates,
+    describe_label,
+    describe_level,
+)
 from drysim.study.case import (
     EQUATION_BLOCKS,
     Case,
@@ -58,19 +84,17 @@ from drysim.study.sweep import choose_engine
 from drysim.system import map_in_order, worker_count
 from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Labels = Mapping[str, Integers]
 Advance = Callable[[int], None]
 
-REGIME, ISOLATION, STROKE, SEVERAL = "regime", "isolation", "stroke", "several"
+ISOLATION, STROKE, SEVERAL = "isolation", "stroke", "several"
 FIELDS = (REGIME, ISOLATION, STROKE, SEVERAL)
 """Labels of a steady motion: its regime; whether T_a is below 1; whether |x_r| reaches the
 stroke limit; whether other starts lead to another stable motion."""
 
-UNRESOLVED, UNSETTLED, LOCKED = -3, -2, -1
-"""Regimes of a motion too small to be told from rounding, without a settled or unique orbit,
-and without motion. Labels of other fields are the same where they mean nothing, and 0 or 1
+UNRESOLVED, UNSETTLED = -3, -2
+"""Regimes of a motion too small to be told from rounding, and of one without a settled or
+unique orbit. Labels of other fields are the same where they mean nothing, and 0 or 1
 otherwise. No node and no region is unresolved: bisection takes the label of the neighbour."""
 
 UNSYMMETRIC, PERIODS = 10_000, 1_000_000
@@ -125,7 +149,8 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
     for axis in sweep:
         if axis.group:
             kind = axis.group.partition(".")[0]
-            sentence = f"{SWEEP_KEY}.{kind} varies keys together; a map needs two ranges"
+            what = "is a shock response spectrum" if kind == SRS_KEY else "varies keys together"
+            sentence = f"{SWEEP_KEY}.{kind} {what}; a map needs two ranges"
             raise case_error(scenario, sentence, (SWEEP_KEY, kind))
     if len(sweep) != 2:
         keys = ", ".join(axis.key for axis in sweep)
@@ -133,14 +158,15 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
         raise case_error(scenario, sentence, SWEEP_KEY)
     axes = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
     counts = (len(axis.values) for axis in sweep)
-    grid = Grid(*(count if count >= MIN_NODES else USUAL_NODES for count in counts))
+    least = 2 if is_random(scenario) else MIN_NODES
+    grid = Grid(*(count if count >= least else USUAL_NODES for count in counts))
     if grid.nodes > MAX_ORBITS:
         sentence = f"sweep has {grid.nodes} nodes; a map takes at most {MAX_ORBITS}"
         raise case_error(scenario, f"{sentence}, as with larger steps", SWEEP_KEY)
-    if not isinstance(excitation, Harmonic | SineSum):
+    if not isinstance(excitation, Harmonic | SineSum | RandomMotion):
         sentence = (
-            f"excitation.kind {excitation.kind} has no periodic orbits; a map needs "
-            "`harmonic` or `sines`"
+            f"excitation.kind {excitation.kind} has no periodic orbits and no rates; a "
+            "map needs `harmonic`, `sines` or random base motion"
         )
         raise case_error(scenario, sentence, ("excitation", "kind"))
     if scenario.stops is not None:
@@ -150,13 +176,40 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
     if law is not None and not isinstance(law, Coulomb):
         sentence = f"friction.law {law.law} is not supported by a map; take coulomb"
         raise case_error(scenario, sentence, ("friction", "law"))
-    if not can_solve_together(steady_scenario(scenario)):
+    if is_random(scenario):
+        require_rates(scenario)
+    elif not can_solve_together(steady_scenario(scenario)):
         sentence = (
             "a map needs the approach stick-slip, a damper and friction that are the same in "
             "both directions, and a normal force that never vanishes"
         )
         raise case_error(scenario, sentence, "friction" if law else "oscillator")
     return axes, grid
+
+
+def is_random(scenario: Scenario) -> bool:
+    """Return whether the map shows the rate of break-aways, as there are no regimes."""
+    return isinstance(scenario.excitation, RandomMotion)
+
+
+def require_rates(scenario: Scenario) -> None:
+    """Raise ScenarioError where the break-aways of a random motion cannot be counted."""
+    law = scenario.law()
+    if law.F_fs == 0.0 and scenario.active_friction is None:
+        sentence = (
+            "under random base motion a map shows how often friction breaks away; state it"
+        )
+        raise case_error(scenario, sentence, "friction")
+    is_exact = isinstance(scenario.solver.member(), ExactApproach)
+    if not is_exact or not isinstance(law, CoulombLaw) or law.variation:
+        sentence = (
+            "a map under random base motion needs the approach stick-slip, a damper and "
+            "friction that are the same in both directions, and a constant normal force"
+        )
+        raise case_error(scenario, sentence, "friction")
+    if isinstance(scenario.excitation, RandomMotion) and scenario.excitation.until is not None:
+        sentence = "excitation.until is not supported by a map; state a number of seeds"
+        raise case_error(scenario, sentence, ("excitation", "until"))
 
 
 def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
@@ -213,6 +266,9 @@ class Boundary(NamedTuple):
     @property
     def name(self) -> str:
         """What the line separates."""
+        if min(self.labels) >= FIRST:
+            rate = describe_level(self.labels)
+            return rate if self.field == REGIME else f"{rate} by Rice's formula"
         if self.field == REGIME:
             return " | ".join(map(describe_regime, self.labels))
         return LINE_NAMES[self.field]
@@ -273,12 +329,15 @@ class Place(NamedTuple):
         In each direction along each axis the nearest boundary and, if that is another one, the
         nearest at which the regime changes; empty if the scenario lies outside the map.
     is_inside : bool
+    rates : Rates or None
+        Under random base motion.
     """
 
     values: Mapping[str, float]
     labels: Mapping[str, int]
     changes: tuple[Change, ...]
     is_inside: bool
+    rates: Rates | None = None
 
     @property
     def nearest(self) -> Change | None:
@@ -311,8 +370,8 @@ class RegimeMap:
         The cells that hold a boundary between regimes, divided along it.
     place : Place
         The scenario itself.
-    orbits : int
-        Number of orbits solved.
+    cases : int
+        Number of orbits, or of points of a random motion, that were solved.
     """
 
     case: Case
@@ -322,7 +381,7 @@ class RegimeMap:
     boundaries: tuple[Boundary, ...]
     patches: tuple[Patch, ...]
     place: Place
-    orbits: int
+    cases: int
 
     checks: tuple[Verdict, ...] = ()
     """A map judges no checks."""
@@ -373,7 +432,9 @@ class RegimeMap:
     def describe_place(self) -> Iterator[str]:
         """Yield what the scenario itself does, in the fields that have a meaning."""
         labels = self.place.labels
-        if REGIME in labels:
+        if self.place.rates is not None:
+            yield str(self.place.rates)
+        elif REGIME in labels:
             yield describe_regime(labels[REGIME])
         if labels.get(ISOLATION, LOCKED) >= 0:
             yield "isolates, T_a below 1" if labels[ISOLATION] else "does not isolate"
@@ -419,6 +480,8 @@ def describe_regime(label: int) -> str:
         return "locked"
     if label == PERIODS:
         return "repeats after several periods"
+    if label >= FIRST:
+        return describe_label(label)
     words = describe_stops(label % UNSYMMETRIC)
     return f"unsymmetric, {words}" if label >= UNSYMMETRIC else words
 
@@ -489,9 +552,14 @@ def solve(
     """Solve the map of a prepared case; `advance` is called with the number of solved nodes."""
     axes, grid = require_map(case.scenario)
     choose_engine(case, (case.scenario,), 10 * grid.nodes)
-    plane = Plane(case.scenario, axes, worker_count(workers), advance)
+    threads = worker_count(workers)
+    plane: OrbitPlane | RatePlane
+    if is_random(case.scenario):
+        plane = RatePlane(case.scenario, axes, case.window, threads, advance)
+    else:
+        plane = OrbitPlane(case.scenario, axes, threads, advance)
     points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
-    net = Net(plane, points, grid.edges, counted=True)
+    net = plane.net(points, grid.edges, counted=True)
     boundaries: list[Boundary] = []
     patches: list[Patch] = []
     for field in plane.fields:
@@ -503,7 +571,7 @@ def solve(
     labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
     place = find_place(plane, grid)
     return RegimeMap(
-        case, axes, grid, labels, tuple(boundaries), tuple(patches), place, plane.orbits
+        case, axes, grid, labels, tuple(boundaries), tuple(patches), place, plane.cases
     )
 
 
@@ -512,14 +580,14 @@ def to_values(axes: Sequence[KeyRange], shares: Floats) -> Floats:
     return np.stack([axis.value(shares[:, i]) for i, axis in enumerate(axes)], axis=1)
 
 
-class Plane:
+class OrbitPlane:
     """Solves and labels points of the map.
 
     Attributes
     ----------
     fields : tuple of str
         The fields that apply to the scenario.
-    orbits : int
+    cases : int
         Number of orbits solved so far.
     """
 
@@ -533,7 +601,11 @@ class Plane:
         limits = [] if scenario.stroke is None else [STROKE]
         several = [] if scenario.active_friction is None else [SEVERAL]
         self.fields = (REGIME, ISOLATION, *limits, *several)
-        self.orbits = 0
+        self.cases = 0
+
+    def net(self, points: Floats, edges: Integers, counted: bool = False) -> OrbitNet:
+        """Return labelled points of shape (n, 2), as shares of the axes, and their edges."""
+        return OrbitNet(self, points, edges, counted)
 
     def scenes(self, points: Floats) -> Floats:
         """Return the scenes at points of shape (n, 2), given as shares of the axes."""
@@ -553,7 +625,7 @@ class Plane:
         for answer in map_in_order(solve_orbits, blocks, min(self.threads, len(blocks) or 1)):
             answers.append(answer)
             self.advance(len(answer) if counted else 0)
-        self.orbits += len(scenes)
+        self.cases += len(scenes)
         found = np.full((len(small), ANSWER_COLUMNS), np.nan)
         found[~small] = np.concatenate(answers)
         found[small, STATUS], found[small, RUN_UP_PEAK] = CONVERGED, 0.0
@@ -617,25 +689,12 @@ def state_of(answers: Floats) -> Floats:
     return answers[:, [X_BEGIN, V_BEGIN]]
 
 
-class Crossing(NamedTuple):
-    """A boundary on an edge: share of the edge, labels on both sides, width of the strip."""
-
-    share: float
-    before: int
-    after: int
-    width: float
-
-
-Crossings = Mapping[int, Sequence[Crossing]]
-"""Crossings by the number of their edge, in order along it."""
-
-
-class Net:
+class OrbitNet:
     """Labelled nodes and the edges between them.
 
     Parameters
     ----------
-    plane : Plane
+    plane : OrbitPlane
     points : ndarray, shape (n, 2)
         Nodes, as shares of the axes.
     edges : ndarray, shape (m, 2)
@@ -645,12 +704,12 @@ class Net:
     """
 
     def __init__(
-        self, plane: Plane, points: Floats, edges: Integers, counted: bool = False
+        self, plane: OrbitPlane, points: Floats, edges: Integers, counted: bool = False
     ) -> None:
         self.plane, self.points, self.edges = plane, points, edges
         scenes = plane.scenes(points)
         answers = plane.solve(scenes, counted)
-        self.labels = {
+        self.labels: dict[str, Integers] = {
             field: self.filled(plane.labels(scenes, answers, field))
             for field in plane.fields
             if field != SEVERAL
@@ -751,7 +810,7 @@ class Net:
         low, high, after = share.copy(), np.ones(len(edges)), last.copy()
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            scenes = self.plane.scenes(self.on_edges(edges, middle))
+            scenes = self.plane.scenes(on_edges(self, edges, middle))
             labels = self.plane.labels(scenes, self.plane.solve(scenes), field)
             nearest = np.where(before == LOCKED, last, before)
             labels = np.where(labels == UNRESOLVED, nearest, labels)
@@ -772,7 +831,7 @@ class Net:
         for _ in range(HALVINGS_TO_FOLD):
             middle = 0.5 * (low + high)
             at = np.where(turned, 1.0 - middle, middle)
-            scenes = self.plane.scenes(self.on_edges(edges, at))
+            scenes = self.plane.scenes(on_edges(self, edges, at))
             own = self.plane.solve(scenes)
             exists = np.zeros(len(edges), dtype=bool)
             for start in (states[:, 2:].copy(), states[:, :2].copy()):
@@ -791,12 +850,6 @@ class Net:
             )
         }
 
-    def on_edges(self, edges: Integers, share: Floats) -> Floats:
-        """Return the points at shares of edges."""
-        a, b = self.points[self.edges[edges, 0]], self.points[self.edges[edges, 1]]
-        found: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
-        return found
-
 
 def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
     """Replace an unsettled strip within an edge by one boundary in its middle."""
@@ -806,9 +859,7 @@ def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
             first = merged.pop()
             if first.before != one.after:
                 middle, width = 0.5 * (first.share + one.share), one.share - first.share
-                if (
-                    first.before == LOCKED
-                ):  # what moves is not locked, however slowly it settles
+                if first.before == LOCKED:  # what moves is not, however slowly it settles
                     middle, width = first.share, 0.0
                 elif one.after == LOCKED:
                     middle, width = one.share, 0.0
@@ -818,164 +869,7 @@ def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
     return merged
 
 
-# From crossings on edges to lines.
-
-
-class Grid(NamedTuple):
-    """Numbers of nodes along both axes; the first varies fastest in the numbers of nodes."""
-
-    columns: int
-    rows: int
-
-    @property
-    def nodes(self) -> int:
-        """Number of nodes."""
-        return self.columns * self.rows
-
-    @property
-    def shares(self) -> tuple[Floats, Floats]:
-        """Nodes along both axes, as shares of the axes."""
-        return np.linspace(0.0, 1.0, self.columns), np.linspace(0.0, 1.0, self.rows)
-
-    @property
-    def edges(self) -> Integers:
-        """Numbers of the nodes at both ends of each edge: along the first axis, then others."""
-        number = np.arange(self.nodes).reshape(self.rows, self.columns)
-        along = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
-        across = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
-        return np.concatenate([along, across])
-
-    def sides(self, cell: tuple[int, int]) -> Iterator[tuple[int, int, bool]]:
-        """Yield the sides around a cell: first node, edge, and whether it is reversed."""
-        i, j = cell
-        node, along = j * self.columns + i, j * (self.columns - 1) + i
-        across = self.rows * (self.columns - 1) + node
-        yield node, along, False
-        yield node + 1, across + 1, False
-        yield node + self.columns + 1, along + self.columns - 1, True
-        yield node + self.columns, across, True
-
-    def cells_at(self, edge: int) -> Iterator[tuple[int, int]]:
-        """Yield the cells on both sides of an edge."""
-        count = self.rows * (self.columns - 1)
-        if edge < count:
-            j, i = divmod(edge, self.columns - 1)
-            yield from ((i, row) for row in (j - 1, j) if 0 <= row < self.rows - 1)
-        else:
-            j, i = divmod(edge - count, self.columns)
-            yield from ((column, j) for column in (i - 1, i) if 0 <= column < self.columns - 1)
-
-
-Pair = tuple[int, int]
-"""Labels on both sides of a boundary, the smaller first."""
-
-
-class Joined(NamedTuple):
-    """Crossings joined in the cells.
-
-    Attributes
-    ----------
-    points : list of tuple
-        Points, as shares of the axes.
-    widths : list of float
-        Width of the strip at each point.
-    segments : mapping
-        Pairs of points by the labels that they separate.
-    patches : list of tuple
-        Label and polygon of the parts of divided cells.
-    """
-
-    points: list[Floats]
-    widths: list[float]
-    segments: dict[Pair, list[tuple[int, int]]]
-    patches: list[tuple[int, Floats]]
-
-
-class Corner(NamedTuple):
-    """A point on the perimeter of a cell, and the label that begins there; -1 for a node."""
-
-    number: int
-    at: Floats
-    before: int
-    after: int
-
-    @property
-    def pair(self) -> Pair:
-        """The labels that a crossing separates."""
-        return min(self.before, self.after), max(self.before, self.after)
-
-
-def join_crossings(
-    grid: Grid, points: Floats, labels: Integers, crossings: Crossings
-) -> Joined:
-    """Join the crossings of all edges in the cells between them."""
-    edges = grid.edges
-    joined = Joined([], [], defaultdict(list), [])
-    numbers: dict[int, list[int]] = {}
-    for edge, several in crossings.items():
-        a, b = points[edges[edge]]
-        numbers[edge] = list(range(len(joined.points), len(joined.points) + len(several)))
-        joined.points.extend(a + one.share * (b - a) for one in several)
-        joined.widths.extend(one.width * float(np.abs(b - a).max()) for one in several)
-    for cell in sorted({cell for edge in crossings for cell in grid.cells_at(edge)}):
-        perimeter: list[Corner] = []
-        for node, edge, is_reversed in grid.sides(cell):
-            label = int(labels[node])
-            perimeter.append(Corner(-1, points[node], label, label))
-            on_edge = [
-                Corner(number, joined.points[number], one.before, one.after)
-                for number, one in zip(
-                    numbers.get(edge, ()), crossings.get(edge, ()), strict=True
-                )
-            ]
-            if is_reversed:
-                on_edge = [
-                    one._replace(before=one.after, after=one.before) for one in on_edge[::-1]
-                ]
-            perimeter += on_edge
-        join_cell(perimeter, joined)
-    return joined
-
-
-def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
-    """Join the crossings on the perimeter of one cell, and divide the cell along the lines."""
-    left = [one for one in perimeter if one.number >= 0]
-    if len(left) < 2:
-        return
-    if len(left) == 4 and len({one.pair for one in left}) == 1:  # a saddle: the shorter way
-        lengths = [np.hypot(*(left[i].at - left[i - 1].at)) for i in range(4)]
-        if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
-            left = [left[-1], *left[:-1]]
-        joined.patches.append((left[1].after, np.array([one.at for one in left])))
-    at = 0
-    while at + 1 < len(left):
-        one, other = left[at : at + 2]
-        if one.pair == other.pair:
-            joined.segments[one.pair].append((one.number, other.number))
-            del left[at : at + 2]
-            at = max(0, at - 1)
-        else:
-            at += 1
-    if len(left) == 2 and left[0].pair == left[1].pair:
-        joined.segments[left[0].pair].append((left[0].number, left[1].number))
-        left = []
-    elif len(left) > 1 and left[0].pair == left[-1].pair:
-        joined.segments[left[0].pair].append((left[-1].number, left[0].number))
-        left = left[1:-1]
-    if left:  # three or more regions meet
-        joined.points.append(np.mean([one.at for one in left], axis=0))
-        joined.widths.append(0.0)
-        for one in left:
-            joined.segments[one.pair].append((one.number, len(joined.points) - 1))
-    first = next(i for i, one in enumerate(perimeter) if one.number >= 0)
-    around = [*perimeter[first:], *perimeter[: first + 1]]
-    begin = 0
-    for end in range(1, len(around)):
-        if around[end].number >= 0:
-            polygon = [one.at for one in around[begin : end + 1]]
-            polygon += [joined.points[-1]] if left else []
-            joined.patches.append((around[begin].after, np.array(polygon)))
-            begin = end
+# Lines.
 
 
 def trace(axes: Sequence[KeyRange], field: str, joined: Joined) -> Iterator[Boundary]:
@@ -987,27 +881,10 @@ def trace(axes: Sequence[KeyRange], field: str, joined: Joined) -> Iterator[Boun
                 yield Boundary(field, pair, points, max(joined.widths[i] for i in line))
 
 
-def polylines(segments: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
-    """Yield lines of segments between numbered points; a loop ends where it begins."""
-    neighbours: dict[int, list[int]] = defaultdict(list)
-    for a, b in segments:
-        neighbours[a].append(b)
-        neighbours[b].append(a)
-    ends = [point for point, others in neighbours.items() if len(others) % 2]
-    for start in [*ends, *neighbours]:
-        while neighbours[start]:
-            line = [start]
-            while neighbours[line[-1]]:
-                following = neighbours[line[-1]].pop()
-                neighbours[following].remove(line[-1])
-                line.append(following)
-            yield line
-
-
 # The scenario itself.
 
 
-def find_place(plane: Plane, grid: Grid) -> Place:
+def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
     """Return the labels of the scenario itself, and the nearest boundaries along the axes."""
     axes = plane.axes
     values = own_values(plane.scenario, [axis.key for axis in axes])
@@ -1016,22 +893,22 @@ def find_place(plane: Plane, grid: Grid) -> Place:
     own = np.array([axis.share(values[axis.key]) for axis in axes])
     is_inside = bool(((own >= 0.0) & (own <= 1.0)).all())
     if not is_inside:
-        net = Net(plane, own[None, :], np.empty((0, 2), dtype=np.int64))
-        return Place(
-            values, {name: int(found[0]) for name, found in net.labels.items()}, (), False
-        )
+        net = plane.net(own[None, :], np.empty((0, 2), dtype=np.int64))
+        labels = {name: int(found[0]) for name, found in net.labels.items()}
+        return Place(values, labels, (), False, rates_of(net, 0))
     changes: list[Change] = []
     for i, (axis, nodes) in enumerate(zip(axes, grid.shares, strict=True)):
         shares = np.union1d(nodes, own[i])
         points = np.tile(own, (len(shares), 1))
         points[:, i] = shares
         edges = np.arange(len(shares) - 1)[:, None] + np.array([0, 1])
-        net = Net(plane, points, edges)
+        net = plane.net(points, edges)
         at = int(np.searchsorted(shares, own[i]))
         labels = {name: int(found[at]) for name, found in net.labels.items()}
         found = sorted(
-            (net.on_edges(np.array([edge]), np.array([one.share]))[0, i], field, one)
+            (on_edges(net, np.array([edge]), np.array([one.share]))[0, i], field, one)
             for field in plane.fields
+            if field != RICE
             for edge, several in net.crossings(field).items()
             for one in several
             if field == REGIME or min(one.before, one.after) >= 0
@@ -1042,7 +919,14 @@ def find_place(plane: Plane, grid: Grid) -> Place:
             of_regime = [one for one in side if one[1] == REGIME]
             for share, field, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
                 sentence = describe_change(field, one.after if is_above else one.before)
+                if isinstance(net, RateNet):
+                    sentence = describe_level((one.before, one.after))
                 distance = float(axis.value(share)) - values[axis.key]
                 change = (distance, float(share - own[i]), field, sentence)
                 changes.append(Change(axis.key, axis.unit, *change))
-    return Place(values, labels, tuple(changes), True)
+    return Place(values, labels, tuple(changes), True, rates_of(net, at))
+
+
+def rates_of(net: OrbitNet | RateNet, node: int) -> Rates | None:
+    """Return the rates of break-aways of a node under random base motion."""
+    return net.rates_at(node) if isinstance(net, RateNet) else None

@@ -1,0 +1,227 @@
+"""Boundaries between labelled regions of a plane: from crossings on edges to lines.
+
+Method
+    The plane has a grid of nodes with labels, and on the edges between them crossings at which
+    the label changes. Around each cell the crossings of the same two labels are joined; where
+    three or more regions meet, all crossings are joined in one point of the cell. The segments
+    make polylines.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+REGIME, LOCKED = "regime", -1
+"""The main field of labels of a plane, and its label for a mass that never moves."""
+
+
+class Crossing(NamedTuple):
+    """A boundary on an edge: share of the edge, labels on both sides, width of the strip."""
+
+    share: float
+    before: int
+    after: int
+    width: float
+
+
+Crossings = Mapping[int, Sequence[Crossing]]
+"""Crossings by the number of their edge, in order along it."""
+
+
+class Net(Protocol):
+    """Nodes and the edges between them."""
+
+    points: Floats
+    """Nodes, as shares of the axes, shape (n, 2)."""
+    edges: Integers
+    """Numbers of the nodes at both ends, shape (m, 2)."""
+
+
+def on_edges(net: Net, edges: Integers, share: Floats) -> Floats:
+    """Return the points at shares of edges, shape (n, 2)."""
+    a, b = net.points[net.edges[edges, 0]], net.points[net.edges[edges, 1]]
+    found: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
+    return found
+
+
+class Grid(NamedTuple):
+    """Numbers of nodes along both axes; the first varies fastest in the numbers of nodes."""
+
+    columns: int
+    rows: int
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.columns * self.rows
+
+    @property
+    def shares(self) -> tuple[Floats, Floats]:
+        """Nodes along both axes, as shares of the axes."""
+        return np.linspace(0.0, 1.0, self.columns), np.linspace(0.0, 1.0, self.rows)
+
+    @property
+    def edges(self) -> Integers:
+        """Numbers of the nodes at both ends of each edge: along the first axis, then others."""
+        number = np.arange(self.nodes).reshape(self.rows, self.columns)
+        along = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+        across = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
+        return np.concatenate([along, across])
+
+    def sides(self, cell: tuple[int, int]) -> Iterator[tuple[int, int, bool]]:
+        """Yield the sides around a cell: first node, edge, and whether it is reversed."""
+        i, j = cell
+        node, along = j * self.columns + i, j * (self.columns - 1) + i
+        across = self.rows * (self.columns - 1) + node
+        yield node, along, False
+        yield node + 1, across + 1, False
+        yield node + self.columns + 1, along + self.columns - 1, True
+        yield node + self.columns, across, True
+
+    def cells_at(self, edge: int) -> Iterator[tuple[int, int]]:
+        """Yield the cells on both sides of an edge."""
+        count = self.rows * (self.columns - 1)
+        if edge < count:
+            j, i = divmod(edge, self.columns - 1)
+            yield from ((i, row) for row in (j - 1, j) if 0 <= row < self.rows - 1)
+        else:
+            j, i = divmod(edge - count, self.columns)
+            yield from ((column, j) for column in (i - 1, i) if 0 <= column < self.columns - 1)
+
+
+Pair = tuple[int, int]
+"""Labels on both sides of a boundary, the smaller first."""
+
+
+class Joined(NamedTuple):
+    """Crossings joined in the cells.
+
+    Attributes
+    ----------
+    points : list of tuple
+        Points, as shares of the axes.
+    widths : list of float
+        Width of the strip at each point.
+    segments : mapping
+        Pairs of points by the labels that they separate.
+    patches : list of tuple
+        Label and polygon of the parts of divided cells.
+    """
+
+    points: list[Floats]
+    widths: list[float]
+    segments: dict[Pair, list[tuple[int, int]]]
+    patches: list[tuple[int, Floats]]
+
+
+class Corner(NamedTuple):
+    """A point on the perimeter of a cell, and the label that begins there; -1 for a node."""
+
+    number: int
+    at: Floats
+    before: int
+    after: int
+
+    @property
+    def pair(self) -> Pair:
+        """The labels that a crossing separates."""
+        return min(self.before, self.after), max(self.before, self.after)
+
+
+def join_crossings(
+    grid: Grid, points: Floats, labels: Integers, crossings: Crossings
+) -> Joined:
+    """Join the crossings of all edges in the cells between them."""
+    edges = grid.edges
+    joined = Joined([], [], defaultdict(list), [])
+    numbers: dict[int, list[int]] = {}
+    for edge, several in crossings.items():
+        a, b = points[edges[edge]]
+        numbers[edge] = list(range(len(joined.points), len(joined.points) + len(several)))
+        joined.points.extend(a + one.share * (b - a) for one in several)
+        joined.widths.extend(one.width * float(np.abs(b - a).max()) for one in several)
+    for cell in sorted({cell for edge in crossings for cell in grid.cells_at(edge)}):
+        perimeter: list[Corner] = []
+        for node, edge, is_reversed in grid.sides(cell):
+            label = int(labels[node])
+            perimeter.append(Corner(-1, points[node], label, label))
+            on_edge = [
+                Corner(number, joined.points[number], one.before, one.after)
+                for number, one in zip(
+                    numbers.get(edge, ()), crossings.get(edge, ()), strict=True
+                )
+            ]
+            if is_reversed:
+                on_edge = [
+                    one._replace(before=one.after, after=one.before) for one in on_edge[::-1]
+                ]
+            perimeter += on_edge
+        join_cell(perimeter, joined)
+    return joined
+
+
+def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
+    """Join the crossings on the perimeter of one cell, and divide the cell along the lines."""
+    left = [one for one in perimeter if one.number >= 0]
+    if len(left) < 2:
+        return
+    if len(left) == 4 and len({one.pair for one in left}) == 1:  # a saddle: the shorter way
+        lengths = [np.hypot(*(left[i].at - left[i - 1].at)) for i in range(4)]
+        if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
+            left = [left[-1], *left[:-1]]
+        joined.patches.append((left[1].after, np.array([one.at for one in left])))
+    at = 0
+    while at + 1 < len(left):
+        one, other = left[at : at + 2]
+        if one.pair == other.pair:
+            joined.segments[one.pair].append((one.number, other.number))
+            del left[at : at + 2]
+            at = max(0, at - 1)
+        else:
+            at += 1
+    if len(left) == 2 and left[0].pair == left[1].pair:
+        joined.segments[left[0].pair].append((left[0].number, left[1].number))
+        left = []
+    elif len(left) > 1 and left[0].pair == left[-1].pair:
+        joined.segments[left[0].pair].append((left[-1].number, left[0].number))
+        left = left[1:-1]
+    if left:  # three or more regions meet
+        joined.points.append(np.mean([one.at for one in left], axis=0))
+        joined.widths.append(0.0)
+        for one in left:
+            joined.segments[one.pair].append((one.number, len(joined.points) - 1))
+    first = next(i for i, one in enumerate(perimeter) if one.number >= 0)
+    around = [*perimeter[first:], *perimeter[: first + 1]]
+    begin = 0
+    for end in range(1, len(around)):
+        if around[end].number >= 0:
+            polygon = [one.at for one in around[begin : end + 1]]
+            polygon += [joined.points[-1]] if left else []
+            joined.patches.append((around[begin].after, np.array(polygon)))
+            begin = end
+
+
+def polylines(segments: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
+    """Yield lines of segments between numbered points; a loop ends where it begins."""
+    neighbours: dict[int, list[int]] = defaultdict(list)
+    for a, b in segments:
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    ends = [point for point, others in neighbours.items() if len(others) % 2]
+    for start in [*ends, *neighbours]:
+        while neighbours[start]:
+            line = [start]
+            while neighbours[line[-1]]:
+                following = neighbours[line[-1]].pop()
+                neighbours[following].remove(line[-1])
+                line.append(following)
+            yield line

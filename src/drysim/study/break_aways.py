@@ -1,0 +1,231 @@
+"""Rate of break-aways from sticking under random base motion, over the plane of two keys.
+
+Problem
+    Under noise there is no steady motion whose kind changes at a line: a mass that sticks
+    breaks away whenever |ü| happens to exceed F_fs/m. What changes over the plane is how often.
+
+Method
+    The motion is solved at every node of a grid and its break-aways are counted. Beside it
+    stands Rice's formula: a Gaussian ü leaves a band of ±F_fs/m
+    2 ν exp(−(F_fs/m)²/(2 a_u²)) times a second, with its RMS a_u and the rate ν of its upward
+    zero crossings. It holds for a mass that sticks in the middle nearly all the time. Lines of
+    equal rate follow by interpolation of the logarithm along the edges of the grid.
+
+References
+----------
+.. [1] Rice, Mathematical analysis of random noise, Bell System Technical Journal 24 (1945),
+   section 3.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from math import exp, log, pi, sqrt
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from drysim.approach.solution import Events, HasTurningPoints
+from drysim.core.model import Samples
+from drysim.scenario.axes import KeyRange
+from drysim.scenario.model import Scenario
+from drysim.study.boundaries import REGIME, Crossing, Crossings, Floats, Integers
+from drysim.study.case import assemble
+from drysim.study.run import MotionCache, trajectory_of
+from drysim.study.statistics import seed_range, with_seed
+from drysim.system import map_in_order
+from drysim.wording import format_number
+
+RICE = "rice"
+"""Field of the rate by Rice's formula; the counted rate is the field `REGIME`."""
+
+LEVELS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
+"""Rates [1/s] at which lines are drawn, as far as the window has time for one break-away."""
+
+FIRST = 2_000_000
+"""Label of rates below the first of the levels; each level adds 1."""
+
+
+class Rates(NamedTuple):
+    """Break-aways per second: counted, and by Rice's formula [1/s]."""
+
+    counted: float
+    rice: float
+
+    def __str__(self) -> str:
+        """Return both rates as text."""
+        counted, rice = (format_number(rate, digits=3) for rate in self)
+        return f"breaks away {counted} times a second, {rice} by Rice's formula"
+
+
+def count_break_aways(events: Events, begin: float, end: float) -> int:
+    """Return how often sticking ends in a window [s]."""
+    ends = (events.kind[1:] != 0) & (events.kind[:-1] == 0)
+    inside = (events.t[1:] >= begin) & (events.t[1:] < end)
+    return int(np.count_nonzero(ends & inside))
+
+
+def rice_rate(motion: Samples, threshold: float) -> float:
+    """Return how often |ü| exceeds a threshold per second if it is Gaussian.
+
+    Parameters
+    ----------
+    motion : Samples
+    threshold : float
+        F_fs/m [m/s²].
+
+    Returns
+    -------
+    float
+        Rate [1/s]; ν is the RMS of the jerk over 2π a_u.
+    """
+    u_dd = np.asarray(motion.u_dd)
+    first, second = u_dd[:-1], u_dd[1:]
+    square = float(np.mean(first * first + first * second + second * second)) / 3.0
+    if square == 0.0:
+        return 0.0
+    nu = sqrt(float(np.mean(np.square(second - first))) / square) / (2.0 * pi * motion.dt)
+    return 2.0 * nu * exp(-threshold * threshold / (2.0 * square))
+
+
+def measure_rates(scenario: Scenario, motions: MotionCache) -> Rates:
+    """Return the rates of break-aways of a scenario, means over its seeds."""
+    counted, length, rice = 0, 0.0, []
+    for seed in seed_range(scenario):
+        case = assemble(one := with_seed(scenario, seed), motions.of(one))
+        assert isinstance(case.motion, Samples), "only random base motion has rates"
+        trajectory = trajectory_of(case, case.start, case.step, case.window[1])
+        events = cast(HasTurningPoints, trajectory).turning_points
+        counted += count_break_aways(events, *case.window)
+        length += case.window[1] - case.window[0]
+        rice.append(rice_rate(case.motion, case.law.F_fs / case.plant.m))
+    return Rates(counted / length, sum(rice) / len(rice))
+
+
+def describe_label(label: int) -> str:
+    """Return the rates with this label as text."""
+    number = label - FIRST
+    if number == len(LEVELS):
+        return f"above {LEVELS[-1]:g} break-aways a second"
+    return f"up to {describe_level((label, label + 1))}"
+
+
+def level_between(labels: tuple[int, int]) -> float:
+    """Return the rate at the line between neighbouring labels [1/s]."""
+    return LEVELS[max(labels) - FIRST - 1]
+
+
+def describe_level(labels: tuple[int, int]) -> str:
+    """Return the rate at the line between neighbouring labels as text."""
+    rate = level_between(labels)
+    return f"{rate:g} break-away{'s' * (rate != 1.0)} a second"
+
+
+class RatePlane:
+    """Counts break-aways at points of the plane.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Under random base motion, with Coulomb friction.
+    axes : sequence of KeyRange
+        Both axes.
+    window : tuple of float
+        In which break-aways are counted [s].
+    threads : int
+    advance : callable
+        Called with the number of solved nodes of the grid.
+
+    Attributes
+    ----------
+    cases : int
+        Number of points solved so far.
+    """
+
+    fields = (REGIME, RICE)
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        axes: Sequence[KeyRange],
+        window: tuple[float, float],
+        threads: int,
+        advance: Callable[[int], None],
+    ) -> None:
+        self.scenario = scenario.copy_with({"sweep": (), "reference": None})
+        self.axes, self.threads, self.advance = axes, threads, advance
+        self.motions = MotionCache()
+        self.motions.max_size += len(seed_range(scenario))
+        self.cases = 0
+        begin, end = window
+        self.once = 1.0 / ((end - begin) * len(seed_range(scenario)))
+
+    def net(self, points: Floats, edges: Integers, counted: bool = False) -> RateNet:
+        """Return points of shape (n, 2), as shares of the axes, with their rates."""
+        values = [axis.value(points[:, i]).tolist() for i, axis in enumerate(self.axes)]
+        keys = [axis.key for axis in self.axes]
+        scenarios = (
+            self.scenario.at(dict(zip(keys, point, strict=True)))
+            for point in zip(*values, strict=True)
+        )
+        found = []
+        solve = partial(measure_rates, motions=self.motions)
+        for rates in map_in_order(solve, [*scenarios], min(self.threads, len(points))):
+            found.append(rates)
+            self.advance(int(counted))
+        self.cases += len(points)
+        return RateNet(points, edges, np.array(found).T, self.once)
+
+
+class RateNet:
+    """Nodes with their rates, and the edges between them.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        Nodes, as shares of the axes.
+    edges : ndarray, shape (m, 2)
+        Numbers of the nodes at both ends.
+    rates : ndarray, shape (2, n)
+        Rates counted and by Rice's formula [1/s].
+    once : float
+        Rate of one break-away in the window [1/s]; no lines are drawn below it.
+    """
+
+    def __init__(self, points: Floats, edges: Integers, rates: Floats, once: float) -> None:
+        self.points, self.edges = points, edges
+        self.rates = dict(zip((REGIME, RICE), rates, strict=True))
+        lowest = int(np.searchsorted(LEVELS, once))
+        self.labels: Mapping[str, Integers] = {
+            field: FIRST + np.maximum(np.searchsorted(LEVELS, found, "right"), lowest)
+            for field, found in self.rates.items()
+        }
+        self.least = 0.5 * once  # stands for none in the window: the logarithm needs a number
+
+    def rates_at(self, node: int) -> Rates:
+        """Return the rates of a node."""
+        return Rates(*(float(found[node]) for found in self.rates.values()))
+
+    def crossings(self, field: str) -> Crossings:
+        """Return the lines of equal rate on all edges."""
+        labels, logarithms = (
+            self.labels[field],
+            np.log(np.maximum(self.rates[field], self.least)),
+        )
+        differ = np.flatnonzero(labels[self.edges[:, 0]] != labels[self.edges[:, 1]])
+        return {
+            edge: list(crossings_between(logarithms[ends].tolist(), labels[ends].tolist()))
+            for edge, ends in zip(differ.tolist(), self.edges[differ], strict=True)
+        }
+
+
+def crossings_between(
+    logarithms: tuple[float, float], labels: tuple[int, int]
+) -> Iterator[Crossing]:
+    """Yield the levels between two nodes, in order."""
+    begin, end = logarithms
+    step = 1 if end > begin else -1
+    for before in range(*labels, step):
+        level = log(level_between((before, before + step)))
+        yield Crossing((level - begin) / (end - begin), before, before + step, 0.0)
