@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -14,7 +15,9 @@ from drysim.errors import ScenarioError
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.load import load
 from drysim.study import interval
+from drysim.study.statistics import Row
 from drysim.study.sweep import sweep
+from drysim.study.table import RATIO_KEY
 from drysim.yaml_document import dump
 
 SEAT = """\
@@ -54,7 +57,7 @@ def test_jump_is_where_the_base_can_no_longer_break_the_mass_away(table):
 
 
 def test_metrics_range_over_the_interval(seat, table):
-    ratios = np.array([row.point[interval.KEY] for row in table])
+    ratios = np.array([row.point[RATIO_KEY] for row in table])
     assert (ratios[0], ratios[-1]) == (1.0, 1.4)
     assert (np.diff(ratios) > 0.0).all()
     assert len(table) < 200
@@ -68,7 +71,7 @@ def test_metrics_range_over_the_interval(seat, table):
 
 def test_row_is_the_run_with_that_ratio(seat, table):
     row = table[5]
-    alone = package.run(seat(f"friction.static_ratio={row.point[interval.KEY]!r}"))
+    alone = package.run(seat(f"friction.static_ratio={row.point[RATIO_KEY]!r}"))
     assert row.metrics["x_r_peak"] == pytest.approx(alone.metrics["x_r_peak"], rel=1e-9)
 
 
@@ -99,7 +102,7 @@ def test_every_jump_between_neighbours_is_located(seat):
     table = package.run(scenario)
     (jump,) = table.jumps
     assert jump.value == pytest.approx(1.1 * LOCKED, abs=1e-6)
-    steps = interval.large_steps({row.point[interval.KEY]: row for row in table})
+    steps = interval.large_steps({row.point[RATIO_KEY]: row for row in table})
     assert len(steps) == 1
 
 
@@ -160,6 +163,79 @@ def test_summary_names_the_jump(table, capsys):
     assert "jumps at 1.178511 T_a from 0.99392 to 1, peak |x_r| from 0.2121 mm" in shown
 
 
+SWEEP = """
+sweep:
+  excitation.frequency: {from: 0.4, to: 4, count: 7, scale: log}
+  friction.kinetic: [30, 45]
+"""
+
+
+@pytest.fixture
+def swept(seat):
+    """Return the answer of a sweep over the interval."""
+    return sweep(seat(text=SEAT + SWEEP))
+
+
+def test_sweep_has_least_and_greatest_value_of_each_metric(seat, swept):
+    rows = swept.rows
+    assert [row.point["extreme"] for row in rows] == ["least"] * 14 + ["greatest"] * 14
+    for i in (0, 5, 13):
+        least, greatest = rows[i], rows[14 + i]
+        where = [f"{key}={value!r}" for key, value in least.point.items() if key != "extreme"]
+        alone = package.run(seat(*where))
+        for name, (low, high) in alone.tallies["stick-slip"].ends.items():
+            assert least.metrics[name] == pytest.approx(low, rel=1e-9, abs=1e-15), name
+            assert greatest.metrics[name] == pytest.approx(high, rel=1e-9, abs=1e-15), name
+        jumps = [one.value for one in swept.jumps if one.point.items() <= least.point.items()]
+        assert jumps == pytest.approx([one.value for one in alone.jumps], abs=1e-9)
+
+
+def test_check_of_a_sweep_must_hold_over_the_interval(swept):
+    some, every = swept.checks
+    assert some.passed is False
+    assert some.where is not None
+    assert some.where["extreme"] == "greatest"
+    assert every.passed is False or every.failed == 0
+
+
+def test_sweep_over_the_interval_does_not_depend_on_threads_or_blocks(seat, swept, monkeypatch):
+    from drysim.study import sweep as module
+
+    monkeypatch.setattr(module, "CASES_PER_COVER", 3)
+    other = sweep(seat(text=SEAT + SWEEP), workers=1)
+    for one, two in zip(swept.rows, other.rows, strict=True):
+        assert one.point == two.point
+        assert one.metrics == two.metrics
+
+
+def test_ratio_without_an_answer_is_left_out_and_told():
+    rows = {ratio: Row({}, "", 1.0, ratio, {"T_a": ratio}) for ratio in (1.0, 1.2, 1.4)}
+    rows[1.4] = replace(rows[1.4], metrics={"T_a": None}, status="not settled")
+    covered = interval.Covered(rows, [])
+    assert covered.extreme({}, "greatest").metrics == {"T_a": 1.2}
+    assert covered.extreme({}, "least").metrics == {"T_a": 1.0}
+    (warning,) = interval.unknown_warnings([covered])
+    assert warning.slug == "interval-incomplete"
+    lost = interval.Covered({1.4: rows[1.4]}, [])
+    assert lost.extreme({}, "least").status == "not settled"
+    assert [*interval.unknown_warnings([lost])] == []
+
+
+def test_command_writes_extremes_jumps_and_pictures(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(SEAT + SWEEP)
+    answer = drysim("sweep", "seat.yaml", "-o", "out", "--report")
+    assert answer.code == 1, answer.err
+    assert "jumps" in answer.out
+    rows = (tmp_path / "out" / "transmissibility.csv").read_text().splitlines()
+    assert rows[0].split(",")[3] == "extreme"
+    kept = json.loads((tmp_path / "out" / "drysim.json").read_text())
+    assert {"excitation.frequency", "friction.kinetic"} == kept["jumps"][0]["where"].keys()
+    assert (tmp_path / "out" / "transmissibility.png").exists()
+    refused = drysim("sweep", "seat.yaml", "-o", "out", "--resume")
+    assert refused.code == 2
+    assert "--resume does not apply" in refused.err
+
+
 NOISE = "kind: psd, points: [[1, 1], [9, 1]], duration: 9, seed: 1, seeds: 3"
 
 
@@ -169,10 +245,15 @@ NOISE = "kind: psd, points: [[1, 1], [9, 1]], duration: 9, seed: 1, seeds: 3"
         (("friction.static_ratio.to=0.9",), "must be at least 1, not 0.9"),
         (("friction.static_ratio.from=1.5",), "must be above `from`, 1.5"),
         (("solver.approach=moreau",), "moreau does not support a static limit"),
-        (("sweep={excitation.rms: [1, 2]}",), "cannot be an interval with a sweep"),
+        (("sweep={friction.static_ratio: [1, 2]}",), "friction.static_ratio is a block"),
+        (("sweep={excitation.rms: [1, 2], direction: up}",), "a sweep up or down cannot have"),
+        (
+            ("sweep={excitation.rms: [1, 2]}", "reference=viscous"),
+            "beside a reference approach",
+        ),
         (
             (f"excitation={{{NOISE}}}",),
-            "an interval is for `drysim run` with a single seed",
+            "an interval is for `drysim run` and `sweep` with one seed",
         ),
     ],
 )

@@ -171,7 +171,8 @@ class FrictionLimits(KineticForce):
     static: Force | None = None
     """Static limit F_fs [N], at least the kinetic force; default: equal to it."""
     static_ratio: StaticRatio | None = None
-    """F_fs/F_fk [-], at least 1, in place of `static`; default 1; or `{from, to}` in a run."""
+    """F_fs/F_fk [-], at least 1, in place of `static`; default 1; or `{from, to}` in a run or
+    sweep."""
     mu_static: Coefficient | None = None
     """Coefficient of static friction [-], at least that of kinetic friction."""
 

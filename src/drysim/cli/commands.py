@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
+    from drysim.study.table import Table
 
 DEFAULT_SCENARIO = "paper-low-friction"
 """Gallery scenario written by `drysim init` without a name."""
@@ -153,7 +154,9 @@ def run(
         mode.print_status(f"this run discards {kept}; use --out to keep them")
     how = output_options(context, no_plots, picture_format) | {"report": report}
     if case.scenario.static_interval:
-        return run_interval(case, folder, mode, strict, how)
+        from drysim.study.sweep import solve_interval
+
+        return write_interval(solve_interval(case), folder, mode, strict, how)
     if single:
         return run_single(case, folder, mode, strict, how)
     from drysim import output
@@ -212,15 +215,13 @@ def run_single(
     return mode.report(fields, show, outcome.warnings, folder, code)
 
 
-def run_interval(
-    case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
+def write_interval(
+    table: Table, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
-    """Compute, write and show a case over an interval of the static ratio."""
+    """Write and show a case or a sweep over an interval of the static ratio."""
     from drysim import output
     from drysim.console import many
-    from drysim.study import interval
 
-    table = interval.solve(case)
     code = table.exit_code(strict)
     fields = output.write_table(table, folder, exit_code=code, **how)
     return mode.report(
@@ -252,12 +253,14 @@ def sweep(
     """Compute all cases of the sweep block: transmissibility."""
     from drysim.cli import work
     from drysim.output.folder import check_writable
+    from drysim.scenario.axes import count_points
     from drysim.scenario.load import load
     from drysim.study.case import prepare
     from drysim.study.plan import CaseRanges, approaches_of
 
     mode = OutputMode(as_json, quiet)
-    case = prepare(load(scenario, options.overrides(changes, approach)), swept=True)
+    changed = options.overrides(changes, approach)
+    case = prepare(load(scenario, changed), swept=True, interval=True)
     wanted = approaches_of(case.scenario)
     folder = out or Path("out", case.scenario.name)
     check_writable(folder)
@@ -269,9 +272,20 @@ def sweep(
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
     from drysim import output
     from drysim.console import many
-    from drysim.study.sweep import partial_table, solve
+    from drysim.study.sweep import partial_table, solve, solve_swept_interval
 
     how = output_options(context, no_plots, picture_format) | {"report": report}
+    if case.scenario.static_interval:
+        if cluster or resume:
+            option = "--cluster" if cluster else "--resume"
+            hint = "omit the option, or give one value"
+            raise UsageError(f"{option} does not apply to an interval of static_ratio", hint)
+        from drysim.console import terminal
+
+        with terminal.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
+            on_batch = partial(work.count_batch, advance)
+            table = solve_swept_interval(case, workers=workers, finished=on_batch)
+        return write_interval(table, folder, mode, strict, how | {"form": form})
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_parts(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from math import isclose
+from math import inf, isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -316,11 +316,32 @@ def _jump_rows(table: Table) -> Iterator[SummaryRow]:
         yield SummaryRow("jumps", "none", "no metric changes abruptly by more than 1 %")
     elif not table.jumps:
         yield SummaryRow("jumps", "not known", "the answer changes too often: see the warning")
+    if table.scenario.sweep:
+        yield from _swept_jump_rows(table)
+        return
     for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
         name = "" if at else "jumps"
         yield SummaryRow(name, f"at {format_number(jump.value, digits=7)}", describe_jump(jump))
     if (left := len(table.jumps) - MAX_NAMED_JUMPS) > 0:
         yield SummaryRow("", f"and {left} more", "all are in drysim.json")
+
+
+def _swept_jump_rows(table: Table) -> Iterator[SummaryRow]:
+    """Yield where the answer jumps in the cases of a sweep, and the largest jump of T_a."""
+    if not table.jumps:
+        return
+
+    def size(jump: Jump) -> float:
+        below, above = jump.below.metrics["T_a"], jump.above.metrics["T_a"]
+        return inf if below is None or above is None else abs(below - above)
+
+    ends = (pick(jump.value for jump in table.jumps) for pick in (min, max))
+    at = format_range(*(format_number(end, digits=7) for end in ends))
+    largest = max(table.jumps, key=size)
+    place = wording.describe_case(largest.point, table.axes)
+    count = wording.format_count(len(table.jumps), "jump")
+    words = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
+    yield SummaryRow("jumps", f"at {at}", words)
 
 
 MAX_NAMED_JUMPS = 6

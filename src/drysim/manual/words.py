@@ -90,7 +90,7 @@ WORD_ROW = re.compile(r"^\| (?!-)([^`|]+) \| ((?!meaning).*) \|$", re.M)
 
 LABELS = {
     "jumps": "Values of the static ratio at which a metric changes abruptly by more than 1 %, "
-    "as where a motion ends; of a run with friction.static_ratio: {from, to}.",
+    "as where a motion ends; of a run or sweep with friction.static_ratio: {from, to}.",
     "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "
     "the largest difference; of a sweep with direction: both.",
 }

@@ -32,7 +32,7 @@ from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
 from drysim.study.case import combined_sha256, signal_sha256
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
-from drysim.study.table import JUMP_METRICS
+from drysim.study.table import JUMP_METRICS, RATIO_KEY
 
 if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCaseResult, HardCases
@@ -253,8 +253,9 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
     if table.jumps is not None:
         further["jumps"] = [
             {
-                "key": table.axes[0].key,
+                "key": RATIO_KEY,
                 "at": jump.value,
+                "where": jump.point,
                 **{
                     name: {"below": jump.below.metrics[name], "above": jump.above.metrics[name]}
                     for name in JUMP_METRICS

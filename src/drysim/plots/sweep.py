@@ -597,7 +597,7 @@ def draw_panels(
             mark_gaps(axes, view, panel)
             _mark_admissible(axes, table, view, panel, metric)
             _mark_natural_frequency(axes, table, view)
-            for jump in table.jumps or ():
+            for jump in () if table.scenario.sweep else table.jumps or ():
                 axes.axvline(jump.value, **JUMP_STYLE, label="jump")
         assert first is not None, "a view has a panel"
         values = list(known_values(view, metric.of))

@@ -49,7 +49,11 @@ UP, DOWN, BOTH = "up", "down", "both"
 """Directions of a sweep: by increasing value of the first axis, by decreasing value, or one
 after the other, each from the scenario's start."""
 
-TEXT_KEYS = (FILE_KEY, DIRECTION_KEY)
+EXTREME_KEY, LEAST, GREATEST = "extreme", "least", "greatest"
+"""Key and values of the last axis of a table whose cases cover an interval of the static ratio:
+the least and the greatest value of each metric."""
+
+TEXT_KEYS = (FILE_KEY, DIRECTION_KEY, EXTREME_KEY)
 """Keys of axes whose values are text."""
 
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"

@@ -666,8 +666,7 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
     for feature, keys in _unsupported_features(scenario, member):
         yield keys, f"approach {name} {feature.fault}"
     if scenario.static_interval and scenario.sweep:
-        sentence = "friction.static_ratio cannot be an interval with a sweep; give one value"
-        yield STATIC_RATIO, f"{sentence}, or sweep friction.static_ratio"
+        yield from _swept_interval_faults(scenario)
     dynamic = isinstance(scenario.nominal_law(), DynamicLaw)
     if scenario.stops is not None:
         if member.supports_stops and dynamic:
@@ -678,6 +677,17 @@ def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
         remedy = "give one value or choose one of them"
         sentence = f"damping that depends on direction supports the laws {laws}; {remedy}"
         yield ("oscillator", "damping"), sentence
+
+
+def _swept_interval_faults(scenario: Scenario) -> Iterator[KeyFault]:
+    """Yield the faults of a sweep whose static ratio is an interval."""
+    keys = {axis.key for axis in scenario.sweep}
+    if DIRECTION_KEY in keys:
+        sentence = "a sweep up or down cannot have an interval of friction.static_ratio"
+        yield STATIC_RATIO, f"{sentence}; give one value"
+    if scenario.reference:
+        sentence = "friction.static_ratio cannot be an interval beside a reference approach"
+        yield STATIC_RATIO, f"{sentence}; remove `reference`, or give one value"
 
 
 def _rigid_stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:

@@ -224,7 +224,7 @@ def refuse_direction(scenario: Scenario, command: str) -> None:
 def refuse_interval(scenario: Scenario) -> None:
     """Raise a ScenarioError if the static ratio is an interval."""
     if scenario.static_interval:
-        sentence = "an interval is for `drysim run` with a single seed; give one value"
+        sentence = "an interval is for `drysim run` and `sweep` with one seed; give one value"
         raise case_error(scenario, f"friction.static_ratio: {sentence}", STATIC_RATIO)
 
 

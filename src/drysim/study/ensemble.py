@@ -18,7 +18,7 @@ from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.scenario.model import Scenario
-from drysim.study import interval, plan
+from drysim.study import plan
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
 from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
@@ -38,7 +38,7 @@ from drysim.study.statistics import (
     with_interval,
     with_seed,
 )
-from drysim.study.sweep import solve_ranges
+from drysim.study.sweep import solve_interval, solve_ranges
 from drysim.study.warnings import ensemble_warnings
 from drysim.system import worker_count
 from drysim.wording import format_count
@@ -146,7 +146,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     case = prepare(scenario, interval=True)
     worker_count(workers)  # validated for a single seed, too
     if scenario.static_interval:
-        return interval.solve(case)
+        return solve_interval(case)
     if max_seeds(scenario) == 1:
         return one_case.solve(case)
     return solve(case, workers=workers)

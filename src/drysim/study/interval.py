@@ -7,9 +7,10 @@ Problem
 Method
     The case is solved at evenly spaced values of the ratio. Where the metrics of neighbours
     differ by more than `MAX_DIFFERENCE` of their greatest value, the interval between them is
-    halved, largest differences first. A difference that is left over `MIN_WIDTH` is a jump. The
-    result is the table of a sweep over these values, so that extremes, checks, files and
-    pictures are those of any other sweep.
+    halved, largest differences first. A difference that is left over `MIN_WIDTH` is a jump. A
+    run gives the table of a sweep over these values; a sweep has two rows for each case, the
+    least and the greatest value of each metric. So extremes, checks, files and pictures are
+    those of any other sweep.
 """
 
 from __future__ import annotations
@@ -17,22 +18,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import inf
+from typing import Any, NamedTuple
 
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.scenario.axes import Axis, decimal_linspace
-from drysim.scenario.model import STATIC_RATIO, Scenario
-from drysim.study.case import Case
+from drysim.scenario.axes import EXTREME_KEY, LEAST, Axis, decimal_linspace
+from drysim.scenario.model import Scenario
 from drysim.study.plan import CaseRanges, solve_range
 from drysim.study.run import MotionCache
-from drysim.study.statistics import OK, Batch, Row, Rows
-from drysim.study.sweep import choose_engine, make_table
-from drysim.study.table import JUMP_METRICS, Jump, Table, Tally, stroke_limits
+from drysim.study.statistics import OK, Row
+from drysim.study.table import JUMP_METRICS, RATIO_KEY, Jump
+from drysim.system import map_in_order
 from drysim.wording import format_number
-
-KEY = ".".join(map(str, STATIC_RATIO))
 
 FIRST_VALUES, MAX_VALUES = 33, 600
 """Number of evenly spaced values of the ratio, and of all values that are solved at most."""
@@ -45,52 +44,101 @@ MIN_WIDTH = 1e-7
 """Difference of the ratio below which a difference that remains is a jump [-]."""
 
 
-def solve(case: Case) -> Table:
-    """Solve a prepared case over the interval of its static ratio.
+class Covered(NamedTuple):
+    """A case over the interval: its rows by value of the ratio, and the steps left in them."""
+
+    rows: dict[float, Row]
+    steps: list[tuple[float, float]]
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where the answer jumps."""
+        narrow = sorted(one for one in self.steps if one[1] - one[0] <= MIN_WIDTH)
+        return tuple(
+            Jump(0.5 * (low + high), self.rows[low], self.rows[high]) for low, high in narrow
+        )
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether every step is known to be a jump."""
+        return all(high - low <= MIN_WIDTH for low, high in self.steps)
+
+    def extreme(self, point: Mapping[str, Any], which: str) -> Row:
+        """Return a row of the least or the greatest value of each metric.
+
+        Values of the ratio without an answer do not count, unless there is no other one.
+        """
+        rows = [row for row in self.rows.values() if row.status == OK]
+        first = next(iter(rows or self.rows.values()))
+        pick = min if which == LEAST else max
+        known = {name: [row.metrics[name] for row in rows] for name in first.metrics}
+        metrics = {
+            name: pick((value for value in values if value is not None), default=None)
+            for name, values in known.items()
+        }
+        own = {**point, EXTREME_KEY: which}
+        F_fs = pick(row.F_fs for row in rows or [first])
+        return replace(first, point=own, F_fs=F_fs, metrics=metrics)
+
+
+def cover(
+    scenario: Scenario, points: Sequence[Mapping[str, Any]], motions: MotionCache, threads: int
+) -> list[Covered]:
+    """Solve the cases at some points of the sweep over the interval of the static ratio.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With an interval.
+    points : sequence of mapping
+        Swept keys of each case; an empty one for a scenario without sweep.
+    motions : MotionCache
+    threads : int
 
     Returns
     -------
-    Table
-        One row per value of the ratio that was solved, in ascending order.
+    list of Covered
+        For each point, with the values of the ratio in ascending order.
     """
-    scenario = case.scenario
     interval = scenario.static_interval
     assert interval is not None, "only called with an interval"
-    rows: dict[float, Row] = {}
-    values = [*decimal_linspace(interval.low, interval.high, FIRST_VALUES)]
-    choose_engine(case, [_swept(scenario, values)], 2 * FIRST_VALUES)
-    motions = MotionCache.starting_with(case)
-    while values:
-        for case_range in CaseRanges([_swept(scenario, values)]):
-            rows |= {row.point[KEY]: row for row in solve_range(case_range, motions)}
-        steps = large_steps(rows)
-        room = max(MAX_VALUES - len(rows), 0)
-        wide = [(low, high) for low, high in steps if high - low > MIN_WIDTH][:room]
-        values = sorted(0.5 * (low + high) for low, high in wide)
-    jumps = sorted(step for step in steps if step[1] - step[0] <= MIN_WIDTH)
-    swept = _swept(scenario, sorted(rows))
-    batch = Batch.of(0, [rows[value] for value in sorted(rows)])
-    tallies = Tally.of([batch], partial(stroke_limits, swept), scenario.checks, scenario.label)
-    for tally in tallies.values():
-        tally.quantiles.clear()  # the values gather at jumps: their shares mean nothing
-    table = make_table(swept, replace(case, scenario=swept), Rows.of([batch]), tallies)
-    further = [*_undecided_warnings(table.checks, rows)]
-    if len(jumps) < len(steps):
-        further.append(_unresolved_warning(len(rows)))
-    return replace(
-        table,
-        scenario=scenario,
-        warnings=(*table.warnings, *further),
-        jumps=tuple(Jump(0.5 * (low + high), rows[low], rows[high]) for low, high in jumps),
-    )
+    found: list[dict[float, Row]] = [{} for _ in points]
+    left: list[list[tuple[float, float]]] = [[] for _ in points]
+    first = decimal_linspace(interval.low, interval.high, FIRST_VALUES)
+    pending = [(i, value) for i in range(len(points)) for value in first]
+    while pending:
+        numbers, values = zip(*pending, strict=True)
+        swept = at_points(scenario, [points[i] for i in numbers], values)
+        solve = partial(solve_range, motions=motions)
+        batches = map_in_order(solve, CaseRanges([swept]), threads)
+        for i, row in zip(numbers, chain.from_iterable(batches), strict=True):
+            found[i][row.point[RATIO_KEY]] = row
+        pending = []
+        for i in dict.fromkeys(numbers):
+            left[i] = large_steps(found[i])
+            room = max(MAX_VALUES - len(found[i]), 0)
+            wide = [(low, high) for low, high in left[i] if high - low > MIN_WIDTH][:room]
+            middles = sorted(0.5 * (low + high) for low, high in wide)
+            pending += [(i, value) for value in middles]
+    return [
+        Covered({value: rows[value] for value in sorted(rows)}, steps)
+        for rows, steps in zip(found, left, strict=True)
+    ]
 
 
-def _swept(scenario: Scenario, values: Sequence[float]) -> Scenario:
-    """Return the scenario with a sweep over these values of the ratio."""
+def at_points(
+    scenario: Scenario, points: Sequence[Mapping[str, Any]], values: Sequence[float]
+) -> Scenario:
+    """Return the scenario with a sweep over points with values of the ratio."""
     low, high = (format_number(value, digits=7) for value in (values[0], values[-1]))
     words = f"anywhere from {low} to {high} ({len(values)} values solved)"
-    axis = Axis(KEY, "-", tuple(values), description=words)
-    return scenario.copy_with({"sweep": (axis,)})
+    axes = [
+        Axis(axis.key, axis.unit, tuple(point[axis.key] for point in points), group="zip")
+        for axis in scenario.sweep
+    ]
+    group = "zip" if axes else ""
+    ratio = Axis(RATIO_KEY, "-", tuple(values), group=group, description=words)
+    return scenario.copy_with({"sweep": (*axes, ratio)})
 
 
 def large_steps(rows: Mapping[float, Row]) -> list[tuple[float, float]]:
@@ -114,7 +162,7 @@ def large_steps(rows: Mapping[float, Row]) -> list[tuple[float, float]]:
     return sorted(large, key=lambda step: -steps[step])
 
 
-def _undecided_warnings(
+def undecided_warnings(
     verdicts: Sequence[Verdict], rows: Mapping[float, Row]
 ) -> Iterator[WarningMessage]:
     """Warn of checks that hold for a part of the interval only."""
@@ -129,17 +177,34 @@ def _undecided_warnings(
         failed = [value for value, found in values if found is None or not check.holds(found)]
         low, high = (format_number(value, digits=7) for value in (failed[0], failed[-1]))
         sentence = (
-            f"`{check}` is undecided: it holds for some values of {KEY} and fails for others, "
-            f"between {low} and {high}"
+            f"`{check}` is undecided: it holds for some values of {RATIO_KEY} and fails for "
+            f"others, between {low} and {high}"
         )
         numbers = {"from": failed[0], "to": failed[-1]}
         yield WarningMessage("check-undecided", sentence, numbers)
 
 
-def _unresolved_warning(count: int) -> WarningMessage:
-    """Return the warning of an answer that changes at too many values of the ratio."""
-    sentence = (
-        f"the answer changes so often with {KEY} that {count} solutions do not resolve it: "
-        "jumps may be missing; use a narrower interval"
-    )
-    return WarningMessage("jumps-unresolved", sentence, {"values": count})
+def cover_warnings(covered: Sequence[Covered]) -> Iterator[WarningMessage]:
+    """Warn of answers that change at too many values, and of values without an answer."""
+    unresolved = [one for one in covered if not one.is_resolved]
+    if unresolved:
+        count = max(len(one.rows) for one in unresolved)
+        cases = f" in {len(unresolved)} of {len(covered)} cases" * (len(covered) > 1)
+        sentence = (
+            f"the answer changes so often with {RATIO_KEY} that {count} solutions do not "
+            f"resolve it{cases}: jumps may be missing; use a narrower interval"
+        )
+        yield WarningMessage("jumps-unresolved", sentence, {"values": count})
+
+
+def unknown_warnings(covered: Sequence[Covered]) -> Iterator[WarningMessage]:
+    """Warn of cases whose extremes leave out values of the ratio without an answer."""
+    partly = [
+        one for one in covered if len({row.status == OK for row in one.rows.values()}) > 1
+    ]
+    if partly:
+        sentence = (
+            f"in {len(partly)} of {len(covered)} cases there is no answer for some values of "
+            f"{RATIO_KEY}; least and greatest values leave them out"
+        )
+        yield WarningMessage("interval-incomplete", sentence, {"cases": len(partly)})

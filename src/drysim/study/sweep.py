@@ -8,7 +8,9 @@ are not solved again (`solve_ranges`, also for the seeds of an ensemble).
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from itertools import chain
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -16,7 +18,17 @@ from drysim.approach.solution import FIXED_STEP
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.errors import WarningMessage
+from drysim.scenario.axes import (
+    EXTREME_KEY,
+    GREATEST,
+    LEAST,
+    Axis,
+    count_points,
+    point_columns,
+    points_in,
+)
 from drysim.scenario.model import Scenario
+from drysim.study import interval
 from drysim.study.case import Case, prepare, step_cost
 from drysim.study.plan import (
     CaseRange,
@@ -37,13 +49,14 @@ from drysim.study.statistics import (
     max_seeds,
 )
 from drysim.study.store import Store, StoredBatches
-from drysim.study.table import Table, Tally, has_shared_motion, stroke_limits
+from drysim.study.table import RATIO_KEY, Table, Tally, has_shared_motion, stroke_limits
 from drysim.study.warnings import (
     status_warnings,
     table_interval_warnings,
     table_stroke_warnings,
 )
 from drysim.system import map_in_order, worker_count
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from drysim.study.cluster import ClusterClient
@@ -66,7 +79,9 @@ def sweep(
     Returns
     -------
     Table
-        The cases of the scenario, followed by those of its reference approach.
+        The cases of the scenario, followed by those of its reference approach. If
+        `friction.static_ratio` is an interval: the least value of each metric in every case,
+        followed by the greatest ones, told apart by the key `extreme`.
 
     Raises
     ------
@@ -77,7 +92,10 @@ def sweep(
     UsageError
         When `scenario` is not a Scenario, or `workers` not a number of threads.
     """
-    return solve(prepare(scenario, swept=True), workers=workers, finished=finished)
+    case = prepare(scenario, swept=True, interval=True)
+    if scenario.static_interval:
+        return solve_swept_interval(case, workers=workers, finished=finished)
+    return solve(case, workers=workers, finished=finished)
 
 
 def solve(
@@ -236,6 +254,87 @@ def solve_ranges(
         if new:
             finished(batch)
         yield case_range, batch
+
+
+# Cases whose static ratio is an interval.
+
+
+CASES_PER_COVER = 256
+"""Cases whose values of the ratio are chosen and solved together."""
+
+
+def solve_interval(case: Case) -> Table:
+    """Solve a prepared case over the interval of its static ratio.
+
+    Returns
+    -------
+    Table
+        One row per value of the ratio that was solved, in ascending order.
+    """
+    scenario = case.scenario
+    choose_engine(case, [scenario], 2 * interval.FIRST_VALUES)
+    (covered,) = interval.cover(scenario, [{}], MotionCache.starting_with(case), 1)
+    rows = covered.rows
+    swept = interval.at_points(scenario, [{}], [*rows])
+    batch = Batch.of(0, [*rows.values()])
+    tallies = Tally.of([batch], partial(stroke_limits, swept), scenario.checks, scenario.label)
+    for tally in tallies.values():
+        tally.quantiles.clear()  # the values gather at jumps: their shares mean nothing
+    table = make_table(swept, replace(case, scenario=swept), Rows.of([batch]), tallies)
+    further = (
+        interval.undecided_warnings(table.checks, rows),
+        interval.cover_warnings([covered]),
+    )
+    warnings = (*table.warnings, *chain(*further))
+    return replace(table, scenario=scenario, warnings=warnings, jumps=covered.jumps)
+
+
+def solve_swept_interval(
+    case: Case, *, workers: int | None = None, finished: BatchCallback = ignore_batch
+) -> Table:
+    """Solve the sweep of a prepared case over the interval of its static ratio.
+
+    Returns
+    -------
+    Table
+        The least value of each metric in every case, followed by the greatest ones.
+    """
+    (scenario,), threads = approaches_of(case.scenario), worker_count(workers)
+    assert scenario.static_interval is not None, "only called with an interval"
+    count = count_points(scenario.sweep)
+    choose_engine(case, [scenario], 2 * interval.FIRST_VALUES * count)
+    motions = MotionCache.starting_with(case)
+    least: list[Batch] = []
+    greatest: list[Batch] = []
+    covered: list[interval.Covered] = []
+    for begin in range(0, count, CASES_PER_COVER):
+        end = min(begin + CASES_PER_COVER, count)
+        points = [*points_in(point_columns(scenario.sweep, begin, end))]
+        block = interval.cover(scenario, points, motions, threads)
+        for batches, first, which in (
+            (least, begin, LEAST),
+            (greatest, count + begin, GREATEST),
+        ):
+            found = zip(block, points, strict=True)
+            batches.append(Batch.of(first, [one.extreme(at, which) for one, at in found]))
+        finished(least[-1])
+        covered += block
+    low, high = map(
+        format_number, (scenario.static_interval.low, scenario.static_interval.high)
+    )
+    words = f"least and greatest over {RATIO_KEY} {low} to {high}"
+    extremes = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=words)
+    swept = scenario.copy_with({"sweep": (*scenario.sweep, extremes)})
+    batches = [*least, *greatest]
+    tallies = Tally.of(batches, partial(stroke_limits, swept), scenario.checks, scenario.label)
+    table = make_table(swept, replace(case, scenario=swept), Rows.of(batches), tallies)
+    further = interval.cover_warnings(covered), interval.unknown_warnings(covered)
+    return replace(
+        table,
+        scenario=scenario,
+        warnings=(*table.warnings, *chain(*further)),
+        jumps=tuple(jump for one in covered for jump in one.jumps),
+    )
 
 
 # From the batches of a sweep to its table.

@@ -23,7 +23,7 @@ from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import METRICS, UNITS, Metrics
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
-from drysim.scenario.model import LIMIT_KEYS, Scenario, with_columns
+from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
     count_verdicts,
     exit_code,
@@ -345,12 +345,21 @@ JUMP_METRICS = ("T_a", "x_r_rms", "x_r_peak", "stuck_share")
 """Metrics by which motions are told apart."""
 
 
+RATIO_KEY = ".".join(map(str, STATIC_RATIO))
+"""Key of which only an interval may be known."""
+
+
 class Jump(NamedTuple):
     """Value at which the answer jumps, and the cases closest to it on both sides."""
 
     value: float
     below: Row
     above: Row
+
+    @property
+    def point(self) -> dict[str, Any]:
+        """Values of the swept keys, without the static ratio."""
+        return {key: value for key, value in self.below.point.items() if key != RATIO_KEY}
 
 
 class BestCase(NamedTuple):
