@@ -517,3 +517,17 @@ def test_scenes_without_branches_are_refused_with_the_reason(tmp_path, changes, 
     with pytest.raises(drysim.ScenarioError) as fault:
         drysim.branches(drysim.load(file, changes))
     assert words in str(fault.value) + str(fault.value.problems)
+
+
+def test_further_keys_of_the_sweep_are_told_to_stay(tmp_path):
+    file = tmp_path / "paper.yaml"
+    further = "  friction.kinetic: [30, 45]\n  excitation.frequency: [0.4, 0.5]\n"
+    file.write_text(PAPER.replace("HZ", "0.5") + further, encoding="utf-8")
+    result = drysim.branches(drysim.load(file))
+    (told,) = (one.sentence for one in result.warnings if one.slug == "one-key")
+    assert told.startswith(
+        "branches follows friction.static_ratio only; it keeps friction.kine"
+    )
+    assert "45 N" in told
+    assert "0.5 Hz" in told
+    assert result.axis.key == "friction.static_ratio"

@@ -356,7 +356,23 @@ def prepare_branches(scenario: Scenario) -> Case:
         raise case_error(scenario, sentence, keys or ("sweep", axis.key))
     case = prepare(alone)
     # The start and the reference of the scenario do not matter.
-    return replace(case, warnings=())
+    return replace(case, warnings=tuple(further_keys_warnings(scenario)))
+
+
+def further_keys_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
+    """Warn of swept keys after the first one, which keep the values of the file."""
+    first, *others = scenario.sweep
+    if not others:
+        return
+    own = own_values(scenario, [axis.key for axis in others])
+    kept = [
+        f"{axis.key} at {format_number(own[axis.key], format_unit(axis.unit))}"
+        if axis.key in own
+        else axis.key
+        for axis in others
+    ]
+    sentence = f"branches follows {first.key} only; it keeps {join_words(kept)}"
+    yield WarningMessage("one-key", sentence, {"keys": len(others)})
 
 
 def refusal(scenario: Scenario) -> tuple[str, KeyPath] | None:
