@@ -190,6 +190,13 @@ def test_sweep_has_least_and_greatest_value_of_each_metric(seat, swept):
         assert jumps == pytest.approx([one.value for one in alone.jumps], abs=1e-9)
 
 
+def test_run_of_a_scenario_with_a_sweep_is_its_single_case(drysim, seat, tmp_path, table):
+    alone = package.run(seat(text=SEAT + SWEEP))
+    assert [row.metrics for row in alone] == [row.metrics for row in table]
+    assert drysim("run", "seat.yaml", "-o", "out").code == 1
+    assert drysim("validate", "out/scenario.yaml").code == 0
+
+
 def test_check_of_a_sweep_must_hold_over_the_interval(swept):
     some, every = swept.checks
     assert some.passed is False

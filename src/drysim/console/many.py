@@ -26,6 +26,7 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
+from drysim.scenario.axes import EXTREME_KEY
 from drysim.scenario.model import asks_for_peak_acceleration
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
@@ -316,7 +317,7 @@ def _jump_rows(table: Table) -> Iterator[SummaryRow]:
         yield SummaryRow("jumps", "none", "no metric changes abruptly by more than 1 %")
     elif not table.jumps:
         yield SummaryRow("jumps", "not known", "the answer changes too often: see the warning")
-    if table.scenario.sweep:
+    if table.axes[-1].key == EXTREME_KEY:
         yield from _swept_jump_rows(table)
         return
     for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):

@@ -74,7 +74,7 @@ from drysim.study.statistics import (
     Row,
     as_batches,
 )
-from drysim.study.table import BestCase, Table, is_admissible, stroke_limits
+from drysim.study.table import RATIO_KEY, BestCase, Table, is_admissible, stroke_limits
 from drysim.wording import Point
 
 if TYPE_CHECKING:
@@ -597,7 +597,7 @@ def draw_panels(
             mark_gaps(axes, view, panel)
             _mark_admissible(axes, table, view, panel, metric)
             _mark_natural_frequency(axes, table, view)
-            for jump in () if table.scenario.sweep else table.jumps or ():
+            for jump in (table.jumps or ()) if view.key == RATIO_KEY else ():
                 axes.axvline(jump.value, **JUMP_STYLE, label="jump")
         assert first is not None, "a view has a panel"
         values = list(known_values(view, metric.of))

@@ -271,11 +271,11 @@ def solve_interval(case: Case) -> Table:
     Table
         One row per value of the ratio that was solved, in ascending order.
     """
-    scenario = case.scenario
-    choose_engine(case, [scenario], 2 * interval.FIRST_VALUES)
-    (covered,) = interval.cover(scenario, [{}], MotionCache.starting_with(case), 1)
+    scenario, one = case.scenario, case.scenario.copy_with({"sweep": ()})
+    choose_engine(case, [one], 2 * interval.FIRST_VALUES)
+    (covered,) = interval.cover(one, [{}], MotionCache.starting_with(case), 1)
     rows = covered.rows
-    swept = interval.at_points(scenario, [{}], [*rows])
+    swept = interval.at_points(one, [{}], [*rows])
     batch = Batch.of(0, [*rows.values()])
     tallies = Tally.of([batch], partial(stroke_limits, swept), scenario.checks, scenario.label)
     for tally in tallies.values():
