@@ -223,6 +223,16 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     assert settled(middling, "march.march_modes sampled.march") == compile.PLAIN
 
 
+def test_a_python_session_compiles_though_its_first_job_is_short(
+    settled: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(compile.ENGINE_VARIABLE, raising=False)
+    monkeypatch.delitem(sys.modules, "drysim.core.oscillator", raising=False)
+    compile.choose_engine(1)
+    assert compile.ENGINE_VARIABLE not in os.environ
+    assert compile.engine() == compile.COMPILED
+
+
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.
 
 

@@ -30,6 +30,7 @@ from drysim.cli.process import (
     stdout_error,
     tolerate_closed_pipe,
 )
+from drysim.core.compile import AUTO, ENGINE_VARIABLE
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
@@ -186,6 +187,7 @@ def command() -> NoReturn:
     needs no orderly teardown at its end: skipping both saves a fifth of the time of a small
     sweep.
     """
+    os.environ.setdefault(ENGINE_VARIABLE, AUTO)
     gc.set_threshold(GC_THRESHOLD, 20, 20)
     process.skip_pydantic_plugins()
     preload_numpy(sys.argv[1:])

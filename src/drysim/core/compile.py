@@ -1,7 +1,8 @@
 """Engine of the core: kernels compiled by numba or run as plain Python, and their cache.
 
 The kernels have one source and two engines. The engine is chosen once, before the first kernel
-is imported.
+is imported: compiled in a Python session, which may solve anything next, and by the size of its
+only job in a command (`auto`).
 
 Compiled kernels are cached on disk in the user's cache folder, under a key made of the core's
 source, Python and numba versions, so a cached kernel is never stale. A power loss may truncate
@@ -133,7 +134,7 @@ def engine() -> str:
     ValueError
         If the environment variable DRYSIM_ENGINE has another value.
     """
-    word = os.environ.get(ENGINE_VARIABLE, AUTO)
+    word = os.environ.get(ENGINE_VARIABLE, COMPILED)
     if word not in (PLAIN, COMPILED, AUTO):
         raise ValueError(
             f"{ENGINE_VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}"
@@ -150,6 +151,8 @@ def is_plain() -> bool:
 def choose_engine(steps: int, kernels: str = "") -> None:
     """Choose the engine for `auto` from the size of a job; no effect once kernels are loaded.
 
+    Only a command sets `auto`: it has one job.
+
     Parameters
     ----------
     steps : int
@@ -159,7 +162,7 @@ def choose_engine(steps: int, kernels: str = "") -> None:
         suffices.
     """
     loaded = "drysim.core.oscillator" in sys.modules
-    if loaded or os.environ.get(ENGINE_VARIABLE, AUTO) != AUTO:
+    if loaded or os.environ.get(ENGINE_VARIABLE) != AUTO:
         return
     plain = steps <= MAX_PLAIN_STEPS or (
         steps <= COLD_CACHE_FACTOR * MAX_PLAIN_STEPS and not is_cached(kernels)

@@ -113,7 +113,7 @@ def check_engine() -> list[Finding]:
     """
     from drysim.core import compile
 
-    word = os.environ.get(compile.ENGINE_VARIABLE, compile.AUTO)
+    word = os.environ.get(compile.ENGINE_VARIABLE, compile.COMPILED)
     try:
         compile.engine()
     except ValueError as fault:

@@ -10,8 +10,6 @@ from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import prepare
-from drysim.study.design import prepare_design
-from drysim.study.fit_model import build_model
 from drysim.wording import describe_clean_up
 
 
@@ -45,6 +43,8 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
     """
     notes, warned = [], []
     if scenario.fit is not None:
+        from drysim.study.fit_model import build_model
+
         model = build_model(scenario)
         model.starts()
         found = model.measurement
@@ -54,7 +54,11 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         of_fit = {metric.name for metric in FIT_METRICS}
         kept = tuple(check for check in scenario.checks if check.metric not in of_fit)
         scenario = scenario.copy_with({"checks": kept})
-    cases = [] if scenario.design is None else [prepare_design(scenario)]
+    cases = []
+    if scenario.design is not None:
+        from drysim.study.design import prepare_design
+
+        cases.append(prepare_design(scenario))
     if not scenario.missing_values:
         cases.append(prepare(scenario, swept=bool(scenario.sweep), interval=True))
     for case in cases[:1]:  # the conditions of a design have all records
