@@ -14,7 +14,6 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from copy import copy
 from typing import Any, NoReturn
 
 import typer
@@ -46,12 +45,6 @@ COMMANDS: tuple[Callable[..., int], ...] = (
     manual, explain,
 )  # fmt: skip
 """In the order of the help: what a new user needs first comes first."""
-
-COMPUTING_COMMANDS, HELP_OPTIONS = (
-    ("run", "sweep", "compare", "bench", "validate"),
-    {"-h", "--help"},
-)
-"""Commands that need numpy in any case, and the options that ask for help only."""
 
 GC_THRESHOLD = 1_000_000
 """Allocations between two garbage collections; at most about 100 MB of garbage."""
@@ -138,8 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_closed_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        application = single_command_app(words[0] if words else "")
-        code = int(application(words, prog_name="drysim", obj=words, standalone_mode=False))
+        code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))
         with tolerate_closed_pipe():  # flush here, where a failure can still be reported
             pass
     except typer.TyperException as fault:
@@ -155,31 +147,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def single_command_app(name: str) -> typer.Typer:
-    """Return the application reduced to one command, or as it is if no command has that name.
-
-    Typer builds all registered commands with all their options in order to run one of them.
-    """
-    known = app.registered_commands
-    found = [one for one in known if one.callback and one.callback.__name__ == name]
-    if not found:
-        return app
-    reduced = copy(app)
-    reduced.registered_commands = found
-    return reduced
-
-
-def preload_numpy(words: Sequence[str]) -> None:
-    """Import numpy for a command that computes, from a shallow call stack.
-
-    Python 3.11 allocates frames in chunks of 16 KB and frees a chunk as soon as it is empty.
-    From a deeper stack, thousands of the small calls of this import may cross the edge of a
-    chunk, which costs about 20 ms.
-    """
-    if words and words[0] in COMPUTING_COMMANDS and not HELP_OPTIONS & {*words}:
-        import numpy  # noqa: F401 - used later, from a deeper call stack
-
-
 def command() -> NoReturn:
     """Run the command `drysim` and end the process.
 
@@ -189,8 +156,6 @@ def command() -> NoReturn:
     """
     os.environ.setdefault(ENGINE_VARIABLE, AUTO)
     gc.set_threshold(GC_THRESHOLD, 20, 20)
-    process.skip_pydantic_plugins()
-    preload_numpy(sys.argv[1:])
     install_signal_handlers()
     code = main()
     for stream in (sys.stdout, sys.stderr):

@@ -1,4 +1,4 @@
-"""The process of a command: signals, standard streams, output mode, fast start-up.
+"""The process of a command: signals, standard streams, output mode.
 
 Ctrl-C, SIGTERM and SIGHUP interrupt the work, which then leaves its files in order. Stdout may
 be a pipe whose reader ends early, a file on a full disk, or closed; the same holds for stderr.
@@ -14,11 +14,10 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from threading import Event, Thread
 from time import sleep
-from types import FrameType, ModuleType
+from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
@@ -279,30 +278,3 @@ class OutputMode(NamedTuple):
                         f"(`{remedy}` keeps them)"
                     )
             yield locked
-
-
-# Pydantic without plug-ins: the search for them takes longer than loading a scenario.
-
-PLUGIN_LOADER = "pydantic.plugin._loader"
-"""The module that searches all installed packages for pydantic plug-ins."""
-
-
-class NoPlugins(ModuleType):
-    """Replacement of pydantic's plug-in loader; other attributes come from the real module."""
-
-    @staticmethod
-    def get_plugins() -> tuple[()]:
-        """Return no plug-ins."""
-        return ()
-
-    def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the real module, for other versions of pydantic."""
-        if name.startswith("__"):
-            raise AttributeError(name)
-        sys.modules.pop(PLUGIN_LOADER, None)
-        return getattr(import_module(PLUGIN_LOADER), name)
-
-
-def skip_pydantic_plugins() -> None:
-    """Skip the plug-in search of pydantic, unless it has already run."""
-    sys.modules.setdefault(PLUGIN_LOADER, NoPlugins(PLUGIN_LOADER))
