@@ -283,6 +283,20 @@ def test_design_with_a_limit_that_the_seeds_leave_open_passes_with_reservations(
     assert "! Passed, with reservations: " in Page(page).text
 
 
+def test_stroke_limit_that_every_seed_keeps_is_reported_and_summarised(result, drysim):
+    noise = NOISY.replace("seed: 1}", "seed: 1, seeds: 3}").partition("measure")[0]
+    study = """design:
+  vary: {oscillator.damping: {from: 100, to: 1000}}
+  minimise: T_a
+  evaluations: 8
+"""
+    page = result(noise + "stroke: {limit: 30 mm}\n" + study, "design", "--no-plots")[1]
+    sentence = "stroke_used <= 1 with every seed"
+    for words in (Page(page).text, drysim("summarise", "out").out):
+        assert sentence in " ".join(words.split())
+    assert drysim("report", "out", "--no-plots").code == 0
+
+
 def test_page_shows_no_backticks_but_those_of_the_scenario(result):
     page = result(SEAT + "stroke: {limit: 5 mm}\n")[1]
     assert "`" not in page.partition("<h2>Scenario</h2>")[0]

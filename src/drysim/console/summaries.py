@@ -339,7 +339,7 @@ def sidecar_conditions(fields: Fields) -> list[list[str]]:
         return []
     first = found["conditions"][0]
     limits = [check["check"] for check in first["checks"]]
-    limited = {Check.comparison(limit).metric for limit in limits}
+    limited = {Check.of_result(limit).metric for limit in limits}
     names = [
         name
         for name in first["metrics"]
@@ -449,7 +449,7 @@ def swept_units(fields: Fields) -> dict[str, str]:
 def _sidecar_verdict(check: Fields) -> Verdict:
     """Return the verdict of a check in drysim.json."""
     known = {key: check[key] for key in VERDICT_FIELDS if key in check}
-    comparison, passed = Check.comparison(check["check"]), check["passed"]
+    comparison, passed = Check.of_result(check["check"]), check["passed"]
     return Verdict(comparison, passed, check["value"], check.get("where"), **known)
 
 

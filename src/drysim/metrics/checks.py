@@ -45,6 +45,9 @@ blanks."""
 AT_PATTERN = re.compile(r"\sat(?=\s|$)")
 """Separates a comparison from its conditions."""
 
+WITH_EVERY_SEED = " with every seed"
+"""Ends the text of a check that each seed must pass, and not only their mean."""
+
 _CONDITION_PATTERN = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){COMPARISON_PATTERN}")
 _CHECK_PATTERN = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){COMPARISON_PATTERN}")
 
@@ -111,6 +114,11 @@ class Check:
         check_operator(op)
         bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
         return cls(text, metric, op, bound, unit=unit)
+
+    @classmethod
+    def of_result(cls, text: str) -> Check:
+        """Return a check of a result, without its conditions, from its text in drysim.json."""
+        return replace(cls.comparison(text.removesuffix(WITH_EVERY_SEED)), text=text)
 
     def with_values(self, here: Mapping[str, float | None]) -> Check:
         """Return the check for a scenario in which some keys have these values."""

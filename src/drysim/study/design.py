@@ -24,7 +24,7 @@ import numpy as np
 import drysim
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
-from drysim.metrics.checks import Check, Verdict
+from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
 from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
 from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
@@ -82,7 +82,7 @@ MIN_RELAXATION = 1e-3
 LEAST_EXCESS = 1e-200
 """Relative excess of a value that is equal to a strict limit."""
 
-EVERY_SEED = replace(STROKE_LIMIT, text=f"{STROKE_LIMIT} with every seed")
+EVERY_SEED = replace(STROKE_LIMIT, text=f"{STROKE_LIMIT}{WITH_EVERY_SEED}")
 """The stroke limit of a file with several seeds: a limit in `within` applies to their mean."""
 
 AT_BOUND = 1e-3
