@@ -35,7 +35,6 @@ from drysim.study.outcome import exit_code, format_metric, format_repr, html_tab
 from drysim.study.run import unused_spectra_warnings
 from drysim.study.search import (
     GAP_SHARES,
-    ROUNDS,
     SEED,
     Evaluations,
     Floats,
@@ -862,7 +861,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     -----
     Bootstrap: the optima of resampled seeds, by interpolants of objective and limits for each
     seed. Their 95 % percentiles are widened by Student's t. Points count as optimal within the
-    error of the interpolant, which is estimated by leaving the last rounds out.
+    error of the interpolant, which is estimated by leaving the last round out.
     """
     design, limits, best = result.design, result.limits, result.best
     assert best is not None, "only an admissible design has a region"
@@ -881,7 +880,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
         return None
     centre = np.array(shares_of(vary, best.values))
     points = points_near(centre)
-    tried, last = found.points[found.known], ROUNDS * len(GAP_SHARES)
+    tried, last = found.points[found.known], len(GAP_SHARES)
     matrix = interpolation_matrix(tried, points)
     earlier = interpolation_matrix(tried[:-last], points)
     if matrix is None or earlier is None:
