@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import tracemalloc
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -187,13 +188,24 @@ def test_all_seeds_are_the_same_for_every_design_and_give_intervals(tmp_path):
     assert 0.95 * low < grid.point["oscillator.damping"] < 1.05 * high
 
 
-def parabolas(folder: Path, seeds: int, conditions: int, designs: int) -> DesignResult:
-    """Return designs whose SEAT is a parabola with another minimum for every seed."""
+def parabolas(
+    folder: Path,
+    seeds: int,
+    conditions: int,
+    designs: int,
+    spread: float = 0.1,
+    close: Sequence[float] = (),
+) -> DesignResult:
+    """Return designs whose SEAT is a parabola with another minimum for every seed.
+
+    The minima have the standard deviation `spread`, as a share of the range; `close` are shares
+    of the range at which there are designs besides the even ones.
+    """
     design = f"vary: {{{WIDE}}}\n  minimise: SEAT\n  over: {{oscillator.mass: [60, 90]}}"
     scenario = loaded(folder, NOISE, design, **{"excitation.seeds": seeds})
-    optima = np.random.default_rng(1).normal(0.5, 0.1, seeds)
+    optima = np.random.default_rng(1).normal(0.5, spread, seeds)
     candidates = []
-    for number, share in enumerate(np.linspace(0.0, 1.0, designs), 1):
+    for number, share in enumerate([*np.linspace(0.0, 1.0, designs), *close], 1):
         SEAT, used = 1.0 + (share - optima) ** 2, np.full(seeds, share)
         values = {"SEAT": SEAT.tolist(), "stroke_used": used.tolist()}
         means = {name: float(np.mean(several)) for name, several in values.items()}
@@ -214,6 +226,14 @@ def test_interval_of_the_optimum_is_that_of_the_mean_of_the_optima_of_the_seeds(
     optima = np.random.default_rng(1).normal(0.5, 0.1, 100)
     half = 1.984 * optima.std(ddof=1) / 10.0
     assert shares == pytest.approx([optima.mean() - half, optima.mean() + half], abs=0.01)
+
+
+def test_designs_close_to_each_other_do_not_widen_the_interval_of_the_optimum(tmp_path):
+    close = 0.5 + np.array([1e-4, -1e-4, 3e-3, 2e-4, -3e-3, -2e-4, 0.02, 3e-4, -0.02, 5e-4])
+    result = parabolas(tmp_path, 100, 1, 33, 0.01, [*close, *close[::2] + 1e-4])
+    region = optimum_region(result, evaluations_of(result.source, result.candidates))
+    low, high = (np.log(end / 100.0) / np.log(30.0) for end in region.ends[KEY])
+    assert high - low == pytest.approx(2.0 * 1.984 * 0.01 / 10.0, rel=0.3)
 
 
 def test_interval_of_the_optimum_needs_little_memory(tmp_path):

@@ -35,12 +35,13 @@ from drysim.study.outcome import exit_code, format_metric, format_repr, html_tab
 from drysim.study.run import unused_spectra_warnings
 from drysim.study.search import (
     GAP_SHARES,
+    ROUNDS,
     SEED,
     Evaluations,
     Floats,
     Surrogate,
     candidates,
-    interpolation_matrix,
+    interpolate,
     pareto,
     search,
 )
@@ -861,7 +862,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     -----
     Bootstrap: the optima of resampled seeds, by interpolants of objective and limits for each
     seed. Their 95 % percentiles are widened by Student's t. Points count as optimal within the
-    error of the interpolant, which is estimated by leaving the last round out.
+    error of the interpolant, which is estimated by leaving the last rounds out.
     """
     design, limits, best = result.design, result.limits, result.best
     assert best is not None, "only an admissible design has a region"
@@ -880,24 +881,28 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
         return None
     centre = np.array(shares_of(vary, best.values))
     points = points_near(centre)
-    tried, last = found.points[found.known], len(GAP_SHARES)
-    matrix = interpolation_matrix(tried, points)
-    earlier = interpolation_matrix(tried[:-last], points)
-    if matrix is None or earlier is None:
+    tried, last = found.points[found.known], ROUNDS * len(GAP_SHARES)
+    means = series.mean(axis=-1)
+    at_points = interpolate(tried, means, points)
+    earlier = interpolate(tried[:-last], means[:-last, 0], points)
+    matrix = interpolate(tried, np.eye(len(tried)), points)
+    if at_points is None or earlier is None or matrix is None:
         return None
     take = np.mean if design.conditions.take == MEAN else np.max
-    means = series[:, 0].mean(axis=-1)
-    error = abs(take(earlier @ means[:-last], axis=-1) - take(matrix @ means, axis=-1))
+    error = abs(take(earlier, axis=-1) - take(at_points[:, 0], axis=-1))
+    # Interpolants are linear in the values. The matrix bounds the memory to that of one seed,
+    # but rounding in it grows with the closeness of the points: it takes small values only.
+    deviations = series - means[..., None]
     beyond = np.zeros((len(points), seeds))
     for i, limit in enumerate(limits, 1):
         if limit == EVERY_SEED:  # it holds with each seed, so it is judged before resampling
             for seed in range(seeds):
-                beyond[:, seed] = ~limit.holds(matrix @ series[:, i, :, seed]).all(axis=1)
+                values = at_points[:, i] + matrix @ deviations[:, i, :, seed]
+                beyond[:, seed] = ~limit.holds(values).all(axis=1)
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
         weights = np.bincount(drawn, minlength=seeds) / seeds
-        # Interpolants are linear in the values: those of means need the memory of one seed.
-        resampled = np.tensordot(matrix, series @ weights, 1)
+        resampled = at_points + np.tensordot(matrix, deviations @ weights, 1)
         holds = beyond @ weights == 0.0
         for i, limit in enumerate(limits, 1):
             if limit != EVERY_SEED:

@@ -179,20 +179,26 @@ class Surrogate:
         return Evaluations(points, objectives, constraints)
 
 
-def interpolation_matrix(points: Floats, others: Floats) -> Floats | None:
-    """Return the matrix of the interpolants, which are linear in the values; None if too few.
+def interpolate(points: Floats, values: Floats, others: Floats) -> Floats | None:
+    """Return interpolated values at other points; None if there are too few points.
 
     Parameters
     ----------
     points : ndarray, shape (n, dimensions)
         Where the values are known.
-    others : ndarray, shape (others, dimensions)
-        Where they are interpolated: there they are the matrix, of shape (others, n), times the
-        known ones.
+    values : ndarray, shape (n, ...)
+    others : ndarray, shape (m, dimensions)
+
+    Returns
+    -------
+    ndarray, shape (m, ...), or None
     """
     count = len(points)
-    surrogate = Surrogate.of(Evaluations(points, np.eye(count), np.empty((count, 0))))
-    return None if surrogate is None else surrogate.at(others).objectives
+    columns = values.reshape(count, -1)
+    surrogate = Surrogate.of(Evaluations(points, columns, np.empty((count, 0))))
+    if surrogate is None:
+        return None
+    return surrogate.at(others).objectives.reshape(len(others), *values.shape[1:])
 
 
 def search(
