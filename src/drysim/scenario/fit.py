@@ -371,8 +371,12 @@ def with_placeholders(words: Mapping[str, Any]) -> dict[str, Any]:
 def missing_values(words: Mapping[str, Any]) -> list[str]:
     """Return the free keys without a value in a document."""
     free = get_block(get_block(words, FIT_KEY), "free")
-    known = (key for key in free if isinstance(key, str) and "." in key)
-    return [key for key in known if not key.startswith("measured.") and not _has(words, key)]
+    fitted = [str(key) for key in free if str(key).partition(".")[0] in FITTED_BLOCKS]
+    return [
+        key
+        for key in fitted
+        if "." in key and not key.startswith("measured.") and not _has(words, key)
+    ]
 
 
 def _has(words: Any, key: str) -> bool:
@@ -409,17 +413,25 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     """Return the free keys of a document with their values in SI; note their faults."""
     at = (FIT_KEY, "free")
     free = get_block(get_block(reading.words, FIT_KEY), "free")
+    numeric = numeric_keys(reading.model, reading.words)
     known = {
-        **numeric_keys(reading.model, reading.words),
+        **numeric,
         DELAY_KEY: NumericKey(Quantity("s"), float, None, {}, False),
         OFFSET_KEY: None,
     }
+    # What an unknown key may be; nobody fits how a file is read.
+    fitted = [
+        key
+        for key, one in numeric.items()
+        if one and key.partition(".")[0] in FITTED_BLOCKS and "normal_record" not in key
+    ]
+    fitted += [DELAY_KEY, OFFSET_KEY]
     found = {}
     for key, options in free.items():
         if key not in known or (known[key] is None and key != OFFSET_KEY):
             what = "is no numeric key" if key in known else "is no key of this scenario"
             name = str(key).removeprefix("friction.")
-            hint = "" if key in known else other_laws_hint(name) or name_hint(str(key), known)
+            hint = "" if key in known else other_laws_hint(name) or name_hint(str(key), fitted)
             reading.fault(f"{format_value(key)} {what}{hint}", (*at, key), at_key=True)
             continue
         if key.partition(".")[0] not in FITTED_BLOCKS:
@@ -434,6 +446,8 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
             )
             continue
         found[key] = dict(_read_options(reading, known[key], options, (*at, key)))
+    if free and not found:
+        reading.reported.add(at)  # an empty block would be reported again
     # Of a placeholder nothing else is said.
     missing = {key: tuple(key.split(".")) for key in missing_values(reading.document.value)}
     faulty = {
