@@ -16,6 +16,8 @@ import pytest
 from cluster_scenes import ORBITS, QUIET, blocks_in, pem, table, written
 from machines import PATIENCE, Machines, command
 
+from drysim.cli.process import INTERRUPT_MESSAGE
+
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
 
@@ -261,10 +263,11 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
         os.killpg(running.pid, signal.SIGINT)  # as a terminal does, to all of its processes
         said = running.communicate(timeout=PATIENCE)[1]
         assert running.returncode == 130
-        # After a forced exit Python may report the semaphores that it removes.
-        lines = [line for line in said.splitlines() if "resource_tracker" not in line]
-        assert len(lines) == 1
-        assert "kept in out.partial" in lines[0]
+        # On a busy machine the exit is forced: Python may then report the semaphores that it
+        # removes, and a work that has already reported what it kept is ended in general words.
+        first, *rest = (line for line in said.splitlines() if "resource_tracker" not in line)
+        assert "kept in out.partial" in first
+        assert set(rest) <= {INTERRUPT_MESSAGE}
         assert answer(tmp_path, "sweep", "longer.yaml", "-o", "out", "--resume") == (0, "")
         shutil.rmtree(tmp_path / "out")
 
