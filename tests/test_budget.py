@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hang import no_hang
 from seat import SEAT, dotted
 
 import drysim
@@ -145,9 +145,8 @@ def test_damper_that_has_nothing_to_still_is_not_called_slow(prepared):
 def test_damping_beyond_measure_takes_no_time(prepared):
     # A step was divided into a panel for every four decays.
     file = prepared(oscillator__damping=1e12, excitation=NOISE, measure={}).scenario
-    begin = time.process_time()
-    outcome = drysim.run(file)
-    assert time.process_time() - begin < 20.0  # the compiler included; it was minutes
+    with no_hang():
+        outcome = drysim.run(file)
     assert outcome.metrics["energy_residual"] < 1e-9
 
 

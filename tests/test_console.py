@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from grids import axes, comparison, orbits, spoil, sweep
+from hang import no_hang
 from outcomes import judgement, outcome, record, stand_in
 from seat import SEAT
 
@@ -695,11 +696,9 @@ def test_interrupt_gives_the_terminal_back(monkeypatch):
 
 
 def test_counting_costs_next_to_nothing_where_nobody_watches():
-    with console_terminal.progress(100_000, "cases") as advance:
-        began = time.process_time()
-        for _ in range(100_000):
+    with console_terminal.progress(1_000_000, "cases") as advance, no_hang():
+        for _ in range(1_000_000):
             advance()
-    assert time.process_time() - began < 0.2
 
 
 def test_long_range_stays_apart_from_its_remark(capsys):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import time
 
 import numpy as np
 import pytest
+from hang import no_hang
 from law_scenes import elastic_law, separating_law, stopped_law
 
 import drysim
@@ -112,9 +112,8 @@ def test_sobol_design_is_that_of_scipy(dimensions, count):
 def test_last_points_of_a_long_sobol_design_are_had_as_soon_as_the_first():
     design, block = Design("sobol", 10**12, 3, 3), np.arange(4096)
     design.at(block[:1])
-    began = time.process_time()
-    last = design.at(10**12 - 4096 + block)
-    assert time.process_time() - began < 1.0
+    with no_hang():
+        last = design.at(10**12 - 4096 + block)
     assert abs(last.mean(axis=0) - 0.5).max() < 0.02
 
 

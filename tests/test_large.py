@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import time
 
 import mpmath
 import numpy as np
 import pytest
+from hang import no_hang
 from seat import rows_of
 
 from drysim.plots import sweep as sweep_plots
@@ -42,11 +42,10 @@ def huge(tmp_path):
 
 
 def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
-    began = time.process_time()
-    scenario = load(huge)
-    assert count_points(scenario.sweep) == 2_000_000_000
-    first = next(iter(CaseRanges(approaches_of(scenario))))
-    assert time.process_time() - began < 1.0
+    with no_hang():
+        scenario = load(huge)
+        assert count_points(scenario.sweep) == 2_000_000_000
+        first = next(iter(CaseRanges(approaches_of(scenario))))
     batch = solve_range(first._replace(end=20), MotionCache())
     assert batch.points["excitation.frequency"][0] == 0.5
     assert (batch.status == 0).all()

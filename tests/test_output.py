@@ -10,7 +10,6 @@ import os
 import re
 import shutil
 import tempfile
-import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,6 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
+from hang import no_hang
 from killing import ended, kills
 from law_scenes import elastic_law
 from outcomes import PAPER, SINE, STICKY, judgement, names, outcome, record
@@ -151,14 +151,6 @@ def test_violation_while_settling_shows_its_own_peak():
     whole = WarningMessage("stroke-violated", "met", {"x_r_peak": 0.007})
     write("out", replace(made, warnings=(whole,)))
     assert columns("out/stroke_violations.csv")["x_r_peak [m]"] == ("0.007",)
-
-
-def test_long_table_is_quick(tmp_path):
-    made = outcome(CoulombLaw(15.0, 15.0), record(24_000), None)
-    began = time.process_time()
-    tables.write_response_csv(made, tmp_path)
-    # 0.06 s on an idle machine; the bound leaves room for a busy one.
-    assert time.process_time() - began < 0.6
 
 
 # curves and picture
@@ -973,8 +965,8 @@ def test_comparison_of_one_case_has_no_swept_columns():
     assert float(rows[0]["T_a_deviation [-]"]) > 0.2
 
 
-@pytest.mark.parametrize("count", [2_000, 20_000])
-def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
+def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path):
+    count = 20_000  # 1 s; a scan of all rows for each takes a minute
     first = sweep(*axes(frequency=[2.0])).rows[0]
     (swept,) = axes(frequency=range(1, count // 2 + 1))
     rows = [
@@ -984,12 +976,10 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
     ]
     table = replace(sweep(*axes(frequency=[2.0])), axes=(swept,), rows=tuple(rows))
     made = replace(orbits(["stick-slip"]), table=table)
-    began = time.process_time()
-    write_transmissibility_csv(table, tmp_path)
-    tables.write_comparison_csv(made, tmp_path)
-    sidecar.comparison_fields(made, Provenance("", 0, {}))
-    # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
-    assert (time.process_time() - began) / count < 5e-4
+    with no_hang():
+        write_transmissibility_csv(table, tmp_path)
+        tables.write_comparison_csv(made, tmp_path)
+        sidecar.comparison_fields(made, Provenance("", 0, {}))
 
 
 # sidecar

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from math import log2, pi, sqrt
-from time import perf_counter
 
 import numpy as np
 import pytest
@@ -283,23 +282,6 @@ def test_a_block_on_white_noise_has_the_laplace_law():
     assert speed.mean() == pytest.approx(1, abs=0.05)
     shares = [(speed > limit).mean() for limit in (0.5, 1, 2, 3)]
     assert shares == pytest.approx(np.exp([-0.5, -1, -2, -3]), abs=0.02)
-
-
-@pytest.mark.slow
-def test_ten_million_samples_cost_at_most_three_transforms():
-    drawn, lines = psd(duration=25_000.0), np.zeros(5_000_001, dtype=complex)
-    lines[10:250_000] = 1
-
-    def shortest(work):
-        times = []
-        for _ in range(4):
-            begin = perf_counter()
-            work()
-            times.append(perf_counter() - begin)
-        return min(times)
-
-    transform = shortest(lambda: np.fft.irfft(lines, 10_000_000))
-    assert shortest(lambda: drawn.motion(STEP)) < 3 * transform
 
 
 # Seat-test classes: each proves itself, by its integral, its RMS and its spectrum.

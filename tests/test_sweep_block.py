@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import time
+from collections import Counter
 from math import pi, prod, sqrt
 
 import numpy as np
@@ -577,7 +577,7 @@ def test_points_are_enumerated_lazily_and_the_first_key_varies_fastest(points_sc
     assert list(second.values()) == [2.0, 1.0, 1.0]
 
 
-def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(points_scenario):
+def test_every_case_of_a_sweep_has_its_own_law(points_scenario):
     whole = points_scenario(
         sweep={
             "excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1},
@@ -585,10 +585,8 @@ def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(points_scenario):
             "friction.kinetic": [15, 30, 45, 60],
         }
     )
-    began = time.process_time()
     laws = [whole.at(point).law() for point in iter_points(whole.sweep)]
-    assert len(laws) == 3840
-    assert time.process_time() - began < 2
+    assert Counter(law.F_fk for law in laws) == dict.fromkeys((15.0, 30.0, 45.0, 60.0), 960)
 
 
 # Another approach
