@@ -15,8 +15,8 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 
 import drysim
 from drysim.console.fit import show_fit
-from drysim.study.fit import LeastSquares
-from drysim.study.fit_model import build_model
+from drysim.study.fit import LawFit, LeastSquares, continued, final_fit, profiles_of
+from drysim.study.fit_model import build_model, fitted_end
 from test_bad_input import tree
 
 K_X, B, F_FK = 7500.0, 500.0, 20.0
@@ -253,6 +253,38 @@ def test_stops_that_are_just_made_or_just_missed_narrow_no_interval(tmp_path, se
         low = one.profile_low if one.deviation is None else one.value - 4.0 * one.deviation
         high = one.profile_high if one.deviation is None else one.value + 4.0 * one.deviation
         assert low < FOUR[one.key] < high
+
+
+def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeypatch):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seed=9)
+    text = fit_text(MASS + COULOMB, keys(*FOUR))
+    (tmp_path / "twin.yaml").write_text(text)
+    scenario = drysim.load(tmp_path / "twin.yaml")
+    model = build_model(scenario)
+    start = np.array(
+        [
+            model.bounds[0][i] if "ratio" in p.key else FOUR[p.key]
+            for i, p in enumerate(model.parameters)
+        ]
+    )
+    first = LeastSquares.starting_from(model, fitted_end(scenario, model.measurement), start)
+    stuck = LawFit(model, first, (0.0,), *final_fit(first, start / first.scale))
+    # Without a static limit above kinetic friction the mass never stops long enough.
+    assert model.point(stuck.values)["friction.static_ratio"] < 1.01
+    profiles = profiles_of(stuck, map)
+    assert min(point.rise for one in profiles.values() for point in one.points) < -100.0
+    better = continued(stuck, profiles)
+    assert better is not None
+    assert model.point(better.values)["friction.static_ratio"] == pytest.approx(1.5, rel=0.03)
+    assert better.error < stuck.error
+    assert continued(better, profiles_of(better, map)) is None
+
+    # The fit itself goes on, a bounded number of times.
+    monkeypatch.setattr("drysim.study.fit.fit_law", lambda *_: stuck)
+    (ratio,) = (
+        one for one in drysim.fit(scenario).parameters if one.key == "friction.static_ratio"
+    )
+    assert ratio.profile_low < 1.5 < ratio.profile_high
 
 
 def test_noise_of_the_file_sets_the_intervals(noisy, tmp_path):

@@ -19,7 +19,8 @@ Method
        the noise of the signals, fits from neighbouring values look for a better solution.
     6. Intervals from the covariance at the solution, and from the profile: the parameter is
        fixed, the others are fitted again, and the bounds are where the sum of squares has
-       risen by 3.84 noise variances (likelihood ratio, 95 %).
+       risen by 3.84 noise variances (likelihood ratio, 95 %). Where a profile finds a lower sum
+       of squares the fit goes on from there.
 
     The samples left out of 3. are those next to an event, usually below 2 %. Which they are
     depends on the parameters alone, so that the intervals are those of ordinary least squares.
@@ -31,7 +32,7 @@ Method
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -136,7 +137,7 @@ STATIC_NEIGHBOURS = (-0.6, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 
 """Those of a static limit, which decides over few stops and has many minima."""
 
 MAX_RESTARTS = 2
-"""Number of times that such fits may lead to another solution."""
+"""Number of times that such fits may lead to another solution, and that profiles may."""
 
 BETTER = 0.999
 """Ratio of sums of squares from which a solution is another, better one."""
@@ -407,6 +408,11 @@ def sizes(x: Floats) -> Floats:
     return np.maximum(np.abs(x), SMALLEST_SIZE)
 
 
+def rms(values: Floats) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def jacobian(
     function: Callable[[Floats], Floats], x: Floats, h: float, bounds: Bounds
 ) -> Floats:
@@ -537,6 +543,17 @@ class LeastSquares:
         return int(np.sum(self.model.measurement.t <= self.end * (1.0 + 1e-12)))
 
     @cached_property
+    def measured(self) -> dict[str, Floats]:
+        """Fitted samples of each compared channel."""
+        channels = self.model.measurement.channels
+        return {name: channels[name][: self.count] for name in self.model.compared}
+
+    @cached_property
+    def all_samples(self) -> Mask:
+        """The selection of all samples."""
+        return np.ones(self.count, dtype=bool)
+
+    @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Bounds of the scaled parameters."""
         low, high = self.model.bounds
@@ -548,14 +565,13 @@ class LeastSquares:
 
     def differences(self, x: Floats) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
-        found, measured = self.predict(x), self.model.measurement.channels
-        names = self.model.compared
+        found = self.predict(x)
         if found is None:
-            return {name: 10.0 * np.abs(measured[name][: self.count]) + 1.0 for name in names}
-        differences = {
-            name: found.channels[name] - measured[name][: self.count] for name in names
+            return {name: 10.0 * np.abs(one) + 1.0 for name, one in self.measured.items()}
+        return {
+            name: np.where(found.covers, found.channels[name] - one, 0.0)
+            for name, one in self.measured.items()
         }
-        return {name: np.where(found.covers, one, 0.0) for name, one in differences.items()}
 
     def centred(self, difference: Floats, mask: Mask) -> Floats:
         """Return differences without the offset of their channel, if it is unknown."""
@@ -563,34 +579,29 @@ class LeastSquares:
 
     def residuals(self, x: Floats, mask: Mask) -> Floats:
         """Return the residuals of the selected samples in units of the noise."""
-        parts = []
-        for name, difference in self.differences(x).items():
-            parts.append(self.centred(difference, mask)[mask] / self.noise[name])
-        return np.concatenate(parts)
+        differences = self.differences(x).items()
+        return np.concatenate(
+            [self.centred(one, mask)[mask] / self.noise[name] for name, one in differences]
+        )
 
     def integrated(self, x: Floats) -> Floats:
         """Return residuals without jumps: of velocities instead of accelerations.
 
         They are relative to the signal, and of fewer samples, as velocities are smooth.
         """
-        parts = []
-        for name, difference in self.differences(x).items():
-            smooth = self.smoothed(difference, name)
-            parts.append(smooth / self.smooth_sizes[name])
-        return np.concatenate(parts)
+        differences = self.differences(x).items()
+        return np.concatenate(
+            [self.smoothed(one, name) / self.smooth_sizes[name] for name, one in differences]
+        )
 
     @cached_property
     def smooth_sizes(self) -> dict[str, float]:
         """Standard deviation of each measured signal, as `smoothed` returns it."""
-        base, channels = self.model.base(), self.model.measurement.channels
-        signals = {
-            name: channels[name] - base if name == "x_dd" else channels[name]
-            for name in self.model.compared
-        }
-        return {
-            name: float(self.smoothed(signal[: self.count], name).std()) or 1.0
-            for name, signal in signals.items()
-        }
+        found = {}
+        for name, signal in self.measured.items():
+            relative = signal - self.model.base()[: self.count] if name == "x_dd" else signal
+            found[name] = float(self.smoothed(relative, name).std()) or 1.0
+        return found
 
     def smoothed(self, values: Floats, name: str) -> Floats:
         """Return a series of a channel at fewer samples, an acceleration as a velocity."""
@@ -604,10 +615,9 @@ class LeastSquares:
     def unchanged(self, x: Floats, steps: Floats) -> Mask:
         """Return the samples whose mode is the same within a step of each parameter."""
         here = self.predict(x)
-        mask: Mask = np.ones(self.count, dtype=bool)
         if here is None:
-            return mask
-        mask = here.mode < UNCERTAIN
+            return self.all_samples
+        mask: Mask = here.mode < UNCERTAIN
         if self.model.fit.measured.is_rig:
             mask &= here.mode != 0  # the force at rest is not that of a law
         for each in np.diag(steps):
@@ -620,8 +630,7 @@ class LeastSquares:
     def robust_level(self) -> float:
         """Return the residual, in units of the noise, above which a fit is robust."""
         levels = [1e-12]
-        for name in self.model.compared:
-            signal = self.model.measurement.channels[name][: self.count]
+        for name, signal in self.measured.items():
             levels.append(ROBUST_NOISE * noise_level(signal) / self.noise[name])
             levels.append(ROBUST_SHARE * float(np.median(np.abs(signal))) / self.noise[name])
         return max(levels)
@@ -643,7 +652,7 @@ class LeastSquares:
         for share in () if steps else PARTS:
             part = replace(self, end=share * self.end)
             if part.count >= MIN_PART:
-                x = part.refine(x, STEPS[: len(STEPS) - 1])
+                x = part.refine(x, STEPS[:-1])
         x = self.refine(x, steps or STEPS)
         return self.cost(x), x
 
@@ -663,16 +672,13 @@ class LeastSquares:
         """Return the error of the worst channel, relative to the RMS of its signal."""
         errors = []
         for name, difference in self.differences(x).items():
-            signal = self.model.measurement.channels[name][: self.count]
-            size = float(np.sqrt(np.mean(signal**2))) or 1.0
-            centred = self.centred(difference, np.ones(self.count, dtype=bool))
-            errors.append(float(np.sqrt(np.mean(centred**2))) / size)
+            centred = self.centred(difference, self.all_samples)
+            errors.append(rms(centred) / (rms(self.measured[name]) or 1.0))
         return max(errors)
 
     def cost(self, x: Floats) -> float:
         """Return the robust sum of squares over all samples, in units of the noise."""
-        mask = np.ones(self.count, dtype=bool)
-        residuals, level = self.residuals(x, mask), self.robust_level()
+        residuals, level = self.residuals(x, self.all_samples), self.robust_level()
         return float(2 * level**2 * np.sum(np.sqrt(1 + (residuals / level) ** 2) - 1))
 
 
@@ -709,10 +715,10 @@ def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]
         noise = {}
         for name, difference in found.items():
             chosen = squares.centred(difference, mask)[mask]
-            rms = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
+            size = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
             signal = squares.model.measurement.channels[name]
             known = getattr(given, name, None)
-            noise[name] = known or max(rms, 1e-15 * float(np.abs(signal).max()), 1e-300)
+            noise[name] = known or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
         squares = replace(squares, noise=noise)
         slopes = jacobian(partial(squares.residuals, mask=mask), x, DIFFERENCE, squares.bounds)
         covariance = np.asarray(np.linalg.pinv(slopes.T @ slopes, rcond=1e-14))
@@ -744,99 +750,117 @@ def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MA
 
     Those next to an event do not count: its time is known within the uncertainty only.
     """
-    found = squares.differences(solution.x)
-    for name, difference in found.items():
-        signal = squares.model.measurement.channels[name][: squares.count]
+    for name, difference in squares.differences(solution.x).items():
+        signal = squares.measured[name]
         size, level = float(np.abs(signal).max()), noise_level(signal)
         least = max(margin * level * (level > NOISELESS * size), ROUNDING * size)
         difference = squares.centred(difference, solution.mask)[solution.smooth]
-        if float(np.sqrt(np.mean(difference**2))) > least:
+        if rms(difference) > least:
             return False
     return True
+
+
+def changed(
+    squares: LeastSquares, x: Floats, j: int, changes: Iterable[float]
+) -> Iterator[Floats]:
+    """Yield scaled parameters with relative changes of one of them, within its bounds."""
+    for change in changes:
+        near = x.copy()
+        at = x[j] + change * sizes(x)[j]
+        near[j] = np.clip(at, squares.bounds[0][j], squares.bounds[1][j])
+        if near[j] != x[j]:
+            yield near
 
 
 def scan(squares: LeastSquares, x: Floats) -> Floats | None:
     """Return scaled parameters with a lower cost than x, varying one at a time; else None."""
     best, lowest = None, BETTER * squares.cost(x)
-    low, high = squares.bounds
-    for j, size in enumerate(sizes(x)):
-        for change in SCAN:
-            near = x.copy()
-            near[j] = np.clip(x[j] + change * size, low[j], high[j])
-            if near[j] != x[j] and (cost := squares.cost(near)) < lowest:
+    for j in range(len(x)):
+        for near in changed(squares, x, j, SCAN):
+            if (cost := squares.cost(near)) < lowest:
                 best, lowest = near, cost
     return best
 
 
 def neighbours(squares: LeastSquares, x: Floats) -> Iterator[Floats]:
     """Yield starts around a solution, each with one parameter changed."""
-    low, high = squares.bounds
-    for j, size in enumerate(sizes(x)):
-        static = squares.model.parameters[j].key.startswith(STATIC_PATHS)
-        for change in STATIC_NEIGHBOURS if static else NEIGHBOURS:
-            near = x.copy()
-            near[j] = np.clip(x[j] + change * size, low[j], high[j])
-            if near[j] != x[j]:
-                yield near
+    for j, one in enumerate(squares.model.parameters):
+        static = one.key.startswith(STATIC_PATHS)
+        yield from changed(squares, x, j, STATIC_NEIGHBOURS if static else NEIGHBOURS)
 
 
 # Profiles
 
 
+class ProfilePoint(NamedTuple):
+    """Value of one scaled parameter, rise of the sum of squares, and all parameters there."""
+
+    at: float
+    rise: float
+    x: Floats
+
+
+class ParameterProfile(NamedTuple):
+    """Both ends of the profile interval of a scaled parameter, and its points in order."""
+
+    low: float | None
+    high: float | None
+    points: Sequence[ProfilePoint]
+
+
 def profile_of(
     squares: LeastSquares, solution: Solution, determined: Sequence[int], j: int
-) -> tuple[tuple[float | None, float | None], list[tuple[float, float]]]:
-    """Return both ends of the profile interval of a parameter, scaled, and its points.
+) -> ParameterProfile:
+    """Return the profile of a parameter.
 
     The other parameters are fitted again, as far as the record determines them.
     """
     others = [i for i in determined if i != j]
-    points = [(float(solution.x[j]), 0.0)]
+    points = [ProfilePoint(float(solution.x[j]), 0.0, solution.x)]
     ends = []
     for sign in (-1.0, 1.0):
         end, found = _profile_end(squares, solution, others, j, sign)
         if squares.model.parameters[j].key.startswith(STATIC_PATHS) and end is not None:
-            for at, rise in _without_refit(squares, solution, j, sign):
-                if (at - end) * sign > 0.0 and rise <= CHI_SQUARE_95:
-                    end = at
-                    found.append((at, rise))
+            for one in _without_refit(squares, solution, j, sign):
+                if (one.at - end) * sign > 0.0 and one.rise <= CHI_SQUARE_95:
+                    end = one.at
+                    found.append(one)
         ends.append(end)
         points += found
-    return (ends[0], ends[1]), sorted(points)
+    return ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
 
 
 def _without_refit(
     squares: LeastSquares, solution: Solution, j: int, sign: float
-) -> Iterator[tuple[float, float]]:
-    """Yield values on one side with the rise over all samples, the others not fitted again.
+) -> Iterator[ProfilePoint]:
+    """Yield points on one side with the rise over all samples, the others not fitted again.
 
     A static limit has several minima, one for each order of events; an interval spans them all.
     """
-    whole = np.ones(squares.count, dtype=bool)
-    least = float(np.sum(squares.residuals(solution.x, whole) ** 2))
-    x = solution.x.copy()
-    for change in (change for change in SCAN if change * sign > 0.0):
-        at = solution.x[j] + change * sizes(solution.x)[j]
-        x[j] = np.clip(at, squares.bounds[0][j], squares.bounds[1][j])
-        yield float(x[j]), float(np.sum(squares.residuals(x, whole) ** 2)) - least
+    everything = squares.all_samples
+    least = float(np.sum(squares.residuals(solution.x, everything) ** 2))
+    changes = (change for change in SCAN if change * sign > 0.0)
+    for x in changed(squares, solution.x, j, changes):
+        rise = float(np.sum(squares.residuals(x, everything) ** 2)) - least
+        yield ProfilePoint(float(x[j]), rise, x)
 
 
 def _profile_end(
     squares: LeastSquares, solution: Solution, others: list[int], j: int, sign: float
-) -> tuple[float | None, list[tuple[float, float]]]:
+) -> tuple[float | None, list[ProfilePoint]]:
     """Return one end of a profile interval by the secant rule on the root of the rise."""
     limit = squares.bounds[0 if sign < 0 else 1][j]
     deviation = float(np.sqrt(max(solution.covariance[j, j], 0.0)))
     size = sizes(solution.x)[j]
     step = min(NORMAL_95 * deviation, size) if deviation > 0.0 else 0.1 * size
     inner, outer = 0.0, np.inf
-    points: list[tuple[float, float]] = []
+    points: list[ProfilePoint] = []
     for _ in range(PROFILE_POINTS):
         at = float(solution.x[j] + sign * step)
         bounded = (at - limit) * sign >= 0.0
         at = limit if bounded else at
-        rise = _profile_rise(squares, solution, others, j, at)
-        points.append((at, rise))
+        points.append(_profile_point(squares, solution, others, j, at))
+        rise = points[-1].rise
         step = abs(at - float(solution.x[j]))
         if abs(rise - CHI_SQUARE_95) < PROFILE_TOLERANCE * CHI_SQUARE_95:
             return at, points
@@ -854,47 +878,108 @@ def _profile_end(
         step = float(wanted)
     if np.isfinite(outer):  # the interval is rather too wide than too narrow
         return float(solution.x[j] + sign * outer), points
-    return points[-1][0], points
+    return points[-1].at, points
 
 
-def _profile_rise(
+def _profile_point(
     squares: LeastSquares, solution: Solution, others: list[int], j: int, at: float
-) -> float:
-    """Return the rise of the sum of squares with one parameter fixed, the others fitted."""
+) -> ProfilePoint:
+    """Return the point of a profile at a value of one parameter, the others fitted."""
     x = solution.x.copy()
     x[j] = at
-    if not others:
-        residuals = squares.residuals(x, solution.mask)
-        return float(residuals @ residuals) - solution.sum_of_squares
-    variance = solution.covariance[j, j]
-    if variance > 0.0:
-        x[others] += solution.covariance[others, j] / variance * (at - solution.x[j])
-    bounds = squares.bounds[0][others], squares.bounds[1][others]
 
     def residuals_of(rest: Floats) -> Floats:
         whole = x.copy()
         whole[others] = rest
         return squares.residuals(whole, solution.mask)
 
-    best = minimise(residuals_of, np.clip(x[others], *bounds), DIFFERENCE, bounds, 6)
-    return float(np.sum(residuals_of(best) ** 2)) - solution.sum_of_squares
+    if others:
+        variance = solution.covariance[j, j]
+        if variance > 0.0:
+            x[others] += solution.covariance[others, j] / variance * (at - solution.x[j])
+        bounds = squares.bounds[0][others], squares.bounds[1][others]
+        begin = np.clip(x[others], *bounds)
+        x[others] = minimise(residuals_of, begin, DIFFERENCE, bounds, 6)
+    residuals = squares.residuals(x, solution.mask)
+    return ProfilePoint(at, float(np.sum(residuals**2)) - solution.sum_of_squares, x)
 
 
 # The fit of one law
 
 
-class LawFit(NamedTuple):
-    """Solution under one friction law; how many starts led to it, and how many there were."""
+@dataclass(frozen=True, eq=False)
+class LawFit:
+    """Solution under one friction law.
+
+    Attributes
+    ----------
+    model : FitModel
+    first : LeastSquares
+        Residuals in units of the signals, by which all starts are compared.
+    costs : tuple of float
+        Cost of the solution from each start, by `first`.
+    squares : LeastSquares
+        Residuals in units of the noise.
+    solution : Solution
+    """
 
     model: FitModel
+    first: LeastSquares
+    costs: tuple[float, ...]
     squares: LeastSquares
     solution: Solution
-    starts: tuple[int, int]
 
-    @property
+    @cached_property
     def values(self) -> Floats:
         """Fitted values in SI."""
         return np.clip(self.solution.x * self.squares.scale, *self.model.bounds)
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        """The fitted motion: all channels, measured or not."""
+        found = self.model.predict(self.values, names=tuple(CHANNELS))
+        assert found is not None, "the solution was solved before"
+        return found
+
+    @cached_property
+    def channels(self) -> tuple[ChannelFit, ...]:
+        """How well each channel is fitted and predicted."""
+        return tuple(errors_of(self))
+
+    @property
+    def error(self) -> float:
+        """Error of the worst channel, relative to its signal."""
+        return max(channel.error for channel in self.channels)
+
+    @property
+    def error_held_out(self) -> float | None:
+        """The same over the held-out part; None without one."""
+        errors = [channel.error_held_out for channel in self.channels]
+        return max((error for error in errors if error is not None), default=None)
+
+    @property
+    def starts(self) -> tuple[int, int]:
+        """How many starts led to the solution, and how many there were."""
+        lowest = self.first.cost(self.solution.x)
+        agree = sum(cost <= AGREE * lowest + 1e-9 for cost in self.costs)
+        return agree, len(self.costs)
+
+    @cached_property
+    def undetermined(self) -> dict[int, tuple[int, ...]]:
+        """The parameters that the record does not determine, each with those it depends on.
+
+        A direction of the parameter space has no effect if its singular value is negligible. A
+        single parameter is not determined if its standard deviation exceeds half of its value.
+        """
+        x, slopes = self.solution.x, self.solution.jacobian
+        _, values, directions = np.linalg.svd(slopes * sizes(x), full_matrices=False)
+        found: dict[int, tuple[int, ...]] = {}
+        for value, direction in zip(values, directions, strict=True):
+            group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
+            negligible = value <= NULL_SHARE * values[0]
+            if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
+                found |= dict.fromkeys(group, group)
+        return found
 
 
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -926,10 +1011,9 @@ def fit_law(
     for one in mapper(squares.fine, [candidates[i] for i in order]):
         found.append(one)
         finished(1)
-    found.sort(key=lambda one: one[0])
-    x = found[0][1]
+    best = min(found, key=lambda one: one[0])
+    squares, solution = final_fit(squares, best[1])
     for _ in range(MAX_RESTARTS):
-        squares, solution = final_fit(squares, x)
         other = scan(squares, solution.x)
         if other is None and (
             is_noise(squares, solution) or squares.error(solution.x) > USELESS
@@ -942,11 +1026,35 @@ def fit_law(
         cost, x = min(near, key=lambda one: one[0])
         if cost >= BETTER * squares.cost(solution.x):
             break
-    else:
         squares, solution = final_fit(squares, x)
-    lowest = first.cost(solution.x)
-    agree = sum(cost <= AGREE * lowest + 1e-9 for cost, _ in found)
-    return LawFit(model, squares, solution, (agree, len(found)))
+    return LawFit(model, first, tuple(cost for cost, _ in found), squares, solution)
+
+
+def profiles_of(one: LawFit, mapper: Mapper) -> dict[int, ParameterProfile]:
+    """Return the profiles of the parameters; of those that depend on others there are none.
+
+    Without a motion that resembles the measured one, or without noise, there are none at all.
+    """
+    if one.error > USELESS or one.error < EXACT:
+        return {}
+    groups, every = one.undetermined, range(len(one.model.parameters))
+    free = [j for j in every if not len(groups.get(j, ())) > 1]
+    determined = [j for j in free if j not in groups]
+    profile = partial(profile_of, one.squares, one.solution, determined)
+    return dict(zip(free, mapper(profile, free), strict=True))
+
+
+def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
+    """Return the fit from the lowest point of the profiles; None if it is no better one."""
+    points = [point for profile in profiles.values() for point in profile.points]
+    lowest = min(points, key=lambda point: point.rise, default=None)
+    if lowest is None or lowest.rise >= -PROFILE_TOLERANCE * CHI_SQUARE_95:
+        return None
+    _, x = one.squares.fine(lowest.x, STEPS[2:])
+    squares, solution = final_fit(one.squares, x)
+    if one.squares.cost(solution.x) >= BETTER * one.squares.cost(one.solution.x):
+        return None
+    return replace(one, squares=squares, solution=solution)
 
 
 # The complete fit
@@ -1005,9 +1113,15 @@ def fit(
             )
             for name in names
         ]
-        scores = score_laws(names, fits, end)
-        best = fits[names.index(scores[0].law)] if scores else fits[0]
-        return describe_fit(scenario, best, scores, pool.map)
+        for left in range(MAX_RESTARTS, -1, -1):
+            scores = score_laws(names, fits, end)
+            best = names.index(scores[0].law) if scores else 0
+            profiles = profiles_of(fits[best], pool.map)
+            better = continued(fits[best], profiles) if left else None
+            if better is None:
+                break
+            fits[best] = better
+    return describe_fit(scenario, fits[best], scores, profiles)
 
 
 def require_fit(scenario: Scenario) -> None:
@@ -1034,8 +1148,7 @@ def check_motion(model: FitModel) -> None:
         signal = values - model.base() if name == "x_dd" else values
         signal = signal - (signal.mean() if model.has_offset else 0.0)
         noise = getattr(model.fit.noise, name, None) or noise_level(signal)
-        rms = float(np.sqrt(np.mean(signal**2)))
-        if rms > ALIKE_NOISE * noise and rms > 1e-9 * float(np.abs(values).max()):
+        if rms(signal) > max(ALIKE_NOISE * noise, 1e-9 * float(np.abs(values).max())):
             return
     what = (
         "base and mass differ by less than the noise"
@@ -1059,41 +1172,30 @@ def score_laws(
     """
     if names == ("",):
         return ()
-    scored, blocks = [], []
-    for name, one in zip(names, fits, strict=True):
-        channels = errors_of(one)
-        test = [c.error if c.error_held_out is None else c.error_held_out for c in channels]
-        blocks.append(block_squares(one, channels, end))
-        held_out = [c.error_held_out for c in channels if c.error_held_out is not None]
-        scored.append(
-            (
-                max(test),
-                LawScore(
-                    name, max(c.error for c in channels), max(held_out, default=None), False
-                ),
-            )
-        )
-    leader = min(range(len(names)), key=lambda i: scored[i][0])
+    # All laws have a held-out part, or none has.
+    errors = [one.error if one.error_held_out is None else one.error_held_out for one in fits]
+    blocks = [block_squares(one, end) for one in fits]
+    leader = int(np.argmin(errors))
     found = []
-    for i, (error, score) in enumerate(scored):
+    for i, (name, one) in enumerate(zip(names, fits, strict=True)):
         difference = blocks[i] - blocks[leader]
         spread = float(difference.std(ddof=1)) / np.sqrt(len(difference))
         tied = i == leader or float(difference.mean()) <= 2.0 * spread
-        found.append((not tied, len(fits[i].model.parameters) if tied else 0, i, error, score))
+        score = LawScore(name, one.error, one.error_held_out, False)
+        found.append((not tied, len(one.model.parameters) if tied else 0, i, errors[i], score))
     several = sum(not one[0] for one in found) > 1
     found.sort(key=lambda one: (one[0], one[1], one[3] if one[0] else one[2]))
     return tuple(score._replace(tied=several and not worse) for worse, *_, score in found)
 
 
-def block_squares(one: LawFit, channels: Sequence[ChannelFit], end: float) -> Floats:
+def block_squares(one: LawFit, end: float) -> Floats:
     """Return the mean squared relative residual of blocks of the held-out part."""
-    t, found = one.model.measurement.t, one.model.predict(one.values)
-    assert found is not None, "the solution was solved before"
+    t, found = one.model.measurement.t, one.prediction
     part = t > end * (1.0 + 1e-12)
     if part.sum() < BLOCKS:
         part = np.ones(len(t), dtype=bool)
     total: Floats = np.zeros(int(part.sum()))
-    for name, *_, offset in channels:
+    for name, *_, offset in one.channels:
         signal = one.model.measurement.channels[name]
         difference = signal - found.channels[name] - (offset or 0.0)
         difference = np.where(found.covers, difference, 0.0)[part]
@@ -1101,121 +1203,94 @@ def block_squares(one: LawFit, channels: Sequence[ChannelFit], end: float) -> Fl
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
 
-def errors_of(one: LawFit) -> tuple[ChannelFit, ...]:
-    """Return how well each channel is fitted and predicted."""
-    model, squares = one.model, one.squares
-    found = model.predict(one.values)
-    assert found is not None, "the solution was solved before"
-    count, channels = squares.count, []
+def errors_of(one: LawFit) -> Iterator[ChannelFit]:
+    """Yield how well each channel is fitted and predicted."""
+    model, found, count = one.model, one.prediction, one.squares.count
     for name in model.compared:
-        measured = model.measurement.channels[name]
+        measured, offset = model.measurement.channels[name], None
         difference = measured - found.channels[name]
-        offset = None
         if model.has_offset:
             offset = float(difference[:count][one.solution.mask].mean())
             difference = difference - offset
-        size = float(np.sqrt(np.mean((measured - (offset or 0.0)) ** 2))) or 1.0
+        size = rms(measured - (offset or 0.0)) or 1.0
         difference = np.where(found.covers, difference, 0.0)
         fitted, rest = difference[:count], difference[count:]
         chosen = fitted[one.solution.mask]
         freedom = max(1, len(chosen) - len(model.parameters))
-        channels.append(
-            ChannelFit(
-                name,
-                float(np.sqrt(np.sum(chosen**2) / freedom)),
-                float(np.sqrt(np.mean(fitted**2))) / size,
-                float(np.sqrt(np.mean(rest**2))) / size if len(rest) else None,
-                offset,
-            )
-        )
-    return tuple(channels)
+        noise = float(np.sqrt(np.sum(chosen**2) / freedom))
+        held_out = rms(rest) / size if len(rest) else None
+        yield ChannelFit(name, noise, rms(fitted) / size, held_out, offset)
 
 
 def describe_fit(
-    source: Scenario, one: LawFit, scores: tuple[LawScore, ...], mapper: Mapper
+    source: Scenario,
+    one: LawFit,
+    scores: tuple[LawScore, ...],
+    profiles: Mapping[int, ParameterProfile],
 ) -> FitResult:
     """Return the result for a solution: intervals, errors, checks, warnings."""
-    model, solution = one.model, one.solution
-    prediction = model.predict(one.values, names=tuple(CHANNELS))
-    assert prediction is not None, "the solution was solved before"
-    parameters, profiles = intervals(one, mapper)
-    channels = errors_of(one)
-    held_out = [c.error_held_out for c in channels if c.error_held_out is not None]
+    model, scale = one.model, one.squares.scale
+    parameters = tuple(intervals(one, profiles))
     scenario = fitted_scenario(one)
-    metrics: Values = {
-        "fit_error": max(channel.error for channel in channels),
-        "fit_error_held_out": max(held_out, default=None),
-    }
+    metrics: Values = {"fit_error": one.error, "fit_error_held_out": one.error_held_out}
     if source.checks:
         metrics = metrics_of_fitted(scenario) | metrics
+    of_base = getattr(model.motion, "warnings", ())
+    of_records = {known.sentence: known for known in (*of_base, *model.measurement.warnings)}
     result = FitResult(
         source=source,
         scenario=scenario,
         motion=model.motion,
         measurement=model.measurement,
-        prediction=prediction,
-        selected=solution.mask,
+        prediction=one.prediction,
+        selected=one.solution.mask,
         fitted_end=one.squares.end,
         parameters=parameters,
         correlations=tuple(correlations(one, parameters)),
-        channels=channels,
+        channels=one.channels,
         laws=scores,
         starts=one.starts,
-        profiles=profiles,
+        profiles=tuple(
+            Profile(
+                model.parameters[j].key,
+                np.array([point.at for point in found.points]) * scale[j],
+                np.array([point.rise for point in found.points]),
+            )
+            for j, found in profiles.items()
+        ),
         metrics=metrics,
         checks=tuple(check.judge(metrics) for check in source.checks),
+        warnings=tuple(of_records.values()),
     )
-    of_base = getattr(model.motion, "warnings", ())
-    of_records = {known.sentence: known for known in (*of_base, *model.measurement.warnings)}
-    result = replace(result, warnings=tuple(of_records.values()))
     return replace(result, warnings=(*result.warnings, *fit_warnings(one, result)))
 
 
-def intervals(one: LawFit, mapper: Mapper) -> tuple[tuple[Parameter, ...], tuple[Profile, ...]]:
-    """Return the fitted values with their intervals, and the profiles."""
-    model, squares, solution = one.model, one.squares, one.solution
-    error = max(channel.error for channel in errors_of(one))
-    if error > USELESS:
-        values = model.point(one.values)
-        nothing = None, None, None, None, None
-        unknown = (
-            Parameter(p.key, p.unit, values[p.key], *nothing, note=NOT_THIS_MOTION)
-            for p in model.parameters
-        )
-        return tuple(unknown), ()
-    groups = undetermined_groups(one)
-    free = [j for j in range(len(model.parameters)) if not len(groups.get(j, ())) > 1]
-    exact = error < EXACT
-    determined = [j for j in free if j not in groups]
-    profile = partial(profile_of, squares, solution, determined)
-    found = {} if exact else dict(zip(free, mapper(profile, free), strict=True))
-    parameters, profiles = [], []
+def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
+    """Yield the fitted values with their intervals."""
+    model, solution, groups = one.model, one.solution, one.undetermined
     point = model.point(one.values)
     for j, p in enumerate(model.parameters):
-        value, scale = point[p.key], float(squares.scale[j])
-        deviation = scale * float(np.sqrt(max(solution.covariance[j, j], 0.0)))
+        value, scale = point[p.key], float(one.squares.scale[j])
         known = Parameter(p.key, p.unit, value, None, None, None, None, None)
+        if one.error > USELESS:
+            yield known._replace(note=NOT_THIS_MOTION)
+            continue
         if j not in groups:
+            deviation = scale * float(np.sqrt(max(solution.covariance[j, j], 0.0)))
             half = NORMAL_95 * deviation
             low, high = max(value - half, p.low), min(value + half, p.high)
             known = known._replace(deviation=deviation, low=low, high=high)
-        if exact:  # nothing but rounding is left, and no rise can be measured
-            known = known._replace(profile_low=known.low, profile_high=known.high)
-        elif j in found:
-            (least, most), points = found[j]
+        if found := profiles.get(j):
             known = known._replace(
-                profile_low=None if least is None else least * scale,
-                profile_high=None if most is None else most * scale,
+                profile_low=None if found.low is None else found.low * scale,
+                profile_high=None if found.high is None else found.high * scale,
             )
-            at, rise = (np.array(column) for column in zip(*points, strict=True))
-            profiles.append(Profile(p.key, at * scale, rise))
         if known.profile_low is None and known.profile_high is None:
+            # Rounding, or a sum of squares that is too rough, has no profile.
+            known = known._replace(profile_low=known.low, profile_high=known.high)
             if j in groups:
                 known = known._replace(note=reason_of(one, groups[j]))
-            else:  # the sum of squares is too rough for a profile
-                known = known._replace(profile_low=known.low, profile_high=known.high)
-        parameters.append(known)
-    return tuple(parameters), tuple(profiles)
+        yield known
 
 
 def fitted_scenario(one: LawFit) -> Scenario:
@@ -1243,27 +1318,9 @@ def metrics_of_fitted(scenario: Scenario) -> Values:
     return dict(measure_case(prepare(scenario))[0])
 
 
-def undetermined_groups(one: LawFit) -> dict[int, tuple[int, ...]]:
-    """Return the parameters that the record does not determine, each with those it depends on.
-
-    A direction of the parameter space has no effect if its singular value is negligible. A
-    single parameter is not determined if its standard deviation exceeds half of its value.
-    """
-    x, slopes = one.solution.x, one.solution.jacobian
-    _, values, directions = np.linalg.svd(slopes * sizes(x), full_matrices=False)
-    found: dict[int, tuple[int, ...]] = {}
-    for value, direction in zip(values, directions, strict=True):
-        group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
-        negligible = value <= NULL_SHARE * values[0]
-        if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
-            found |= dict.fromkeys(group, group)
-    return found
-
-
 def reason_of(one: LawFit, group: tuple[int, ...]) -> str:
     """Return why the record does not determine a parameter, or those of a group."""
-    model, found = one.model, one.model.predict(one.values)
-    assert found is not None, "the solution was solved before"
+    model, found = one.model, one.prediction
     named = [model.parameters[j].key for j in group]
     if len(named) > 1:
         mass = ", usually the mass" if "oscillator.mass" in named else ""
@@ -1353,8 +1410,7 @@ def is_near(value: float, bound: float | None, scale: float) -> bool:
 
 def lag_correlation(one: LawFit, name: str) -> float:
     """Return the correlation of neighbouring residuals of a channel."""
-    difference = one.squares.differences(one.solution.x)[name]
-    mask = one.solution.mask
+    difference, mask = one.squares.differences(one.solution.x)[name], one.solution.mask
     values = difference - difference[mask].mean()
     both = mask[1:] & mask[:-1]
     size = float(np.mean(values[mask] ** 2))
@@ -1419,8 +1475,7 @@ def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, 
         squares = LeastSquares.starting_from(model, end, start)
         scale = squares.scale
         x = squares.refine(squares.coarse(start / scale), STEPS[:3])
-        residuals = squares.residuals(x, np.ones(squares.count, dtype=bool))
-        error = float(np.sqrt(np.mean(residuals**2)))
+        error = rms(squares.residuals(x, squares.all_samples))
         if error < best:
             best, values = error, x * scale
         if best < enough:
