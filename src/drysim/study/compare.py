@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from math import inf, log2, nan
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
@@ -30,7 +30,7 @@ from drysim.study.outcome import format_repr
 from drysim.study.plan import Plan
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
-from drysim.study.table import Table, Tally, stroke_limits
+from drysim.study.table import Table
 from drysim.study.warnings import format_at
 from drysim.units import closest_match, shorten
 from drysim.wording import (
@@ -264,10 +264,9 @@ def solve(
     choose_engine(case, compared)
     plan = Plan.of(compared, case)
     batches = [batch for _, batch in solve_cases(plan, case, workers, finished=finished)]
-    tallies = Tally.of(batches, partial(stroke_limits, scenario), scenario.checks, reference)
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
-    table = make_table(scenario, case, Rows.of(batches), tallies, omissions)
+    table = make_table(scenario, case, Rows.of(batches), omissions)
     shown = most_deviating_row(table, names, reference)
     responses = dict(responses_at(shown.point, scenarios, reference))
     laws = {

@@ -49,7 +49,7 @@ from drysim.study.statistics import (
     max_seeds,
 )
 from drysim.study.store import Store, StoredBatches
-from drysim.study.table import RATIO_KEY, Table, Tally, has_shared_motion, stroke_limits
+from drysim.study.table import RATIO_KEY, Table, Tally, has_shared_motion
 from drysim.study.warnings import (
     status_warnings,
     table_interval_warnings,
@@ -277,10 +277,9 @@ def solve_interval(case: Case) -> Table:
     rows = covered.rows
     swept = interval.at_points(one, [{}], [*rows])
     batch = Batch.of(0, [*rows.values()])
-    tallies = Tally.of([batch], partial(stroke_limits, swept), scenario.checks, scenario.label)
-    for tally in tallies.values():
+    table = make_table(swept, replace(case, scenario=swept), Rows.of([batch]))
+    for tally in table.summary.values():
         tally.quantiles.clear()  # the values gather at jumps: their shares mean nothing
-    table = make_table(swept, replace(case, scenario=swept), Rows.of([batch]), tallies)
     further = (
         interval.undecided_warnings(table.checks, rows),
         interval.cover_warnings([covered]),
@@ -325,9 +324,8 @@ def solve_swept_interval(
     words = f"least and greatest over {RATIO_KEY} {low} to {high}"
     extremes = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=words)
     swept = scenario.copy_with({"sweep": (*scenario.sweep, extremes)})
-    batches = [*least, *greatest]
-    tallies = Tally.of(batches, partial(stroke_limits, swept), scenario.checks, scenario.label)
-    table = make_table(swept, replace(case, scenario=swept), Rows.of(batches), tallies)
+    rows = Rows.of([*least, *greatest])
+    table = make_table(swept, replace(case, scenario=swept), rows)
     further = interval.cover_warnings(covered), interval.unknown_warnings(covered)
     return replace(
         table,
@@ -358,20 +356,18 @@ def gather(
                 in_memory.append(batch)
             yield batch
 
-    tallies = Tally.of(
-        collect(), partial(stroke_limits, scenario), scenario.checks, scenario.label
-    )
+    tallies = Tally.of(collect(), scenario, scenario.label)
     batches = in_memory if store is None else StoredBatches(store, ranges, in_memory)
     rows = Rows.of(batches, [case_range.end - case_range.begin for case_range in ranges])
-    return make_table(scenario, case, rows, tallies, complete=complete)
+    return make_table(scenario, case, rows, tallies=tallies, complete=complete)
 
 
 def make_table(
     scenario: Scenario,
     case: Case,
     rows: Rows,
-    tallies: Mapping[str, Tally],
     losses: Iterable[WarningMessage] = (),
+    tallies: Mapping[str, Tally] | None = None,
     complete: bool = True,
 ) -> Table:
     """Return the table of a scenario's cases, with verdicts and warnings.
@@ -382,26 +378,22 @@ def make_table(
     case : Case
         The scenario with the approach, or the law, to which checks and warnings apply.
     rows : Rows
-    tallies : mapping
-        `Tally` by approach.
     losses : iterable of WarningMessage, optional
         Warnings to place before all others.
+    tallies : mapping, optional
+        `Tally` by approach, if they were gathered as the rows came.
     complete : bool, optional
         Whether all cases were computed.
     """
+    tallies = tallies or Tally.of(rows.batches, scenario, case.scenario.label)
     own = tallies.get(case.scenario.label, Tally("", scenario.checks))
-    lost, strokes = (
-        status_warnings(tallies.values(), scenario.sweep),
-        table_stroke_warnings(own, scenario),
-    )
-    means = table_interval_warnings(scenario, own.seeds)
     warnings = (
         *losses,
         *case.warnings,
         *unused_spectra_warnings(case),
-        *lost,
-        *strokes,
-        *means,
+        *status_warnings(tallies.values(), scenario.sweep),
+        *table_stroke_warnings(own, scenario),
+        *table_interval_warnings(scenario, own.seeds),
     )
     motion = case.motion if has_shared_motion(scenario.sweep) else None
     return Table(

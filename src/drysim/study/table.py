@@ -147,8 +147,7 @@ class Table:
     @cached_property
     def tallies(self) -> Mapping[str, Tally]:
         """Statistics of the cases by approach, in the order of the request."""
-        limits_of = partial(stroke_limits, self.scenario)
-        return self.summary or Tally.of(as_batches(self.rows), limits_of)
+        return self.summary or Tally.of(as_batches(self.rows), self.scenario)
 
     @property
     def own_tally(self) -> Tally | None:
@@ -547,18 +546,15 @@ class Tally:
 
     @classmethod
     def of(
-        cls,
-        batches: Iterable[Batch],
-        limits_of: LimitsOf,
-        checks: Sequence[Check] = (),
-        checked: str = "",
+        cls, batches: Iterable[Batch], scenario: Scenario, checked: str = ""
     ) -> dict[str, Self]:
-        """Return the tally of each approach, in order; `checks` apply to one of them."""
+        """Return the tally of each approach, in order; the checks apply to `checked`."""
+        limits_of = partial(stroke_limits, scenario)
         found: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach
             if name not in found:
-                found[name] = cls(name, checks if name == checked else (), limits_of)
+                found[name] = cls(name, scenario.checks if name == checked else (), limits_of)
             found[name].add(batch)
         return found
 
