@@ -59,6 +59,9 @@ from drysim.units import Block, shorten
 from drysim.wording import format_number
 from drysim.yaml_document import KeyPath
 
+FIT_NAMES = frozenset(metric.name for metric in FIT_METRICS)
+"""Metrics that only a fit has."""
+
 WORK_PER_FIT = 2000
 """Number of solutions in a fit, for the choice of the engine."""
 
@@ -171,7 +174,7 @@ def prepare(
         )
         raise case_error(scenario, sentence, ("fit", "free", missing[0]))
     for i, check in enumerate(scenario.checks):
-        if check.metric in (metric.name for metric in FIT_METRICS):
+        if check.metric in FIT_NAMES:
             sentence = f"{check.metric} is known to `drysim fit` only; remove the check"
             raise case_error(scenario, sentence, ("checks", i))
     if not interval or statistics.max_seeds(scenario) > 1:
@@ -206,6 +209,12 @@ def prepare(
     if refused := spectra_problem(case):
         raise case_error(scenario, *refused)
     return case
+
+
+def without_fit_checks(scenario: Scenario) -> Scenario:
+    """Return the scenario without the checks that only a fit can judge."""
+    checks = (check for check in scenario.checks if check.metric not in FIT_NAMES)
+    return scenario.copy_with({"checks": tuple(checks)})
 
 
 def refuse_direction(scenario: Scenario, command: str) -> None:

@@ -25,12 +25,12 @@ import drysim
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
-from drysim.metrics.table import FIT_METRICS, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
+from drysim.metrics.table import METRICS_BY_NAME, SIGNED, STROKE_USED, Values
 from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
-from drysim.study.case import Case, case_error, prepare, require_scenario
+from drysim.study.case import FIT_NAMES, Case, case_error, prepare, require_scenario
 from drysim.study.outcome import exit_code, format_metric, format_repr, html_table
 from drysim.study.run import unused_spectra_warnings
 from drysim.study.search import (
@@ -423,10 +423,8 @@ def prepare_design(scenario: Scenario) -> Case:
     require_scenario(scenario)
     found = scenario.design
     if found is None:
-        problem = scenario.problem(
-            "design is required: the keys to vary, and the metric to minimise", DESIGN_KEY
-        )
-        raise ScenarioError(f"{scenario.origin['file'] or scenario.name}: 1 error", (problem,))
+        sentence = "design is required: the keys to vary, and the metric to minimise"
+        raise case_error(scenario, sentence, DESIGN_KEY)
     if until := stopping_rule(scenario):
         sentence = (
             "excitation.until is not supported by design, which takes the same seeds for every "
@@ -471,7 +469,7 @@ def check_limits(scenario: Scenario) -> None:
 def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> None:
     """Raise a ScenarioError for a metric that the scenario does not have."""
     where = ".".join(map(str, keys))
-    if name in (metric.name for metric in FIT_METRICS):
+    if name in FIT_NAMES:
         raise case_error(scenario, f"{where}: {name} is known to `drysim fit` only", keys)
     for need in METRICS_BY_NAME[name].needs:
         if not asks_for(scenario, need):

@@ -45,12 +45,12 @@ from drysim.core.compile import choose_engine
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.metrics.table import FIT_METRICS, Values
+from drysim.metrics.table import Values
 from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import CHANNELS, DELAY_KEY
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS, fields_by_key
-from drysim.study.case import refuse_interval, require_scenario
+from drysim.study.case import refuse_interval, require_scenario, without_fit_checks
 from drysim.study.fit_model import (
     UNCERTAIN,
     FitModel,
@@ -1297,9 +1297,7 @@ def fitted_scenario(one: LawFit) -> Scenario:
     """Return the scenario with the fitted values, without its fit block and checks of it."""
     scenario = one.model.at(one.values)
     document, friction = scenario.document, scenario.active_friction
-    of_fit = {metric.name for metric in FIT_METRICS}
-    checks = [check for check in scenario.checks if check.metric not in of_fit]
-    words = scenario.copy_with({"fit": None, "checks": tuple(checks)}).resolved()
+    words = without_fit_checks(scenario).copy_with({"fit": None}).resolved()
     if friction is not None:
         options = friction.model_dump(by_alias=True, exclude_none=True, mode="json")
         known = fields_by_key(LAWS[friction.law])  # without the options of other laws

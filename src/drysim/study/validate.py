@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
 from drysim.excitation.recorded import Record
-from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.study.case import prepare
+from drysim.study.case import prepare, without_fit_checks
 from drysim.wording import describe_clean_up
 
 
@@ -51,9 +50,7 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         span = f"{len(found.t)} samples over {float(found.t[-1] - found.t[0]):.6g} s"
         notes.append(f"measured: {', '.join(found.channels)}, {span}")
         warned += [known.sentence for known in found.warnings]
-        of_fit = {metric.name for metric in FIT_METRICS}
-        kept = tuple(check for check in scenario.checks if check.metric not in of_fit)
-        scenario = scenario.copy_with({"checks": kept})
+        scenario = without_fit_checks(scenario)
     cases = []
     if scenario.design is not None:
         from drysim.study.design import prepare_design
