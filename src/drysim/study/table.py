@@ -234,12 +234,13 @@ class Table:
 
     def _closest(self, own: Tally, records: int, stride: int) -> Verdict | None:
         """Return the check that the case closest to admissible fails by most."""
-        misses = self._column(own, lambda batch: largest_misses(batch, own.checks)[0])
+        misses = self._column(own, lambda batch: misses_of(batch, own.checks).max(axis=0))
         _, at = least_worst(misses, records, stride)
         if at is None:
             return None
         row = self._row_of(own, at)
-        check = largest_misses(Batch.of(0, [row]), own.checks)[1][0]
+        by_check = misses_of(Batch.of(0, [row]), own.checks)[:, 0]
+        check = (STROKE_LIMIT, *own.checks)[int(by_check.argmax())]
         return check.verdict(row.metrics.get(check.metric), row.point)
 
     def _batches_of(self, own: Tally) -> Iterator[Batch]:
@@ -674,30 +675,16 @@ class Tally:
                 self._verdicts[i] = verdict
 
 
-def is_admissible(batch: Batch, checks: Iterable[Check]) -> NDArray[np.bool_]:
-    """Return which cases have numbers, stay within the stroke limit and keep all checks.
-
-    A check binds only the cases to which it applies.
-    """
-    keeps = batch.status == STATUSES.index(OK)
-    keeps &= ~(np.nan_to_num(batch.metrics["violations"]) > 0)
-    for check in checks:
-        applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
-        keeps &= ~applies | check.holds(batch.metrics[check.metric])
-    return np.asarray(keeps)
-
-
 STROKE_LIMIT = Check.parse("stroke_used <= 1")
 """The stroke limit as a check."""
 
 
-def largest_misses(
-    batch: Batch, checks: Sequence[Check]
-) -> tuple[NDArray[np.float64], list[Check]]:
-    """Return by how much each case fails the check that it fails most, and that check.
+def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
+    """Return by how much each case fails the stroke limit, and then each check.
 
-    The amount is relative to the limit. It is infinite if a value is unknown, and minus
-    infinity if the case is admissible.
+    The amounts, of shape (1 + checks, n), are relative to the limits. They are infinite if the
+    case has no numbers or a value is unknown, and minus infinity for a check that the case
+    keeps, or that does not apply to it.
     """
     exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
     # During settling, which is not measured, the limit may be exceeded with less stroke used.
@@ -709,9 +696,12 @@ def largest_misses(
         amount = check.excess(values) / (abs(check.limit) or 1.0)
         amount = np.where(np.isnan(amount), np.inf, amount)
         misses.append(np.where(applies & ~check.holds(values), amount, -np.inf))
-    found = np.where(batch.status == STATUSES.index(OK), misses, np.inf)
-    which = [STROKE_LIMIT, *checks]
-    return found.max(axis=0), [which[i] for i in found.argmax(axis=0).tolist()]
+    return np.where(batch.status == STATUSES.index(OK), misses, np.inf)
+
+
+def is_admissible(batch: Batch, checks: Iterable[Check]) -> NDArray[np.bool_]:
+    """Return which cases have numbers, stay within the stroke limit and keep all checks."""
+    return np.asarray(misses_of(batch, checks).max(axis=0) == -np.inf)
 
 
 class Count(NamedTuple):
