@@ -426,12 +426,7 @@ def scene_array(
     for k, column in enumerate(columns):
         scenes[:, k] = column
     check_first_suspect(scenario, points, case, scenes)
-    return scenes, (full_column(law.F_fk, length), full_column(law.F_fs, length))
-
-
-def full_column(value: Any, length: int) -> Floats:
-    """Return a column of shape (length,); a scalar is repeated."""
-    return np.broadcast_to(np.asarray(value, dtype=float), (length,)).copy()
+    return scenes, (np.full(length, law.F_fk, float), np.full(length, law.F_fs, float))
 
 
 def common_periods(case: Scenario, frequencies: tuple[Any, ...], length: int) -> Floats:
@@ -439,11 +434,11 @@ def common_periods(case: Scenario, frequencies: tuple[Any, ...], length: int) ->
     friction = case.active_friction
     varied = friction.normal_variation if isinstance(friction, Coulomb) else None
     if varied is None and len(frequencies) == 1:
-        return full_column(1.0 / frequencies[0], length)
-    columns = [full_column(frequency, length) for frequency in frequencies]
+        return np.full(length, 1.0 / frequencies[0])
+    columns = [np.full(length, frequency, float) for frequency in frequencies]
     if varied is not None:
-        moves = full_column(varied.amplitude, length) != 0.0
-        columns.append(np.where(moves, full_column(varied.frequency, length), np.nan))
+        moves = np.full(length, varied.amplitude, float) != 0.0
+        columns.append(np.where(moves, np.full(length, varied.frequency, float), np.nan))
     rows, at = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
     found = [common_period(f for f in row if f == f) for row in rows.tolist()]
     return np.array([np.nan if period is None else period for period in found])[at.ravel()]
