@@ -32,7 +32,8 @@ from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import FIT_NAMES, Case, case_error, prepare, require_scenario
 from drysim.study.outcome import exit_code, format_metric, format_repr, html_table
-from drysim.study.run import unused_spectra_warnings
+from drysim.study.plan import CaseRanges, Plan
+from drysim.study.run import MotionCache, unused_spectra_warnings
 from drysim.study.search import (
     GAP_SHARES,
     ROUNDS,
@@ -520,6 +521,11 @@ class Study:
     candidates: list[Candidate] = field(default_factory=list)
     first: int = 0
 
+    @cached_property
+    def motions(self) -> MotionCache:
+        """Base motions, which all designs share."""
+        return MotionCache.starting_with(self.case)
+
     @property
     def design(self) -> Design:
         """The design block."""
@@ -616,12 +622,16 @@ class Study:
 
         rows: list[Row] = []
         if sound:
-            batches = self.execute([swept], case, self.store, count, begun)
+            plan = Plan(CaseRanges([swept], begun), self.motions)
+            batches = self.execute(plan, case, self.store, count)
             rows = [row for _, batch in batches for row in batch]
         self.first = begun + len(rows)
         solved = iter([tuple(rows[i : i + each]) for i in range(0, len(rows), each)])
         return [
-            tuple(lost_row(scenario, {**one, **point}, fault) for one in under)
+            tuple(
+                Row({**one, **point}, scenario.label, nan, nan, {}, FAILED, fault)
+                for one in under
+            )
             if fault
             else next(solved)
             for point, fault in zip(points, faults, strict=True)
@@ -687,11 +697,6 @@ def invalid_note(
     except ScenarioError as fault:
         return fault.problems[0].sentence
     return ""
-
-
-def lost_row(scenario: Scenario, point: Point, note: str) -> Row:
-    """Return the row of a case that cannot be solved."""
-    return Row(point, scenario.label, nan, nan, {}, FAILED, note)
 
 
 class KnownValue(NamedTuple):

@@ -119,33 +119,22 @@ def solve(
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
     execute = execute or on_threads(workers)
-    return gather(case, execute(scenarios, case, store, finished, 0), store)
+    return gather(case, execute(Plan.of(scenarios, case), case, store, finished), store)
 
 
 Execute = Callable[
-    [Sequence[Scenario], Case, "Store | None", BatchCallback, int],
-    Iterator[tuple[CaseRange, Batch]],
+    [Plan, Case, "Store | None", BatchCallback], Iterator[tuple[CaseRange, Batch]]
 ]
-"""Function that solves the cases of sweeps, numbered from the last argument, and yields each
-range with its batch, in order. The results do not depend on who solves them."""
+"""Function that solves the cases of a plan and yields each range with its batch, in order. The
+results do not depend on who solves them."""
 
 
 def on_threads(workers: int | None) -> Execute:
-    """Return the function that solves cases by threads of this process.
-
-    Its base motions serve later calls as well.
-    """
-    known: list[MotionCache] = []
+    """Return the function that solves cases by threads of this process."""
 
     def execute(
-        scenarios: Sequence[Scenario],
-        case: Case,
-        store: Store | None,
-        finished: BatchCallback,
-        first: int,
+        plan: Plan, case: Case, store: Store | None, finished: BatchCallback
     ) -> Iterator[tuple[CaseRange, Batch]]:
-        known.extend([] if known else [MotionCache.starting_with(case)])
-        plan = Plan(CaseRanges(scenarios, first), known[0])
         return solve_cases(plan, case, workers, store, finished)
 
     return execute
@@ -156,15 +145,10 @@ def on_cluster(link: ClusterClient) -> Execute:
     from drysim.study.cluster import solve_ranges as solve_remotely
 
     def execute(
-        scenarios: Sequence[Scenario],
-        case: Case,
-        store: Store | None,
-        finished: BatchCallback,
-        first: int,
+        plan: Plan, case: Case, store: Store | None, finished: BatchCallback
     ) -> Iterator[tuple[CaseRange, Batch]]:
         assert store is not None, "workers of a cluster write to a store"
         compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
-        plan = Plan.of(scenarios, case, first)
         return solve_remotely(plan, case.scenario, link, store, finished)
 
     return execute
