@@ -206,8 +206,7 @@ def prepare(
         inputs=tuple(record for _, inputs in found for record in inputs),
         records=records,
     )
-    if refused := spectra_problem(case):
-        raise case_error(scenario, *refused)
+    check_spectra(case)
     return case
 
 
@@ -311,8 +310,7 @@ def assemble(
         warnings,
     )
     weighted = bool(scenario.measure.weights or scenario.measure.spectra)
-    if sentence := short_normal_record(case):
-        raise case_error(scenario, sentence, "friction.normal_record")
+    check_normal_record(case)
     if shortage := memory_shortage(case.steps, weighted, is_streamed(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
         raise case_error(scenario, sentence, "measure.duration")
@@ -320,8 +318,7 @@ def assemble(
     if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
         raise case_error(scenario, f"{key} subdivides each step: {shortage}", key)
-    if excess := excess_work(case):
-        raise case_error(scenario, *excess)
+    check_work(case)
     return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
 
 
@@ -390,42 +387,42 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     return settle, min(end, last)
 
 
-def short_normal_record(case: Case) -> str:
-    """Return the error message for a normal-force record that ends before the run, else ""."""
+def check_normal_record(case: Case) -> None:
+    """Raise a ScenarioError for a normal-force record that ends before the run."""
     force_record = case.law.force_record
     if force_record is None or case.window[1] <= force_record.end * (1.0 + LENGTH_TOLERANCE):
-        return ""
-    ends = f"ends at {format_number(force_record.end, 's')}"
-    return (
-        f"friction.normal_record {ends}, before the end of the run at "
-        f"{format_number(case.window[1], 's')}; use a longer record or a shorter "
-        "measure.duration"
+        return
+    sentence = (
+        f"friction.normal_record ends at {format_number(force_record.end, 's')}, before the "
+        f"end of the run at {format_number(case.window[1], 's')}; use a longer record or a "
+        "shorter measure.duration"
     )
+    raise case_error(case.scenario, sentence, "friction.normal_record")
 
 
-def spectra_problem(case: Case) -> tuple[str, str] | None:
-    """Return error message and key if the requested spectra do not exist, else None."""
+def check_spectra(case: Case) -> None:
+    """Raise a ScenarioError if the requested spectra do not exist."""
     from drysim.metrics.spectra import MIN_SEGMENT_STEPS
 
-    if not case.scenario.measure.spectra:
-        return None
+    scenario, key = case.scenario, "measure.spectra"
+    if not scenario.measure.spectra:
+        return
     if not isinstance(case.motion, Samples):
-        kind = case.scenario.excitation.kind
+        kind = scenario.excitation.kind
         sentence = f"does not apply to {kind}: spectra need random base motion or a record"
-        return f"measure.spectra {sentence}", "measure.spectra"
+        raise case_error(scenario, f"{key} {sentence}", key)
     segment, length = segment_length(case), case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):
-        key = "segment" if case.scenario.measure.segment else "spectra"
+        key = "measure.segment" if scenario.measure.segment else key
         sentence = (
-            f"measure.{key} needs segments of at least {format_number(minimum, 's')}, "
+            f"{key} needs segments of at least {format_number(minimum, 's')}, "
             f"{MIN_SEGMENT_STEPS} steps, not {format_number(segment, 's')}"
         )
-        return sentence, f"measure.{key}"
+        raise case_error(scenario, sentence, key)
     if segment > length * (1 + LENGTH_TOLERANCE):
         sentence = f"is longer than the window of {format_number(length, 's')}"
-        return f"measure.segment {sentence}", "measure.segment"
-    return None
+        raise case_error(scenario, f"measure.segment {sentence}", "measure.segment")
 
 
 BANDWIDTHS_PER_RESONANCE = 3
@@ -665,18 +662,18 @@ def _free_oscillation(
     )
 
 
-def excess_work(case: Case) -> tuple[str, str] | None:
-    """Return error message and key for a case that takes more than `MAX_RADIANS`, else None."""
+def check_work(case: Case) -> None:
+    """Raise a ScenarioError for a case that takes more than `MAX_RADIANS`."""
     most = max(_oscillations(case), key=lambda one: one.minimum, default=None)
     if most is None or most.minimum <= MAX_RADIANS:
-        return None
+        return
     hours = format_number(most.minimum * SECONDS_PER_RADIAN / 3600.0, "h", digits=2)
     sentence = (
         f"{most.key}: {format_number(case.window[1], 's')} span "
         f"{most.describe(min(most.minimum, most.radians))}, up to {hours} of work; "
         "check the units, or use a shorter duration"
     )
-    return sentence, most.key
+    raise case_error(case.scenario, sentence, most.key)
 
 
 def effort_warnings(case: Case) -> Iterator[WarningMessage]:
