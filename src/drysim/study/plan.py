@@ -228,7 +228,7 @@ def solve_range(
     """Solve the cases of a range; errors as in `Plan.block`."""
     scenario, first, begin, end = case_range
     if can_solve_together(scenario):
-        return solve_orbit_range(scenario, first, begin, end)
+        return solve_orbit_range(case_range)
     if chain_length(scenario.sweep):
         return solve_chain(case_range, motions, case_workers.is_cancelled)
     points = points_in(point_columns(scenario.sweep, begin, end))
@@ -350,10 +350,8 @@ def _may_lift_off(scenario: Scenario) -> bool:
     return max(most, varied.amplitude if varied else 0.0) >= 1.0
 
 
-def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
-    """Solve the cases `begin` to `end - 1` of a scenario's grid as periodic orbits.
-
-    `first` is the number of case `begin`, counted over all approaches.
+def solve_orbit_range(case_range: CaseRange) -> Batch:
+    """Solve the cases of a range as periodic orbits.
 
     Raises
     ------
@@ -363,6 +361,7 @@ def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> B
     from drysim.approach.coulomb import solve_orbits
     from drysim.core.orbit import LOG_FULL, STATUS
 
+    scenario, first, begin, end = case_range
     points = point_columns(scenario.sweep, begin, end)
     scenes, forces = scene_array(scenario, points, end - begin)
     chained = chain_length(scenario.sweep) > 0
@@ -375,7 +374,6 @@ def solve_orbit_range(scenario: Scenario, first: int, begin: int, end: int) -> B
     batch = Batch(first, scenario.label, points, *forces, metrics, status, notes)
     crowded = results[:, STATUS] == LOG_FULL
     if chained and crowded.any():
-        case_range = CaseRange(scenario, first, begin, end)
         return solve_chain(case_range, MotionCache(), SINGLE_THREAD.is_cancelled)
     return solve_individually(scenario, batch, crowded) if crowded.any() else batch
 
