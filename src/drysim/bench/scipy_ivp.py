@@ -248,26 +248,28 @@ CHUNK_SAMPLES = 200
 def entries(work: Work) -> Iterator[Entry]:
     """Yield scipy at several tolerances, with events and with smoothed friction."""
     # A record restarts the integrator at every sample, which makes all tolerances equal.
-    for method, tolerance in EVENT_SETTINGS[:: 3 if isinstance(work.motion, Samples) else 1]:
-        words = f"{method}, {format_number(tolerance)}"
-        yield Entry("solve_ivp events", words, with_events(method, tolerance))
+    for setting in EVENT_SETTINGS[:: 3 if isinstance(work.motion, Samples) else 1]:
+        yield event_entry(*setting)
     for method, tolerance, c in SMOOTHED_SETTINGS:
         words = f"{method}, {format_number(tolerance)}, tanh c {format_number(c)}"
         ready = on_smoothed_law(method, tolerance, c)
         yield Entry("solve_ivp tanh", words, ready, omitted=omitted(work))
 
 
-def reference_entry() -> Entry:
-    """Return the entry that is the reference for the exact approach."""
-    method, tolerance = REFERENCE_SETTING
+def event_entry(method: Method, tolerance: float) -> Entry:
+    """Return the entry of a method with located events and a relative tolerance."""
     words = f"{method}, {format_number(tolerance)}"
     return Entry("solve_ivp events", words, with_events(method, tolerance))
 
 
+def reference_entry() -> Entry:
+    """Return the entry that is the reference for the exact approach."""
+    return event_entry(*REFERENCE_SETTING)
+
+
 def second_run(work: Work) -> Answer:
     """Return the answer of the reference with another tolerance and a smaller maximum step."""
-    method, tolerance, step_divisor = SECOND_RUN_SETTING
-    return with_events(method, tolerance, step_divisor)(work)()
+    return with_events(*SECOND_RUN_SETTING)(work)()
 
 
 def with_events(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from drysim.approach import Approach
     from drysim.approach.solution import Floats
-    from drysim.core.model import AnyLaw, Sines
+    from drysim.core.model import Sines
     from drysim.errors import WarningMessage
     from drysim.metrics.checks import Verdict
     from drysim.scenario.model import Scenario
@@ -303,36 +303,17 @@ def approach_settings() -> Iterator[Setting]:
 def entries(work: Work) -> Iterator[Entry]:
     """Yield drysim's entries for a work; each solves the law its approach supports."""
     for approach, words, substeps in approach_settings():
-        name = approach.approach
-        law = work.scenario.with_approach(name).law()
-        omitted = work.scenario.omissions(name)
         for count in substeps:
-            yield make_entry(work, approach, words, law, omitted, count)
+            yield make_entry(work, approach, words, count)
 
 
-def make_entry(
-    work: Work,
-    approach: Approach,
-    words: str,
-    law: AnyLaw,
-    omitted: tuple[str, ...],
-    count: int,
-) -> Entry:
-    """Return the entry of an approach with one setting and `count` steps per sample.
+def make_entry(work: Work, approach: Approach, words: str, count: int) -> Entry:
+    """Return the entry of an approach with one setting, in words, and `count` steps per sample.
 
-    Parameters
-    ----------
-    work : Work
-    approach : Approach
-    words : str
-        The setting as text.
-    law : AnyLaw
-        The law that the approach solves.
-    omitted : tuple of str
-        What this law omits of the scene.
-    count : int
-        Steps per sample.
+    It solves the law that the approach supports.
     """
+    name = approach.approach
+    law = work.scenario.with_approach(name).law()
 
     def ready(work: Work) -> Run:
         motion = refine_motion(work.motion, count)
@@ -348,4 +329,4 @@ def make_entry(
 
     points = count * approach.substeps(work.plant, law, work.step / count)
     step = None if isinstance(approach, ExactApproach) else work.step / points
-    return Entry(approach.approach, words, ready, step, points, True, omitted)
+    return Entry(name, words, ready, step, points, True, work.scenario.omissions(name))

@@ -8,7 +8,7 @@ cases until they settle, and their last periods are compared with the orbits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -139,18 +139,15 @@ def bench_runner(
 
 def entries(work: Work, options: BenchOptions) -> list[Entry]:
     """Return all entries on a work: the exact one first, the reference last."""
-    own = list(score.entries(work))
-    return (
-        own
-        if unsupported_law(work.law)
-        else [*own, *peer_entries(work, options), reference_entry()]
-    )
+    return with_peers(score.entries(work), work, options)
 
 
-def peer_entries(work: Work, options: BenchOptions) -> Iterator[Entry]:
-    """Yield the entries of all peers."""
-    for peer in options.peers:
-        yield from peer.entries(work)
+def with_peers(own: Iterable[Entry], work: Work, options: BenchOptions) -> list[Entry]:
+    """Return entries with those of all peers and the reference, if these support the law."""
+    if unsupported_law(work.law):
+        return list(own)
+    peers = (entry for peer in options.peers for entry in peer.entries(work))
+    return [*own, *peers, reference_entry()]
 
 
 def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
@@ -207,31 +204,35 @@ def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
         "work",
         f"{work.samples} samples of {format_number(work.step, 's')}: the first {length}",
     )
-    yield (
-        "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
-    )
+    yield describe_lfilter(lfilter_time)
+
+
+def describe_lfilter(time: float) -> tuple[str, str]:
+    """Return label and text of the time of the filter."""
+    return "lfilter", f"{format_number(time, 'ns', 3)} per sample, the unit of all ratios"
+
+
+def score_of(entry: Entry, samples: int = 0, words: str = "") -> Score:
+    """Return a score of an entry with a verdict, without errors and times."""
+    known = (entry.approach, entry.setting, entry.own, entry.step, samples)
+    return Score(*known, verdict=words)
 
 
 def score_answer(entry: Entry, prepared: ReadyEntry | str, reference: Reference) -> Score:
     """Return the score of an entry, without its time."""
-    score = Score(entry.approach, entry.setting, entry.own, entry.step, 0)
     if isinstance(prepared, str):
-        return replace(score, verdict=f"failed, {prepared}")
-    score = replace(score, samples=prepared.work.samples)
+        return score_of(entry, 0, f"failed, {prepared}")
+    samples, scene = prepared.work.samples, (prepared.work, prepared.answer)
     try:
-        errors = reference.errors(prepared.work, prepared.answer)
+        errors = reference.errors(*scene)
     except DrysimError as fault:
-        return replace(score, verdict=f"failed, {fault}")
-    scene = (prepared.work, prepared.answer)
+        return score_of(entry, samples, f"failed, {fault}")
     words = verdict(errors, reference.symptoms(*scene), bool(entry.omitted))
-    error_x_r, error_T_a = errors
     return replace(
-        score,
-        error_x_r=error_x_r,
-        error_T_a=error_T_a,
+        score_of(entry, samples, words),
+        error_x_r=errors[0],
+        error_T_a=errors[1],
         energy_residual=energy_residual_of(*scene),
-        verdict=words,
     )
 
 
@@ -425,12 +426,8 @@ def prepare_sweep(scenario: Scenario) -> Case:
 
 def steady_entries(work: Work, options: BenchOptions) -> list[Entry]:
     """Return the integrating entries: drysim's at one step per sample, peers, the reference."""
-    own = [one for one in score.entries(work) if one.points == 1 and one.approach != EXACT]
-    return (
-        own
-        if unsupported_law(work.law)
-        else [*own, *peer_entries(work, options), reference_entry()]
-    )
+    own = (one for one in score.entries(work) if one.points == 1 and one.approach != EXACT)
+    return with_peers(own, work, options)
 
 
 def count_entries(case: Case, options: BenchOptions) -> int:
@@ -479,10 +476,7 @@ def describe_steady_work(
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
     others = f"the others integrate up to {len(works)} cases"
     yield "work", f"{total} steady states, {each} each; {EXACT} finds all orbits, {others}"
-    yield (
-        "lfilter",
-        f"{format_number(lfilter_time, 'ns', 3)} per sample, the unit of all ratios",
-    )
+    yield describe_lfilter(lfilter_time)
 
 
 def time_orbit_search(case: Case, total: int) -> TimedEntry:
@@ -502,11 +496,7 @@ def try_steady_entry(
 ) -> TimedEntry | Score:
     """Integrate an entry through as many cases as time permits; return a score if it fails."""
     found = try_within(lambda: march_entry(variants, known, options), STEADY_TIME_LIMIT)
-    if isinstance(found, TimedEntry):
-        return found
-    first = variants[0]
-    score = Score(first.approach, first.setting, first.own, first.step, 0)
-    return replace(score, verdict=f"failed, {found}")
+    return score_of(variants[0], 0, f"failed, {found}") if isinstance(found, str) else found
 
 
 def require_short_time(entry: Entry, work: Work) -> None:
@@ -538,8 +528,7 @@ def march_entry(
         chatters, moves = chatters or symptoms[0], moves or symptoms[1]
     words = verdict((off, T_a), (chatters, moves), bool(first.omitted))
     samples = count * SETTLING_PERIODS * SAMPLES_PER_PERIOD
-    score = Score(first.approach, first.setting, first.own, first.step, samples)
-    score = replace(score, error_x_r=off, error_T_a=T_a, verdict=words)
+    score = replace(score_of(first, samples, words), error_x_r=off, error_T_a=T_a)
 
     def all_runs() -> None:
         for one in runs:
