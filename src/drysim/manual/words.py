@@ -74,19 +74,29 @@ MACHINES = {
 }
 """Machines of the classes of ISO 7096, recalled and not checked against its text."""
 
-TABLES = (
-    (COLUMN, "columns"), (EVENT, "columns"), (WARNING, "warnings"), (EXIT, "exit-codes"),
-    (DESIGN, "design"), (FIT, "fit"), (BRANCHES, "branches"), (MAP, "map"),
-)  # fmt: skip
-"""Kinds of word that are read from tables of the manual, with the page."""
-
-SYMBOL_PAGE = "symbols"
-"""Page of the manual with the table of symbols."""
-
-ROW, CELL = re.compile(r"^\| `([^`]+)` \| (.*) \|$", re.M), re.compile(r"(?<!\\) ?\| ")
+ROW = re.compile(r"^\| `([^`]+)` \| (.*) \|$", re.M)
+"""A row of a table of words in code: word, further cells."""
 
 WORD_ROW = re.compile(r"^\| (?!-)([^`|]+) \| ((?!meaning).*) \|$", re.M)
 """A row of a table of plain words: word, meaning."""
+
+CELL = re.compile(r"(?<!\\) ?\| ")
+"""What separates the cells of a row."""
+
+TABLES = (
+    (COLUMN, "columns", ROW, "", "## Events"),
+    (EVENT, "columns", ROW, "## Events", ""),
+    (WARNING, "warnings", ROW, "", ""),
+    (EXIT, "exit-codes", ROW, "", ""),
+    (DESIGN, "design", ROW, "How to read it:\n\n", "\n\n"),
+    (FIT, "fit", ROW, "How to read it:\n\n", "\n\n"),
+    (BRANCHES, "branches", WORD_ROW, "## The words", "\n## "),
+    (MAP, "map", WORD_ROW, "How to read it:", "How far to trust it:"),
+)
+"""Kinds of word that are read from tables of the manual: page, rows, text before and after."""
+
+SYMBOL_PAGE = "symbols"
+"""Page of the manual with the table of symbols."""
 
 LABELS = {
     "jumps": "Values of the static ratio at which a metric changes abruptly by more than 1 %, "
@@ -162,12 +172,14 @@ def _entries() -> Iterator[Entry]:
         text = about[0].upper() + about[1:] + "."
         example = EXAMPLES[METRIC].format(word=name, unit=unit).replace(" -]", "]")
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
-    for kind, page in TABLES:
-        yield from _table_entries(kind, page)
+    for kind, page, row, begin, end in TABLES:
+        text = pages()[page].text
+        text = text.partition(begin)[2] if begin else text
+        text = text.partition(end)[0] + "\n" if end else text
+        yield from _table_entries(kind, row.findall(text))
     for name, text in LABELS.items():
         yield Entry(name, SUMMARY, text, where="console")
-    yield from _commands()
-    yield from _options()
+    yield from _commands_and_options()
     for name, spectrum in MACHINE_CLASSES.items():
         band = "{:g} to {:g} Hz".format(*spectrum.band)
         recalled = " (recalled)" * spectrum.recalled
@@ -190,21 +202,9 @@ def _symbols() -> Iterator[Entry]:
                 )
 
 
-def _table_entries(kind: str, page: str) -> Iterator[Entry]:
-    """Return the words of a table of the manual: rows whose first cell is a word in code."""
-    text = pages()[page].text
-    if kind == EVENT:
-        text = text.partition("## Events")[2]
-    elif kind == COLUMN:
-        text = text.partition("## Events")[0]
-    elif kind in (DESIGN, FIT):
-        text = text.partition("How to read it:\n\n")[2].partition("\n\n")[0] + "\n"
-    elif kind == BRANCHES:
-        text = text.partition("## The words")[2].partition("\n## ")[0]
-    elif kind == MAP:
-        text = text.partition("How to read it:")[2].partition("How far to trust it:")[0]
-    pattern = WORD_ROW if kind in (BRANCHES, MAP) else ROW
-    for word, cells in pattern.findall(text):
+def _table_entries(kind: str, rows: Sequence[tuple[str, str]]) -> Iterator[Entry]:
+    """Return the words of a table of the manual, each with the further cells of its row."""
+    for word, cells in rows:
         fields = [cell.strip().replace("\\|", "|") for cell in CELL.split(cells)]
         if kind == COLUMN:
             unit, where, meaning = fields
@@ -215,22 +215,17 @@ def _table_entries(kind: str, page: str) -> Iterator[Entry]:
             yield Entry(word, kind, fields[0], example=example)
 
 
-def _commands() -> Iterator[Entry]:
-    """Yield the commands, each with what it does."""
+def _commands_and_options() -> Iterator[Entry]:
+    """Yield the commands, and their options; those with the same meaning once."""
+    commands: dict[tuple[str, str], list[str]] = {}
     for section in pages()["commands"].text.split("\n## `")[1:]:
         title, text = section.split("\n\n")[:2]
         usage = title.split("`")[0]
         yield Entry(usage.split()[1], COMMAND, text, example=usage.replace("......", "..."))
-
-
-def _options() -> Iterator[Entry]:
-    """Yield the options of the commands; those with the same meaning once."""
-    commands: dict[tuple[str, str], list[str]] = {}
-    for section in pages()["commands"].text.split("\n## `")[1:]:
-        command = " ".join(section.split()[:2]).strip("`")
         for names, meaning in ROW.findall(section):
             if names.startswith("--"):
                 option = names.split(", ")[0].split(" ")[0]
+                command = " ".join(section.split()[:2]).strip("`")
                 commands.setdefault((option, meaning), []).append(command)
     for (option, meaning), where in commands.items():
         yield Entry(option, OPTION, meaning, where=", ".join(where))
