@@ -268,7 +268,7 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
         ]
     )
     first = LeastSquares.starting_from(model, fitted_end(scenario, model.measurement), start)
-    stuck = LawFit(model, first, (0.0,), *final_fit(first, start / first.scale))
+    stuck = LawFit(model, first, (0.0,), final_fit(first, start / first.scale))
     # Without a static limit above kinetic friction the mass never stops long enough.
     assert model.point(stuck.values)["friction.static_ratio"] < 1.01
     profiles = profiles_of(stuck, map)

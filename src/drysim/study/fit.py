@@ -100,7 +100,7 @@ ROBUST_NOISE = 3.0
 ROBUST_SHARE = 1e-3
 """Residual above which a fit is robust: multiples of the noise, share of the median signal."""
 
-COARSE_CALLS, FINE_CALLS, FINAL_CALLS = 25, 10, 15
+COARSE_CALLS, FINE_CALLS, FINAL_CALLS, PROFILE_CALLS = 25, 10, 15, 6
 """Limits of the evaluations of a fit, without those for derivatives."""
 
 MAX_STARTS = 6
@@ -683,11 +683,12 @@ class LeastSquares:
 
 
 class Solution(NamedTuple):
-    """A minimum: scaled parameters, covariance, selected samples, sum of squares.
+    """A minimum: residuals in units of the noise, scaled parameters, covariance, samples.
 
     `smooth` are the samples whose mode does not change, `mask` those of them without outliers.
     """
 
+    squares: LeastSquares
     x: Floats
     covariance: Floats
     jacobian: Floats
@@ -695,9 +696,18 @@ class Solution(NamedTuple):
     mask: Mask
     sum_of_squares: float
 
+    @property
+    def cost(self) -> float:
+        """Robust sum of squares over all samples."""
+        return self.squares.cost(self.x)
 
-def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]:
-    """Return the least-squares solution near x, and the residuals with their noise.
+    def deviation(self, j: int) -> float:
+        """Return the standard deviation of a scaled parameter."""
+        return float(np.sqrt(max(self.covariance[j, j], 0.0)))
+
+
+def final_fit(squares: LeastSquares, x: Floats) -> Solution:
+    """Return the least-squares solution near x; its residuals are in units of their noise.
 
     The samples depend on the uncertainty of the parameters and it on them: a few repetitions.
     """
@@ -728,7 +738,8 @@ def final_fit(squares: LeastSquares, x: Floats) -> tuple[LeastSquares, Solution]
             break
         steps = new
     residuals = squares.residuals(x, mask)
-    return squares, Solution(x, covariance, slopes, smooth, mask, float(residuals @ residuals))
+    total = float(residuals @ residuals)
+    return Solution(squares, x, covariance, slopes, smooth, mask, total)
 
 
 def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
@@ -745,11 +756,12 @@ def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
     return kept if kept.sum() >= (1.0 - MAX_OUTLIERS) * mask.sum() else mask
 
 
-def is_noise(squares: LeastSquares, solution: Solution, margin: float = NOISE_MARGIN) -> bool:
+def is_noise(solution: Solution, margin: float = NOISE_MARGIN) -> bool:
     """Return whether the residuals are no larger than the noise of the signals, or rounding.
 
     Those next to an event do not count: its time is known within the uncertainty only.
     """
+    squares = solution.squares
     for name, difference in squares.differences(solution.x).items():
         signal = squares.measured[name]
         size, level = float(np.abs(signal).max()), noise_level(signal)
@@ -808,20 +820,19 @@ class ParameterProfile(NamedTuple):
     points: Sequence[ProfilePoint]
 
 
-def profile_of(
-    squares: LeastSquares, solution: Solution, determined: Sequence[int], j: int
-) -> ParameterProfile:
+def profile_of(solution: Solution, determined: Sequence[int], j: int) -> ParameterProfile:
     """Return the profile of a parameter.
 
     The other parameters are fitted again, as far as the record determines them.
     """
     others = [i for i in determined if i != j]
+    static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
     points = [ProfilePoint(float(solution.x[j]), 0.0, solution.x)]
     ends = []
     for sign in (-1.0, 1.0):
-        end, found = _profile_end(squares, solution, others, j, sign)
-        if squares.model.parameters[j].key.startswith(STATIC_PATHS) and end is not None:
-            for one in _without_refit(squares, solution, j, sign):
+        end, found = _profile_end(solution, others, j, sign)
+        if static and end is not None:
+            for one in _without_refit(solution, j, sign):
                 if (one.at - end) * sign > 0.0 and one.rise <= CHI_SQUARE_95:
                     end = one.at
                     found.append(one)
@@ -830,27 +841,25 @@ def profile_of(
     return ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
 
 
-def _without_refit(
-    squares: LeastSquares, solution: Solution, j: int, sign: float
-) -> Iterator[ProfilePoint]:
+def _without_refit(solution: Solution, j: int, sign: float) -> Iterator[ProfilePoint]:
     """Yield points on one side with the rise over all samples, the others not fitted again.
 
     A static limit has several minima, one for each order of events; an interval spans them all.
     """
-    everything = squares.all_samples
-    least = float(np.sum(squares.residuals(solution.x, everything) ** 2))
+    squares = solution.squares
+    least = float(np.sum(squares.residuals(solution.x, squares.all_samples) ** 2))
     changes = (change for change in SCAN if change * sign > 0.0)
     for x in changed(squares, solution.x, j, changes):
-        rise = float(np.sum(squares.residuals(x, everything) ** 2)) - least
+        rise = float(np.sum(squares.residuals(x, squares.all_samples) ** 2)) - least
         yield ProfilePoint(float(x[j]), rise, x)
 
 
 def _profile_end(
-    squares: LeastSquares, solution: Solution, others: list[int], j: int, sign: float
+    solution: Solution, others: list[int], j: int, sign: float
 ) -> tuple[float | None, list[ProfilePoint]]:
     """Return one end of a profile interval by the secant rule on the root of the rise."""
-    limit = squares.bounds[0 if sign < 0 else 1][j]
-    deviation = float(np.sqrt(max(solution.covariance[j, j], 0.0)))
+    limit = solution.squares.bounds[0 if sign < 0 else 1][j]
+    deviation = solution.deviation(j)
     size = sizes(solution.x)[j]
     step = min(NORMAL_95 * deviation, size) if deviation > 0.0 else 0.1 * size
     inner, outer = 0.0, np.inf
@@ -859,7 +868,7 @@ def _profile_end(
         at = float(solution.x[j] + sign * step)
         bounded = (at - limit) * sign >= 0.0
         at = limit if bounded else at
-        points.append(_profile_point(squares, solution, others, j, at))
+        points.append(_profile_point(solution, others, j, at))
         rise = points[-1].rise
         step = abs(at - float(solution.x[j]))
         if abs(rise - CHI_SQUARE_95) < PROFILE_TOLERANCE * CHI_SQUARE_95:
@@ -881,27 +890,27 @@ def _profile_end(
     return points[-1].at, points
 
 
-def _profile_point(
-    squares: LeastSquares, solution: Solution, others: list[int], j: int, at: float
-) -> ProfilePoint:
+def _profile_point(solution: Solution, others: list[int], j: int, at: float) -> ProfilePoint:
     """Return the point of a profile at a value of one parameter, the others fitted."""
-    x = solution.x.copy()
+    squares, x, variance = solution.squares, solution.x.copy(), solution.covariance[j, j]
     x[j] = at
 
-    def residuals_of(rest: Floats) -> Floats:
+    def with_others(rest: Floats) -> Floats:
         whole = x.copy()
         whole[others] = rest
-        return squares.residuals(whole, solution.mask)
+        return whole
 
+    def residuals(rest: Floats) -> Floats:
+        return squares.residuals(with_others(rest), solution.mask)
+
+    best = x[others]
     if others:
-        variance = solution.covariance[j, j]
         if variance > 0.0:
-            x[others] += solution.covariance[others, j] / variance * (at - solution.x[j])
+            best += solution.covariance[others, j] / variance * (at - solution.x[j])
         bounds = squares.bounds[0][others], squares.bounds[1][others]
-        begin = np.clip(x[others], *bounds)
-        x[others] = minimise(residuals_of, begin, DIFFERENCE, bounds, 6)
-    residuals = squares.residuals(x, solution.mask)
-    return ProfilePoint(at, float(np.sum(residuals**2)) - solution.sum_of_squares, x)
+        best = minimise(residuals, np.clip(best, *bounds), DIFFERENCE, bounds, PROFILE_CALLS)
+    rise = float(np.sum(residuals(best) ** 2)) - solution.sum_of_squares
+    return ProfilePoint(at, rise, with_others(best))
 
 
 # The fit of one law
@@ -918,21 +927,18 @@ class LawFit:
         Residuals in units of the signals, by which all starts are compared.
     costs : tuple of float
         Cost of the solution from each start, by `first`.
-    squares : LeastSquares
-        Residuals in units of the noise.
     solution : Solution
     """
 
     model: FitModel
     first: LeastSquares
     costs: tuple[float, ...]
-    squares: LeastSquares
     solution: Solution
 
     @cached_property
     def values(self) -> Floats:
         """Fitted values in SI."""
-        return np.clip(self.solution.x * self.squares.scale, *self.model.bounds)
+        return np.clip(self.solution.x * self.first.scale, *self.model.bounds)
 
     @cached_property
     def prediction(self) -> Prediction:
@@ -997,37 +1003,35 @@ def fit_law(
         If no start can be solved.
     """
     starts = model.starts()
-    squares = first = LeastSquares.starting_from(model, end, starts[0])
-    scale = squares.scale
-    if squares.predict(starts[0] / scale) is None:
+    first = LeastSquares.starting_from(model, end, starts[0])
+    closed = [start / first.scale for start in starts]
+    if first.predict(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
-    closed = [start / scale for start in starts]
-    candidates = [*closed, *mapper(squares.coarse, closed)]
-    costs = list(mapper(squares.cost, candidates))
+    candidates = [*closed, *mapper(first.coarse, closed)]
+    costs = list(mapper(first.cost, candidates))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
-    if min(mapper(squares.error, [candidates[i] for i in order])) > USELESS:
+    if min(mapper(first.error, [candidates[i] for i in order])) > USELESS:
         order = order[:1]  # no start is anywhere near
     found = []
-    for one in mapper(squares.fine, [candidates[i] for i in order]):
+    for one in mapper(first.fine, [candidates[i] for i in order]):
         found.append(one)
         finished(1)
-    best = min(found, key=lambda one: one[0])
-    squares, solution = final_fit(squares, best[1])
+    _, x = min(found, key=lambda one: one[0])
+    solution = final_fit(first, x)
     for _ in range(MAX_RESTARTS):
+        squares = solution.squares
         other = scan(squares, solution.x)
-        if other is None and (
-            is_noise(squares, solution) or squares.error(solution.x) > USELESS
-        ):
-            break
-        if other is None:
-            near = mapper(squares.fine, neighbours(squares, solution.x))
-        else:
+        if other is not None:
             near = mapper(partial(squares.fine, other), ((), STEPS[2:]))
-        cost, x = min(near, key=lambda one: one[0])
-        if cost >= BETTER * squares.cost(solution.x):
+        elif is_noise(solution) or squares.error(solution.x) > USELESS:
             break
-        squares, solution = final_fit(squares, x)
-    return LawFit(model, first, tuple(cost for cost, _ in found), squares, solution)
+        else:
+            near = mapper(squares.fine, neighbours(squares, solution.x))
+        cost, x = min(near, key=lambda one: one[0])
+        if cost >= BETTER * solution.cost:
+            break
+        solution = final_fit(squares, x)
+    return LawFit(model, first, tuple(cost for cost, _ in found), solution)
 
 
 def profiles_of(one: LawFit, mapper: Mapper) -> dict[int, ParameterProfile]:
@@ -1040,7 +1044,7 @@ def profiles_of(one: LawFit, mapper: Mapper) -> dict[int, ParameterProfile]:
     groups, every = one.undetermined, range(len(one.model.parameters))
     free = [j for j in every if not len(groups.get(j, ())) > 1]
     determined = [j for j in free if j not in groups]
-    profile = partial(profile_of, one.squares, one.solution, determined)
+    profile = partial(profile_of, one.solution, determined)
     return dict(zip(free, mapper(profile, free), strict=True))
 
 
@@ -1050,11 +1054,11 @@ def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit |
     lowest = min(points, key=lambda point: point.rise, default=None)
     if lowest is None or lowest.rise >= -PROFILE_TOLERANCE * CHI_SQUARE_95:
         return None
-    _, x = one.squares.fine(lowest.x, STEPS[2:])
-    squares, solution = final_fit(one.squares, x)
-    if one.squares.cost(solution.x) >= BETTER * one.squares.cost(one.solution.x):
-        return None
-    return replace(one, squares=squares, solution=solution)
+    squares = one.solution.squares
+    _, x = squares.fine(lowest.x, STEPS[2:])
+    solution = final_fit(squares, x)
+    is_better = squares.cost(solution.x) < BETTER * one.solution.cost
+    return replace(one, solution=solution) if is_better else None
 
 
 # The complete fit
@@ -1205,7 +1209,7 @@ def block_squares(one: LawFit, end: float) -> Floats:
 
 def errors_of(one: LawFit) -> Iterator[ChannelFit]:
     """Yield how well each channel is fitted and predicted."""
-    model, found, count = one.model, one.prediction, one.squares.count
+    model, found, count = one.model, one.prediction, one.first.count
     for name in model.compared:
         measured, offset = model.measurement.channels[name], None
         difference = measured - found.channels[name]
@@ -1229,7 +1233,7 @@ def describe_fit(
     profiles: Mapping[int, ParameterProfile],
 ) -> FitResult:
     """Return the result for a solution: intervals, errors, checks, warnings."""
-    model, scale = one.model, one.squares.scale
+    model, scale = one.model, one.first.scale
     parameters = tuple(intervals(one, profiles))
     scenario = fitted_scenario(one)
     metrics: Values = {"fit_error": one.error, "fit_error_held_out": one.error_held_out}
@@ -1244,7 +1248,7 @@ def describe_fit(
         measurement=model.measurement,
         prediction=one.prediction,
         selected=one.solution.mask,
-        fitted_end=one.squares.end,
+        fitted_end=one.first.end,
         parameters=parameters,
         correlations=tuple(correlations(one, parameters)),
         channels=one.channels,
@@ -1270,13 +1274,13 @@ def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator
     model, solution, groups = one.model, one.solution, one.undetermined
     point = model.point(one.values)
     for j, p in enumerate(model.parameters):
-        value, scale = point[p.key], float(one.squares.scale[j])
+        value, scale = point[p.key], float(one.first.scale[j])
         known = Parameter(p.key, p.unit, value, None, None, None, None, None)
         if one.error > USELESS:
             yield known._replace(note=NOT_THIS_MOTION)
             continue
         if j not in groups:
-            deviation = scale * float(np.sqrt(max(solution.covariance[j, j], 0.0)))
+            deviation = scale * solution.deviation(j)
             half = NORMAL_95 * deviation
             low, high = max(value - half, p.low), min(value + half, p.high)
             known = known._replace(deviation=deviation, low=low, high=high)
@@ -1351,7 +1355,7 @@ def correlations(
 def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
     """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
     error = result.metrics["fit_error"] or 0.0
-    if not is_noise(one.squares, one.solution, FAULT_MARGIN):
+    if not is_noise(one.solution, FAULT_MARGIN):
         sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
         clipped = any(known.slug == CLIPPED for known in result.warnings)
         unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
@@ -1361,7 +1365,7 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
                 return
     notes: dict[str, list[str]] = {}
     for j, (p, free) in enumerate(zip(result.parameters, one.model.parameters, strict=True)):
-        given, scale = one.model.fit.free[p.key], float(one.squares.scale[j])
+        given, scale = one.model.fit.free[p.key], float(one.first.scale[j])
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
         elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
@@ -1408,7 +1412,7 @@ def is_near(value: float, bound: float | None, scale: float) -> bool:
 
 def lag_correlation(one: LawFit, name: str) -> float:
     """Return the correlation of neighbouring residuals of a channel."""
-    difference, mask = one.squares.differences(one.solution.x)[name], one.solution.mask
+    difference, mask = one.first.differences(one.solution.x)[name], one.solution.mask
     values = difference - difference[mask].mean()
     both = mask[1:] & mask[:-1]
     size = float(np.mean(values[mask] ** 2))
@@ -1466,7 +1470,7 @@ def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, 
     """
     t = model.measurement.t
     end = min(
-        one.squares.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
+        one.first.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
     )
     best, values = np.inf, np.zeros(len(model.parameters))
     for start in model.starts()[:3]:
