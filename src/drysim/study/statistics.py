@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion, Until
-from drysim.metrics.checks import Verdict
+from drysim.metrics.checks import Check, Verdict
 from drysim.metrics.table import COUNT, METRICS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
@@ -362,6 +362,15 @@ def with_interval(verdict: Verdict, half_width: float | None, seeds: int) -> Ver
     if verdict.passed is None:
         return verdict
     return replace(verdict, half_width=half_width, seeds=seeds)
+
+
+def judge_row(check: Check, row: Row) -> Verdict:
+    """Return the verdict on a case to which a check applies, with the interval of a mean."""
+    status = "" if row.status == OK else row.status
+    verdict = check.verdict(row.metrics.get(check.metric), row.point, status)
+    if row.over is None:
+        return verdict
+    return with_interval(verdict, row.half_widths.get(check.metric), row.seeds)
 
 
 # Seeds of a scenario and their stopping rule.

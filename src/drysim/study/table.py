@@ -40,7 +40,7 @@ from drysim.study.statistics import (
     OverSeeds,
     Row,
     as_batches,
-    with_interval,
+    judge_row,
 )
 from drysim.wording import (
     describe_case,
@@ -665,11 +665,7 @@ class Tally:
         self._failed[i] += int((applicable & ~check.holds(values)).sum())
         at = check.worst(applicable, values)
         if at is not None:
-            case = row(at)
-            status = "" if good[at] else case.status
-            verdict = check.verdict(case.metrics.get(check.metric), case.point, status)
-            if case.over:
-                verdict = with_interval(verdict, case.half_widths.get(check.metric), case.seeds)
+            verdict = judge_row(check, row(at))
             before = self._verdicts.get(i)
             if before is None or violation(verdict) > violation(before):
                 self._verdicts[i] = verdict
@@ -755,16 +751,8 @@ class SeedSummary:
         if row.over and not row.over.narrow:
             self.too_wide = add_cases(self.too_wide, row)
         for check in checks:
-            if check.applies(row.point) and is_undecided(check, row):
+            if check.applies(row.point) and judge_row(check, row).undecided:
                 self.undecided[check] = add_cases(self.undecided.get(check), row)
-
-
-def is_undecided(check: Check, row: Row) -> bool:
-    """Whether the limit of a check lies within the confidence interval of the mean."""
-    mean = row.metrics.get(check.metric)
-    return mean is not None and abs(mean - check.limit) < (
-        row.half_widths.get(check.metric) or 0
-    )
 
 
 BINS_PER_E_FOLD = 256
