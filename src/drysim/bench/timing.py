@@ -108,15 +108,10 @@ def try_within(work: Callable[[], Given], seconds: float) -> Given | str:
         with time_limit(seconds):
             return work()
     except DrysimError as fault:
-        return failure_reason(fault)
+        problems = getattr(fault, "problems", ())
+        return problems[0].sentence if problems else fault.message
     except Exception as fault:  # other programs may raise anything
         return f"{type(fault).__name__}: {fault}"
-
-
-def failure_reason(fault: DrysimError) -> str:
-    """Return the message of an error, or of the first problem behind it."""
-    problems = getattr(fault, "problems", ())
-    return problems[0].sentence if problems else fault.message
 
 
 @contextmanager

@@ -11,7 +11,7 @@ of a scenario over its seeds (`seed_ranges`).
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -260,19 +260,17 @@ def solve_case(
     if max_seeds(swept) == 1 and "excitation.seeds" not in point:
         return solve_row(swept, point, motions)
     scenario, rows = swept.at(point), []
-    for row in solve_seeds(scenario, case_workers.seeds, motions.of):
-        if case_workers.is_cancelled():
-            raise CancelledError
-        rows.append(row)
+    solved = map_in_order(
+        lambda seed: solve_seed(scenario, seed, motions.of),
+        seed_range(scenario),
+        case_workers.seeds,
+    )
+    with closing(solved):
+        for row in needed_seeds(scenario, solved):
+            if case_workers.is_cancelled():
+                raise CancelledError
+            rows.append(row)
     return mean_row(scenario, point, rows)
-
-
-def solve_seeds(scenario: Scenario, threads: int, motion_of: MotionSource) -> Iterator[Row]:
-    """Yield the row of each seed that a scenario needs, in order."""
-    seeds = seed_range(scenario)
-    rows = map_in_order(lambda seed: solve_seed(scenario, seed, motion_of), seeds, threads)
-    with closing(rows):
-        yield from needed_seeds(scenario, rows)
 
 
 def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
