@@ -1106,17 +1106,10 @@ def fit(
     choose_engine(first.case.work, first.case.kernels)
     check_motion(first)
     end = fitted_end(scenario, first.measurement)
+    names, read = scenario.fit.laws, (first.motion, first.measurement)
+    models = [model_of_law(scenario, *read, name) for name in names] or [first]
     with ThreadPoolExecutor(worker_count(workers)) as pool:
-        names = scenario.fit.laws or ("",)
-        fits = [
-            fit_law(
-                model_of_law(scenario, first.motion, first.measurement, name),
-                end,
-                pool.map,
-                finished,
-            )
-            for name in names
-        ]
+        fits = [fit_law(model, end, pool.map, finished) for model in models]
         for left in range(MAX_RESTARTS, -1, -1):
             scores = score_laws(names, fits, end)
             best = names.index(scores[0].law) if scores else 0
@@ -1174,7 +1167,7 @@ def score_laws(
     held-out part, by less than twice the standard error of the mean difference. Among tied laws
     the one with the fewest parameters comes first, then the first one of the file.
     """
-    if names == ("",):
+    if not names:
         return ()
     # All laws have a held-out part, or none has.
     errors = [one.error if one.error_held_out is None else one.error_held_out for one in fits]

@@ -386,8 +386,8 @@ class FitModel:
 # Building a model
 
 
-def build_model(scenario: Scenario, law: str = "") -> FitModel:
-    """Read base motion and measurement, and return the model of a law.
+def build_model(scenario: Scenario) -> FitModel:
+    """Read base motion and measurement, and return the model under the law of the file.
 
     Raises
     ------
@@ -419,9 +419,9 @@ def build_model(scenario: Scenario, law: str = "") -> FitModel:
         sentence = "excitation.seeds: a measured response belongs to one base motion"
         raise case_error(scenario, sentence, "excitation.seeds")
     fitted_end(scenario, measurement)  # raises if too little is left to fit
-    for compared in fit.laws:
-        model_of_law(scenario, motion, measurement, compared)  # raises what the law lacks
-    return model_of_law(scenario, motion, measurement, law)
+    for law in fit.laws:
+        model_of_law(scenario, motion, measurement, law)  # raises what the law lacks
+    return model_of_law(scenario, motion, measurement)
 
 
 def model_of_law(
