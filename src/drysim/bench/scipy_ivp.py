@@ -128,11 +128,8 @@ def advance_stick(work: Work, state: SlipState, x_out: Floats) -> SlipState:
     """
     m, F_k = work.plant.m, work.plant.k_x * state.x_r
     t, u_dd = work.extrema
-    end, t_break_away, at = (
-        work.samples,
-        work.end,
-        int(np.searchsorted(t, state.t, side="right")),
-    )
+    end, t_break_away = work.samples, work.end
+    at = int(np.searchsorted(t, state.t, side="right"))
     while at < len(t):
         exceeds = np.abs(m * u_dd[at : at + LOOKAHEAD] + F_k) > work.law.F_fs
         if exceeds.any():

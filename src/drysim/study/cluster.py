@@ -306,11 +306,8 @@ class ClusterClient:
             raise self.lost_error() from fault
         self._last_poll = time.monotonic()
         if self._threads:
-            self._had_workers, self._has_warned, self._last_worker = (
-                True,
-                False,
-                self._last_poll,
-            )
+            self._had_workers, self._has_warned = True, False
+            self._last_worker = self._last_poll
         elif not self._had_workers and not self._has_announced:
             self._has_announced = True
             self.inform(f"{self.name} has no worker; waiting for one ({self.remedy})")

@@ -666,31 +666,25 @@ def describe_remedies(
     """Yield whether half the step, or twice the sharpness, reduces the deviation."""
     step, chosen = case.solver.step, case.solver.member()
     if step is not None:
-        finer, halved = (
-            deviation_with(case, {"step": 0.5 * step}, T_a),
-            format_number(0.5 * step, "s"),
-        )
+        finer = deviation_with(case, {"step": 0.5 * step}, T_a)
         if is_reduced(finer, deviation):
             yield f"half the step of {name} leaves {format_deviation(finer)}"
         elif finer is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            left = format_deviation(finer)
+            halved, left = format_number(0.5 * step, "s"), format_deviation(finer)
             yield f"a smaller step does not help {name}: {halved} leaves {left}"
     sharpness = getattr(chosen, "sharpness", None)
     if sharpness is not None:
         doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
-        sharper, twice = (
-            deviation_with(case, {name: doubled}, T_a),
-            format_number(2 * sharpness, "s/m"),
-        )
+        sharper = deviation_with(case, {name: doubled}, T_a)
         if is_reduced(sharper, deviation):
             order = log2(abs(deviation / sharper)) if sharper else inf
-            needed = format_number(
-                sharpness * (abs(deviation) / TARGET_ERROR) ** (1 / order), "s/m", 2
+            needed = sharpness * (abs(deviation) / TARGET_ERROR) ** (1 / order)
+            yield (
+                f"{name} needs a sharpness of about {format_number(needed, 's/m', 2)} for an "
+                f"error of {format_percent(TARGET_ERROR)}"
             )
-            share = format_percent(TARGET_ERROR)
-            yield f"{name} needs a sharpness of about {needed} for an error of {share}"
         elif sharper is not None and abs(deviation) > AGREEMENT_TOLERANCE:
-            left = format_deviation(sharper)
+            twice, left = format_number(2 * sharpness, "s/m"), format_deviation(sharper)
             yield f"a sharper {name} does not help: {twice} leaves {left}"
 
 

@@ -99,12 +99,10 @@ class Ensemble:
 
     def __repr__(self) -> str:
         """Return number of seeds, key metrics and verdicts in one line."""
-        kept, many = (
-            count_verdicts(self.checks, self.warnings),
-            format_count(len(self.rows), "seed"),
-        )
+        many = format_count(len(self.rows), "seed")
+        verdicts = count_verdicts(self.checks, self.warnings)
         return format_repr(
-            "Ensemble", self.scenario.name, many, format_metrics(self.metrics), kept
+            "Ensemble", self.scenario.name, many, format_metrics(self.metrics), verdicts
         )
 
     def exit_code(self, strict: bool = False) -> int:

@@ -64,10 +64,8 @@ class Outcome:
 
     def __repr__(self) -> str:
         """Return number of events, key metrics and verdicts in one line."""
-        verdicts, many = (
-            count_verdicts(self.checks, self.warnings),
-            format_count(len(self.events), "event"),
-        )
+        many = format_count(len(self.events), "event")
+        verdicts = count_verdicts(self.checks, self.warnings)
         return format_repr(
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
