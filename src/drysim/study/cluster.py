@@ -14,7 +14,6 @@ Failures
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import signal
 import ssl
@@ -32,7 +31,6 @@ from queue import Empty, SimpleQueue
 from shutil import rmtree
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, Self
-from uuid import uuid4
 from weakref import finalize
 
 from drysim import system
@@ -516,11 +514,10 @@ class InFlight:
     """Tasks that are being computed."""
 
     def __init__(self, link: ClusterClient, payload: Payload) -> None:
-        self.link, self.name = link, f"drysim-{payload.digest[:16]}"
+        self.link = link
         self._futures: dict[str, tuple[list[int], Any]] = {}
         self._completed: SimpleQueue[Any] = SimpleQueue()
         self._suspects: list[int] = []
-        self._attempt = 0
         self._payload = self._submit_payload(payload) if payload.files else payload
 
     def _submit_payload(self, payload: Payload) -> Any:
@@ -531,7 +528,7 @@ class InFlight:
         with warnings.catch_warnings():
             # The size of a record cannot be reduced.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            return self.link.client.submit(pass_through, payload, key=f"payload-of-{self.name}")
+            return self.link.client.submit(pass_through, payload, pure=False)
 
     def take_suspects(self) -> list[int]:
         """Return the ranges whose workers died, and clear the list."""
@@ -543,7 +540,6 @@ class InFlight:
     ) -> Iterator[NumberedResult]:
         """Yield results as they arrive; without `load`, one range at a time."""
         waiting = iter(numbers)
-        self._attempt += 1
         while True:
             while len(self._futures) < (max_tasks := self.link.max_tasks() if load else 1):
                 if not (some := list(islice(waiting, load.blocks(max_tasks) if load else 1))):
@@ -556,10 +552,9 @@ class InFlight:
             yield from self._receive(load)
 
     def _submit(self, numbers: list[int]) -> None:
-        # Unique: another client of the same sweep may submit tasks with other ranges.
-        key = f"{self.name}-{uuid4().hex[:12]}-{numbers[0]}-{self._attempt}"
-        future = self.link.client.submit(compute, self._payload, numbers, key=key)
-        self._futures[key] = numbers, future
+        # Not pure, which gives it a unique key: each attempt is a task of its own.
+        future = self.link.client.submit(compute, self._payload, numbers, pure=False)
+        self._futures[future.key] = numbers, future
         future.add_done_callback(self._completed.put)
 
     def _receive(self, load: TaskSize | None) -> Iterator[NumberedResult]:
@@ -674,15 +669,6 @@ class Payload:
                 block = block[key]
             block[keys[-1]] = name
         return cls(dump(words), tuple(files), tuple(versions().items()), sweep, first)
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 (hex) of the complete payload."""
-        digest = hashlib.sha256(f"{self.sweep}\0{self.first}\0{self.words}".encode())
-        for name, content in self.files:
-            digest.update(f"\0{name}\0{len(content)}\0".encode())
-            digest.update(content)
-        return digest.hexdigest()
 
 
 @lru_cache(MAX_OPEN_SWEEPS)
