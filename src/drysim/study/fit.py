@@ -41,6 +41,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+import drysim
 from drysim.core.compile import choose_engine
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
@@ -363,8 +364,6 @@ class FitResult:
 
     def plot(self) -> Any:
         """Return the picture of the fit, a figure of matplotlib."""
-        import drysim
-
         return drysim.plot(self)
 
     def exit_code(self, strict: bool = False) -> int:
@@ -1234,7 +1233,8 @@ def describe_fit(
         metrics = metrics_of_fitted(scenario) | metrics
     of_base = getattr(model.motion, "warnings", ())
     of_records = {known.sentence: known for known in (*of_base, *model.measurement.warnings)}
-    result = FitResult(
+    warnings = tuple(of_records.values())
+    return FitResult(
         source=source,
         scenario=scenario,
         motion=model.motion,
@@ -1257,9 +1257,8 @@ def describe_fit(
         ),
         metrics=metrics,
         checks=tuple(check.judge(metrics) for check in source.checks),
-        warnings=tuple(of_records.values()),
+        warnings=(*warnings, *fit_warnings(one, parameters, warnings)),
     )
-    return replace(result, warnings=(*result.warnings, *fit_warnings(one, result)))
 
 
 def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
@@ -1345,19 +1344,21 @@ def correlations(
 # Warnings about a fit
 
 
-def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
+def fit_warnings(
+    one: LawFit, parameters: Sequence[Parameter], of_records: Sequence[WarningMessage]
+) -> Iterator[WarningMessage]:
     """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
-    error = result.metrics["fit_error"] or 0.0
+    error = one.error
     if not is_noise(one.solution, FAULT_MARGIN):
         sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
-        clipped = any(known.slug == CLIPPED for known in result.warnings)
+        clipped = any(known.slug == CLIPPED for known in of_records)
         unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
         if cause := likely_fault(one) or (unknown if clipped or error > BAD_FIT else ""):
             yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
             if error > USELESS:
                 return
     notes: dict[str, list[str]] = {}
-    for j, (p, free) in enumerate(zip(result.parameters, one.model.parameters, strict=True)):
+    for j, (p, free) in enumerate(zip(parameters, one.model.parameters, strict=True)):
         given, scale = one.model.fit.free[p.key], float(one.first.scale[j])
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
@@ -1374,7 +1375,7 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
         yield WarningMessage("not-determined", f"{about}{note}")
-    agree, total = result.starts
+    agree, total = one.starts
     if agree < 2 <= total:
         found = (
             f"only {agree} of {total} starts led" if agree else f"none of {total} starts led"
@@ -1383,7 +1384,7 @@ def fit_warnings(one: LawFit, result: FitResult) -> Iterator[WarningMessage]:
             f"{found} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
-    for channel in result.channels:
+    for channel in one.channels:
         rho = lag_correlation(one, channel.name)
         count = int(one.solution.mask.sum())
         if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
