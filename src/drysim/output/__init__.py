@@ -8,11 +8,11 @@ any work that this is allowed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict, Unpack
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
@@ -35,6 +35,7 @@ from drysim.yaml_document import dump
 if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCases
     from drysim.bench.score import Bench
+    from drysim.output.sidecar import Provenance
     from drysim.scenario.model import Scenario
     from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
@@ -97,15 +98,25 @@ RUN_WRITERS = (
 """Each takes an outcome and a folder, and writes its file if there is anything to write."""
 
 
+class WriteOptions(TypedDict):
+    """Options of the writers of a result with pictures and a report."""
+
+    plots: bool
+    """Whether to draw pictures."""
+    command: str
+    """The command line, quoted for a shell."""
+    exit_code: int
+    """Exit code of the command; an interrupted one draws no pictures."""
+    picture_format: NotRequired[str]
+    """`png` (default), `svg` or `pdf`."""
+    report: NotRequired[bool]
+    """Whether to write report.html, with pictures if `plots` is true; default false."""
+
+
 def write_run(
     outcome: Outcome,
     folder: Path,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of a run, completely or not at all.
 
@@ -114,15 +125,8 @@ def write_run(
     outcome : Outcome
     folder : Path
         Replaces what drysim wrote there before.
-    plots : bool
-        Whether to draw pictures.
-    command : str
-        The command line, quoted for a shell.
-    exit_code : int
-        Exit code of the command.
-    picture_format : {'png', 'svg', 'pdf'}, optional
-    report : bool, optional
-        Whether to write report.html, with pictures if `plots` is true.
+    **options
+        See `WriteOptions`.
 
     Returns
     -------
@@ -134,16 +138,7 @@ def write_run(
     OutputError
         The folder was not written by drysim, or cannot be written.
     """
-    writers = RUN_WRITERS + _plot_writers("run", plots, picture_format)
-    return write_folder(
-        outcome,
-        folder,
-        writers,
-        sidecar.run_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    return _write("run", outcome, folder, RUN_WRITERS, sidecar.run_fields, **options)
 
 
 def write_ensemble(
@@ -184,12 +179,8 @@ def write_table(
     table: Table,
     folder: Path | LockedFolder,
     *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
     form: str = "csv",
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of a sweep; further parameters and errors as in `write_run`.
 
@@ -206,48 +197,26 @@ def write_table(
         if form == "csv"
         else tables.write_transmissibility_parquet
     )
-    drawn = plots and exit_code != EXIT_INTERRUPTED
     writers = (
         write_scenario_yaml,
         cases,
         tables.write_case_violations_csv,
-        *_plot_writers("sweep", drawn, picture_format),
     )
-    return write_folder(
-        table,
-        folder,
-        writers,
-        sidecar.table_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    return _write("sweep", table, folder, writers, sidecar.table_fields, **options)
 
 
 def write_comparison(
     comparison: Comparison,
     folder: Path | LockedFolder,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors as in `write_run`."""
     writers = (
         write_shared_yaml,
         tables.write_comparison_csv,
-        *_plot_writers("comparison", plots, picture_format),
     )
-    return write_folder(
-        comparison,
-        folder,
-        writers,
-        sidecar.comparison_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
+    return _write(
+        "comparison", comparison, folder, writers, sidecar.comparison_fields, **options
     )
 
 
@@ -280,90 +249,63 @@ def write_hard_cases(
 def write_fit(
     result: FitResult,
     folder: Path,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of a fit; parameters and errors as in `write_run`."""
     writers = (
         write_fit_yaml,
         tables.write_fit_csv,
         tables.write_residuals_csv,
-        *_plot_writers("fit", plots, picture_format),
     )
-    return write_folder(
-        result,
-        folder,
-        writers,
-        sidecar.fit_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    return _write("fit", result, folder, writers, sidecar.fit_fields, **options)
 
 
 def write_design(
     result: DesignResult,
     folder: Path | LockedFolder,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of a design study; parameters and errors as in `write_table`."""
-    drawn = plots and exit_code != EXIT_INTERRUPTED
     writers = (
         write_design_yaml,
         tables.write_design_csv,
-        *_plot_writers("design", drawn, picture_format),
     )
-    return write_folder(
-        result,
-        folder,
-        writers,
-        sidecar.design_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    return _write("design", result, folder, writers, sidecar.design_fields, **options)
 
 
 def write_branches(
     result: BranchesResult,
     folder: Path,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
+    **options: Unpack[WriteOptions],
 ) -> dict[str, Any]:
     """Write the output folder of branches; parameters and errors as in `write_run`."""
     writers = (
         write_scenario_yaml,
         tables.write_branches_csv,
         tables.write_bifurcations_csv,
-        *_plot_writers("branches", plots, picture_format),
     )
-    return write_folder(
-        result,
-        folder,
-        writers,
-        sidecar.branches_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    return _write("branches", result, folder, writers, sidecar.branches_fields, **options)
 
 
 def write_map(
     result: RegimeMap,
     folder: Path,
+    **options: Unpack[WriteOptions],
+) -> dict[str, Any]:
+    """Write the output folder of a regime map; parameters and errors as in `write_run`."""
+    writers = (
+        write_scenario_yaml,
+        tables.write_map_csv,
+    )
+    return _write("map", result, folder, writers, sidecar.map_fields, **options)
+
+
+def _write(
+    kind: str,
+    result: Any,
+    folder: Path | LockedFolder,
+    files: Sequence[Callable[[Any, Path], None]],
+    to_fields: Callable[[Any, Provenance], dict[str, Any]],
     *,
     plots: bool,
     command: str,
@@ -371,21 +313,11 @@ def write_map(
     picture_format: str = PNG,
     report: bool = False,
 ) -> dict[str, Any]:
-    """Write the output folder of a regime map; parameters and errors as in `write_run`."""
-    writers = (
-        write_scenario_yaml,
-        tables.write_map_csv,
-        *_plot_writers("map", plots, picture_format),
-    )
-    return write_folder(
-        result,
-        folder,
-        writers,
-        sidecar.map_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+    """Write the output folder of a result: its files, pictures, report and drysim.json."""
+    drawn = plots and exit_code != EXIT_INTERRUPTED
+    writers = (*files, *_plot_writers(kind, drawn, picture_format))
+    page = _report_writer(report, plots)
+    return write_folder(result, folder, writers, to_fields, command, exit_code, page)
 
 
 def _report_writer(
