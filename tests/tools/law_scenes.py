@@ -105,4 +105,6 @@ def sparse(name: str, seed: int) -> tuple[Plant, DynamicLaw, Samples]:
     u_dd, pulses = np.zeros(n), int(random.integers(1, 5))
     at = random.choice(np.arange(1, n - 1), pulses, replace=False)
     u_dd[at] = random.choice([-1.0, 1.0], pulses) * random.uniform(0.3, 10.0, pulses) * F / m
+    # Python's numbers, as a scenario has: those of numpy warn of an overflow to infinity.
+    law = DynamicLaw(*(one.item() if isinstance(one, np.generic) else one for one in law))
     return Plant(m, k_x, b), law, Samples(u_dd, dt)
