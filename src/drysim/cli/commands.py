@@ -8,7 +8,7 @@ the functions: one command runs, and `--help` needs none of them.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -152,7 +152,7 @@ def run(
     if single and (held := resumable_parts(folder)):
         kept = f"the finished {' and '.join(held)} in {folder}.partial"
         mode.print_status(f"this run discards {kept}; use --out to keep them")
-    how = output_options(context, no_plots, picture_format) | {"report": report}
+    how = output_options(context, no_plots, picture_format, report)
     if case.scenario.static_interval:
         from drysim.study.sweep import solve_interval
 
@@ -184,13 +184,14 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
 
 
 def output_options(
-    context: typer.Context, no_plots: bool, picture_format: str
+    context: typer.Context, no_plots: bool, picture_format: str, report: bool = False
 ) -> dict[str, Any]:
     """Return the options that all writers of output folders take."""
     return {
         "plots": not no_plots,
         "picture_format": picture_format,
         "command": command_line(context),
+        **({"report": True} if report else {}),
     }
 
 
@@ -208,11 +209,9 @@ def run_single(
     for warning in case.warnings:
         if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
             mode.print_status(f"note: {warning.sentence}")
-    outcome = solve(case)
-    code = outcome.exit_code(strict)
-    fields = output.write_run(outcome, folder, exit_code=code, **how)
-    show = partial(summaries.show_outcome, outcome, folder)
-    return mode.report(fields, show, outcome.warnings, folder, code)
+    return write_and_show(
+        solve(case), folder, mode, strict, how, output.write_run, summaries.show_outcome
+    )
 
 
 def write_interval(
@@ -222,11 +221,22 @@ def write_interval(
     from drysim import output
     from drysim.console import many
 
-    code = table.exit_code(strict)
-    fields = output.write_table(table, folder, exit_code=code, **how)
-    return mode.report(
-        fields, partial(many.show_table, table, folder), table.warnings, folder, code
-    )
+    return write_and_show(table, folder, mode, strict, how, output.write_table, many.show_table)
+
+
+def write_and_show(
+    result: Any,
+    folder: Path,
+    mode: OutputMode,
+    strict: bool,
+    how: dict[str, Any],
+    write: Callable[..., Mapping[str, Any]],
+    show: Callable[[Any, Path], None],
+) -> int:
+    """Write and show a result; return the exit code. `how` are the options of the writer."""
+    code = result.exit_code(strict)
+    fields = write(result, folder, exit_code=code, **how)
+    return mode.report(fields, partial(show, result, folder), result.warnings, folder, code)
 
 
 def sweep(
@@ -274,15 +284,13 @@ def sweep(
     from drysim.console import many
     from drysim.study.sweep import partial_table, solve, solve_swept_interval
 
-    how = output_options(context, no_plots, picture_format) | {"report": report}
+    how = output_options(context, no_plots, picture_format, report)
     if case.scenario.static_interval:
         if cluster or resume:
             option = "--cluster" if cluster else "--resume"
             hint = "omit the option, or give one value"
             raise UsageError(f"{option} does not apply to an interval of static_ratio", hint)
-        from drysim.console import terminal
-
-        with terminal.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
+        with work.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
             on_batch = partial(work.count_batch, advance)
             table = solve_swept_interval(case, workers=workers, finished=on_batch)
         return write_interval(table, folder, mode, strict, how | {"form": form})
@@ -328,14 +336,14 @@ def compare(
     if dry_run:
         return work.show_grid_plan(case, folder, [*wanted], mode)
     from drysim import output
-    from drysim.console import many, terminal
+    from drysim.console import many
 
     total = count_cases(list(wanted.values()))
-    with terminal.progress(total, "cases", quiet) as advance:
+    with work.progress(total, "cases", quiet) as advance:
         on_batch = partial(work.count_batch, advance)
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
     code = result.table.exit_code(strict)
-    how = output_options(context, no_plots, picture_format) | {"report": report}
+    how = output_options(context, no_plots, picture_format, report)
     fields = output.write_comparison(result, folder, exit_code=code, **how)
     show = partial(many.show_comparison, result, folder)
     return mode.report(fields, show, result.table.warnings, folder, code)
@@ -356,6 +364,7 @@ def fit(
     quiet: options.Quiet = False,
 ) -> int:
     """Fit friction, damping and stiffness to a measured response."""
+    from drysim.cli import work
     from drysim.output.folder import FITTED_FILE, check_writable
     from drysim.scenario.load import load
     from drysim.study.fit import count_starts, require_fit
@@ -368,25 +377,15 @@ def fit(
     folder = out or Path("out", f"{loaded.name}-fit")
     check_writable(folder)
     if dry_run:
-        from drysim.cli import work
-
         return work.show_fit_plan(build_model(loaded), folder, mode)
     from drysim import output
-    from drysim.cli import process
     from drysim.console import terminal
     from drysim.console.fit import show_fit
 
-    def advance_or_stop(count: int) -> None:
-        advance(count)
-        process.raise_if_interrupted()
-
-    with terminal.progress(count_starts(loaded), "starts", quiet) as advance:
-        result = solve(loaded, workers=workers, finished=advance_or_stop)
-    code = result.exit_code(strict)
-    how = output_options(context, no_plots, picture_format) | {"report": report}
-    fields = output.write_fit(result, folder, exit_code=code, **how)
-    show = partial(show_fit, result, folder)
-    code = mode.report(fields, show, result.warnings, folder, code)
+    with work.progress(count_starts(loaded), "starts", quiet) as advance:
+        result = solve(loaded, workers=workers, finished=advance)
+    how = output_options(context, no_plots, picture_format, report)
+    code = write_and_show(result, folder, mode, strict, how, output.write_fit, show_fit)
     if not (as_json or quiet or result.is_useless):
         command = "sweep" if result.scenario.sweep else "run"
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
@@ -427,7 +426,7 @@ def design(
     from drysim import output
     from drysim.console.design import show_design
 
-    how = output_options(context, no_plots, picture_format) | {"report": report}
+    how = output_options(context, no_plots, picture_format, report)
     write = partial(output.write_design, **how)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
@@ -462,12 +461,9 @@ def branches(
     from drysim import output
     from drysim.console.branches import show_branches
 
-    result = solve(case)
-    code = result.exit_code(strict)
-    how = output_options(context, no_plots, picture_format) | {"report": report}
-    fields = output.write_branches(result, folder, exit_code=code, **how)
-    return mode.report(
-        fields, partial(show_branches, result, folder), result.warnings, folder, code
+    how = output_options(context, no_plots, picture_format, report)
+    return write_and_show(
+        solve(case), folder, mode, strict, how, output.write_branches, show_branches
     )
 
 
@@ -486,6 +482,7 @@ def regime_map(
     quiet: options.Quiet = False,
 ) -> int:
     """Map over two keys where the mass locks, stops or slides."""
+    from drysim.cli import work
     from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.regimes import prepare_map, require_map, solve
@@ -495,24 +492,14 @@ def regime_map(
     folder = out or Path("out", f"{case.scenario.name}-map")
     check_writable(folder)
     if dry_run:
-        from drysim.cli import work
-
         return work.show_map_plan(case, folder, mode)
     from drysim import output
-    from drysim.cli import process
-    from drysim.console import terminal
     from drysim.console.regimes import show_map
 
-    def advance_or_stop(count: int) -> None:
-        advance(count)
-        process.raise_if_interrupted()
-
-    with terminal.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
-        result = solve(case, workers=workers, advance=advance_or_stop)
-    code = result.exit_code(strict)
-    how = output_options(context, no_plots, picture_format) | {"report": report}
-    fields = output.write_map(result, folder, exit_code=code, **how)
-    return mode.report(fields, partial(show_map, result, folder), result.warnings, folder, code)
+    with work.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
+        result = solve(case, workers=workers, advance=advance)
+    how = output_options(context, no_plots, picture_format, report)
+    return write_and_show(result, folder, mode, strict, how, output.write_map, show_map)
 
 
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
@@ -579,7 +566,7 @@ def report(
     quiet: options.Quiet = False,
 ) -> int:
     """Write a report of a finished result: one page of HTML."""
-    from drysim.cli import process
+    from drysim.cli import work
     from drysim.console import terminal
     from drysim.output.folder import REPORT_FILE, add_report, check_report, save_report
     from drysim.output.report import count_parts, read_result, report_folder
@@ -588,15 +575,9 @@ def report(
     fields, file = read_result(folder), out or folder / REPORT_FILE
     check_report(file, folder)
 
-    def advance_or_stop(count: int) -> None:
-        advance(count)
-        process.raise_if_interrupted()
-
     total = 0 if no_plots else count_parts(fields)
-    with terminal.progress(total, "cases", quiet) as advance:
-        page, objections = report_folder(
-            folder, fields, plots=not no_plots, advance=advance_or_stop
-        )
+    with work.progress(total, "cases", quiet) as advance:
+        page, objections = report_folder(folder, fields, plots=not no_plots, advance=advance)
     if file.absolute() == (folder / REPORT_FILE).absolute():
         add_report(folder, page, fields)
     else:

@@ -75,7 +75,7 @@ def run_parts(
     int
         The exit code.
     """
-    from drysim.console import many, summaries, terminal
+    from drysim.console import many, summaries
     from drysim.study.store import Store, work_identity
 
     with mode.lock(folder, resume, parts) as locked:
@@ -83,7 +83,7 @@ def run_parts(
         kept = [one.end - one.begin for one in (ranges if resume else ()) if store.has(one)]
         total = ranges[-1].first + ranges[-1].end - ranges[-1].begin
         blocks = (len(ranges) - len(kept)) if parts == "cases" else 0
-        with terminal.progress(total - sum(kept), parts, mode.quiet, blocks) as advance:
+        with progress(total - sum(kept), parts, mode.quiet, blocks) as advance:
             try:
                 result = solve(store=store, finished=partial(count_batch, advance))
             except KeyboardInterrupt:
@@ -99,10 +99,28 @@ def run_parts(
     return mode.report(fields, show_result, result.warnings, written, code)
 
 
+@contextmanager
+def progress(
+    total: int, label: str, quiet: bool, blocks: int = 0
+) -> Iterator[Callable[[int], None]]:
+    """Yield a function that counts finished items, as `terminal.progress` does.
+
+    The function repeats an interrupt that was lost.
+    """
+    from drysim.console import terminal
+
+    with terminal.progress(total, label, quiet, blocks) as advance:
+
+        def advance_or_stop(count: int) -> None:
+            advance(count)
+            process.raise_if_interrupted()
+
+        yield advance_or_stop
+
+
 def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
-    """Advance the progress by finished cases or seeds; repeat an interrupt that was lost."""
+    """Advance the progress by the finished cases or seeds of a batch."""
     advance(len(batch))
-    process.raise_if_interrupted()
 
 
 @contextmanager
@@ -164,13 +182,8 @@ def run_design(
         identity = work_identity(case.scenario.copy_with({"design": any_number}))
         store = Store(locked.partial / "designs", identity, resume)
         total = block.evaluations
-        with terminal.progress(total, "designs", mode.quiet) as advance:
-
-            def count(designs: int) -> None:
-                advance(designs)
-                process.raise_if_interrupted()
-
-            study = Study(case, execute, store, count)
+        with progress(total, "designs", mode.quiet) as advance:
+            study = Study(case, execute, store, advance)
             try:
                 result = study.solve()
             except KeyboardInterrupt:
