@@ -241,7 +241,7 @@ def test_the_only_branch_without_static_excess_is_stable(tmp_path):
     result = drysim.branches(scene)
     assert len(result.branches) == 1
     assert result.branches[0].stable.all()
-    assert result.starts == 17  # rest only: two motions never move apart
+    assert result.starts == 18  # from rest, and its own: two motions never move apart
 
 
 def test_rounding_of_a_range_adds_no_branch_and_no_bifurcation(tmp_path):
@@ -531,3 +531,46 @@ def test_further_keys_of_the_sweep_are_told_to_stay(tmp_path):
     assert "45 N" in told
     assert "0.5 Hz" in told
     assert result.axis.key == "friction.static_ratio"
+
+
+def test_orbit_of_three_periods_that_half_of_them_mirrors_is_symmetric(tmp_path):
+    beta, zeta, phi, eta = 0.45319397252152915, 0.02481257246398982, 0.1060622599005986, 2.52
+    sweep = "friction.static_ratio: {from: 2.51, to: 2.53, count: 5}"
+    scaled(tmp_path, beta, zeta, phi, eta, sweep)
+    start = {"start.x_r": 0.665, "start.v_r": -0.663}
+    outcome = drysim.run(drysim.load(tmp_path / "scaled.yaml", {**start, "sweep": None}))
+    period, trajectory = math.tau / beta, outcome.response.trajectory
+    assert trajectory.end == pytest.approx(3.0 * period)
+    for t in (0.0, 0.3 * period, 0.8 * period, 1.2 * period):
+        later = trajectory.state(t + 1.5 * period).x_r
+        assert later == pytest.approx(-trajectory.state(t).x_r, abs=1e-9)
+    result = drysim.branches(drysim.load(tmp_path / "scaled.yaml", start))
+    (motion,) = result.motions
+    assert (motion.branch.periods, motion.branch.symmetric) == (3, True)
+    assert motion.T_a == pytest.approx(outcome.metrics["T_a"], rel=1e-9)
+
+
+@pytest.mark.parametrize("phase", [0.0, 2.0])
+def test_motion_that_a_run_shows_is_on_a_branch(tmp_path, monkeypatch, phase):
+    def only_rest(scenes):
+        return np.zeros((1, len(scenes), 2))
+
+    monkeypatch.setattr("drysim.approach.coulomb.orbit_starts", only_rest)
+    paper(tmp_path, 0.5)
+    own = {
+        "friction.static_ratio": 1.2,
+        "excitation.phase": phase,
+        "sweep": {"friction.static_ratio": {"from": 1.19, "to": 1.3, "count": 3}},
+    }
+    kicked = {**own, "start.x_r": 0.005, "start.v_r": 0.01}
+    shown = drysim.run(drysim.load(tmp_path / "paper.yaml", {**kicked, "sweep": None}))
+    assert shown.metrics["stuck_share"] < 1.0
+    found = [
+        [
+            motion.T_a
+            for motion in drysim.branches(drysim.load(tmp_path / "paper.yaml", one)).motions
+        ]
+        for one in (own, kicked)
+    ]
+    assert shown.metrics["T_a"] not in found[0]
+    assert any(T_a == pytest.approx(shown.metrics["T_a"], rel=1e-9) for T_a in found[1])

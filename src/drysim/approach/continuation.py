@@ -9,8 +9,9 @@ Method
     Pseudo-arclength continuation: predict along the tangent, correct by Newton's method in the
     plane normal to it (Keller 1977). The maps march the motion itself and find all events, so a
     branch passes from sliding to sticking without declared sequences of events. Orbits that
-    are symmetric under half a period and a change of sign are fixed points of the negative
-    half map, in which folds and symmetry breaking are different eigenvalues (+1 and -1).
+    are symmetric, x_r(t + n T/2) = -x_r(t) with an odd number n of periods T, are fixed points
+    of the negative half map, in which folds and symmetry breaking are different eigenvalues
+    (+1 and -1).
 
 Section
     The states are taken at one phase of the excitation, the Poincaré section. In a stick it
@@ -83,7 +84,7 @@ class Repetition(NamedTuple):
     periods : int
         Periods of the excitation.
     half : bool
-        Whether it is half a period, and the image is taken with the opposite sign.
+        Whether it is half of them, of an odd number, and the image has the opposite sign.
     begin : float
         Time at which it begins, the section, in periods since an upward zero crossing of the
         base acceleration.
@@ -96,7 +97,7 @@ class Repetition(NamedTuple):
     @property
     def length(self) -> float:
         """Length in periods of the excitation."""
-        return 0.5 if self.half else float(self.periods)
+        return 0.5 * self.periods if self.half else float(self.periods)
 
     @property
     def doubled(self) -> Repetition:
@@ -110,9 +111,9 @@ class Repetition(NamedTuple):
         """The repetition of which this one is the double; None of the shortest."""
         if self.half:
             return None
-        if self.periods == 1:
+        if self.periods % 2 == 1:
             return self._replace(half=True)
-        return self._replace(periods=self.periods // 2) if self.periods % 2 == 0 else None
+        return self._replace(periods=self.periods // 2)
 
     def delayed(self, time: float) -> Repetition:
         """The repetition that begins later by some time, in periods of the excitation."""
@@ -1068,8 +1069,11 @@ class Continuation:
 
     def isolate(self, p: float, state: Floats, peak: float, periods: int) -> Point | None:
         """Return an orbit as a fixed point of its shortest repetition, or None."""
-        shortest = [Repetition(1, True)] if self.symmetric and periods == 1 else []
-        for repetition in [*shortest, Repetition(periods)]:
+        whole = Repetition(periods)
+        halved = whole.halved if self.symmetric and periods % 2 == 1 else None
+        for repetition in (halved, whole):
+            if repetition is None:
+                continue
             image = self.return_map(p, state, repetition)
             if image is None:
                 continue

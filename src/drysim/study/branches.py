@@ -35,7 +35,7 @@ from drysim.approach.continuation import (
 )
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
-from drysim.core.model import Input, Sines
+from drysim.core.model import Input, Sines, State
 from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
 from drysim.friction import Leuven
@@ -473,6 +473,13 @@ class Study:
         """Whether half a period and a change of sign leave the equation of motion as it is."""
         return True
 
+    @property
+    def section_of_start(self) -> float:
+        """Section at which the scenario begins: phase of its base motion, in periods."""
+        motion = self.scenario.excitation.motion()
+        assert isinstance(motion, Sines), "see `prepare_branches`"
+        return float(motion.phase[0]) / math.tau % 1.0
+
     def exact_rows(self, values: Floats) -> Floats:
         """Return the rows of the orbit kernel for many values of the key.
 
@@ -493,8 +500,11 @@ class Study:
         continuation = Continuation(
             self.return_map, self.is_symmetric, self.limits, self.max_branch_points
         )
+        own = own_values(self.scenario, [self.axis.key]).get(self.axis.key)
+        if own is not None and not self.range.low <= own <= self.range.high:
+            own = None
         shares = np.linspace(0.0, 1.0, self.seed_values)
-        seeds = self.seeds(shares)
+        seeds = self.seeds(shares, [] if own is None else [*self.own_start(own)])
         found, gaps = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
@@ -529,9 +539,6 @@ class Study:
                         position,
                     )
                 )
-        own = own_values(self.scenario, [self.axis.key]).get(self.axis.key)
-        if own is not None and not self.range.low <= own <= self.range.high:
-            own = None
         motions = [] if own is None else [*self.motions_at(own, branches, found, continuation)]
         return BranchesResult(
             self.scenario,
@@ -547,8 +554,26 @@ class Study:
 
     # Motions reached from many starts
 
-    def seeds(self, shares: Floats) -> Seeds:
-        """Return the orbits reached from many starts at some shares of the range."""
+    def own_start(self, own: float) -> Iterator[tuple[float, Floats]]:
+        """Yield the start of the scenario at its own value of the key: what a run shows.
+
+        It is given as the share of the range and the state at the section 0, to which the mass
+        moves from a start at another phase of the base motion.
+        """
+        p, state = self.range.share(own), np.array(self.scenario.start.state())
+        if begin := self.section_of_start:
+            later = np.array([1.0 - begin])
+            states = self.return_map.states(p, state, Repetition(begin=begin), later)
+            if states is None:
+                return
+            state = states[0]
+        yield p, state
+
+    def seeds(self, shares: Floats, others: Sequence[tuple[float, Floats]]) -> Seeds:
+        """Return the orbits reached from many starts at some shares of the range, and others.
+
+        `others` are shares and states at the section 0.
+        """
         from drysim.approach.coulomb import (
             can_have_other_motions,
             orbit_starts,
@@ -557,21 +582,19 @@ class Study:
         from drysim.core import orbit as o
         from drysim.core.forcing import V_R, X_R
 
-        scenes: list[Floats] = []
-        at: list[float] = []
+        starts: list[tuple[float, Floats]] = []
         for p in shares.tolist():
             row = self.rows.at(self.value(p))[None]
-            starts = (
-                orbit_starts(row) if can_have_other_motions(row)[0] else np.zeros((1, 1, 2))
-            )
-            for state in starts[:, 0]:
-                scene = row[0].copy()
-                scene[[X_R, V_R]] = state
-                scenes.append(scene)
-                at.append(p)
+            has_others = can_have_other_motions(row)[0]
+            starts += [
+                (p, state)
+                for state in (orbit_starts(row)[:, 0] if has_others else np.zeros((1, 2)))
+            ]
+        starts += others
+        scenes = np.array([self.rows.at(self.value(p)) for p, _ in starts])
+        scenes[:, [X_R, V_R]] = [state for _, state in starts]
         found, stuck, lost = [], set(), 0
-        table = np.array(scenes)
-        for p, scene, answer in zip(at, table, solve_orbits(table), strict=True):
+        for (p, _), scene, answer in zip(starts, scenes, solve_orbits(scenes), strict=True):
             status = answer[o.STATUS]
             if status != o.CONVERGED:
                 lost += 1
@@ -825,21 +848,30 @@ class MarchedStudy(Study):
         # A phase of the base motion only shifts the time.
         return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0]))
 
-    def seeds(self, shares: Floats) -> Seeds:
-        """Return the orbits reached from many starts at some shares of the range."""
-        found, stuck, lost, count = [], set(), 0, 0
-        for p in shares.tolist():
-            scene = self.scene(p)
-            for start in [] if scene is None else scene.starts:
-                count += 1
-                orbit = self.return_map.orbit(p, start)
-                if orbit is None:
-                    lost += 1
-                elif not orbit.is_stuck:
-                    found.append((p, orbit.state, orbit.peak, orbit.periods))
-                elif not any(start):
-                    stuck.add(p)
-        return Seeds(found, stuck, lost, count)
+    def own_start(self, own: float) -> Iterator[tuple[float, Floats]]:
+        """Yield the start of the scenario if it is at the section 0: see `Study.own_start`."""
+        if self.section_of_start == 0.0:
+            yield from super().own_start(own)
+
+    def seeds(self, shares: Floats, others: Sequence[tuple[float, Floats]]) -> Seeds:
+        """Return the orbits reached from many starts, as of Coulomb friction."""
+        starts = [
+            (p, start)
+            for p in shares.tolist()
+            if (scene := self.scene(p)) is not None
+            for start in scene.starts
+        ]
+        starts += [(p, State(*state.tolist())) for p, state in others]
+        found, stuck, lost = [], set(), 0
+        for p, start in starts:
+            orbit = self.return_map.orbit(p, start)
+            if orbit is None:
+                lost += 1
+            elif not orbit.is_stuck:
+                found.append((p, orbit.state, orbit.peak, orbit.periods))
+            elif not any(start):
+                stuck.add(p)
+        return Seeds(found, stuck, lost, len(starts))
 
     def sticks(self, p: float) -> bool:
         """Whether a mass at rest sticks for ever at a share of the range."""
