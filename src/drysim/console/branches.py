@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from drysim import wording
@@ -23,10 +23,20 @@ from drysim.study.branches import (
     describe_branch,
     describe_motions,
 )
-from drysim.wording import describe_axis, format_length, format_number, format_unit
+from drysim.wording import (
+    describe_axis,
+    format_count,
+    format_length,
+    format_number,
+    format_unit,
+    join_words,
+)
 
 VALUE_WIDTH = 16
 """Width of the values."""
+
+MAX_RANGES = 3
+"""Stable and unstable ranges of a branch that are printed; all points are in branches.csv."""
 
 MAX_SHOWN = 24
 """Bifurcations that are printed; all are in bifurcations.csv."""
@@ -61,23 +71,39 @@ def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
 
 
 def branch_rows(result: BranchesResult) -> Iterator[SummaryRow]:
-    """Yield each branch: its range, its kind and its transmissibility."""
+    """Yield each branch: its range, its kind, where it is stable, T_a and stroke."""
     for one in result.branches:
-        low, high = result.place(float(one.values.min())), result.place(float(one.values.max()))
-        yield SummaryRow(
-            f"branch {one.number}", f"{low} to {high}", f"{describe_branch(one)}; {sizes(one)}"
+        words = [describe_branch(one), describe_stability(result, one)]
+        if not one.is_locked:
+            T_a, peak = one.metrics["T_a"], float(one.metrics["x_r_peak"].max())
+            low, high = (
+                format_number(float(value), digits=4) for value in (T_a.min(), T_a.max())
+            )
+            words[1] += f", T_a {low} to {high}, stroke up to {format_length(peak)}"
+        else:
+            words[1] += ", T_a 1"
+        yield SummaryRow(f"branch {one.number}", result.interval(one.values), "; ".join(words))
+
+
+def describe_stability(result: BranchesResult, branch: Branch) -> str:
+    """Describe where a branch is stable, e.g. `stable at 1 to 1.4, unstable at 1.3 to 1.4`."""
+    ranges: dict[str, list[str]] = {"stable": [], "unstable": []}
+    for is_stable, part in branch.parts():
+        ranges["stable" if is_stable else "unstable"].append(
+            result.interval(branch.values[part])
         )
+    if not all(ranges.values()):
+        return "stable" if ranges["stable"] else "unstable"
+    return ", ".join(
+        f"{word} at {join_words([*found[:MAX_RANGES], *more_ranges(found)])}"
+        for word, found in ranges.items()
+    )
 
 
-def sizes(branch: Branch) -> str:
-    """Describe stability and range of T_a and stroke of a branch."""
-    share = float(branch.stable.mean())
-    stability = "stable" if share == 1.0 else "unstable" if share == 0.0 else "partly stable"
-    T_a, peak = branch.metrics["T_a"], branch.metrics["x_r_peak"]
-    if branch.is_locked:
-        return "stable, T_a 1"
-    low, high = (format_number(float(value), digits=4) for value in (T_a.min(), T_a.max()))
-    return f"{stability}, T_a {low} to {high}, stroke up to {format_length(float(peak.max()))}"
+def more_ranges(ranges: Sequence[str]) -> list[str]:
+    """Describe how many ranges are not printed; empty if all are."""
+    more = len(ranges) - MAX_RANGES
+    return [format_count(more, "more range")] if more > 0 else []
 
 
 def bifurcation_rows(result: BranchesResult) -> Iterator[SummaryRow]:

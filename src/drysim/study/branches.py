@@ -94,7 +94,7 @@ class Branch:
     periods : int
         Periods of the excitation per repetition.
     symmetric : bool
-        Whether the motion repeats after half a period with the opposite sign.
+        Whether the motion repeats after half its periods with the opposite sign.
     has_mirror_image : bool
         Whether that makes a motion of every motion: the scene is symmetric.
     is_locked : bool
@@ -153,9 +153,10 @@ class Branch:
         """The kind of motion in words."""
         if self.is_locked:
             return LOCKED
-        if self.periods > 1 or not self.has_mirror_image:
+        if not self.has_mirror_image:
             return f"period {self.periods}"
-        return "symmetric" if self.symmetric else "unsymmetric"
+        symmetry = "symmetric" if self.symmetric else "unsymmetric"
+        return symmetry if self.periods == 1 else f"period {self.periods}, {symmetry}"
 
 
 class Bifurcation(NamedTuple):
@@ -271,6 +272,10 @@ class BranchesResult:
     def place(self, value: float) -> str:
         """Return a value of the key as text."""
         return format_number(value, format_unit(self.axis.unit), 6)
+
+    def interval(self, values: Floats) -> str:
+        """Return the smallest and the largest of some values of the key as text."""
+        return f"{self.place(float(values.min()))} to {self.place(float(values.max()))}"
 
     def __repr__(self) -> str:
         """Return the number of branches in one line."""
