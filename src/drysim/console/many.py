@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from math import inf, isclose
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -334,7 +334,7 @@ def _swept_jump_rows(table: Table) -> Iterator[SummaryRow]:
 
     def size(jump: Jump) -> float:
         below, above = jump.below.metrics["T_a"], jump.above.metrics["T_a"]
-        return inf if below is None or above is None else abs(below - above)
+        return 0.0 if below is None or above is None else abs(below - above)
 
     ends = (pick(jump.value for jump in table.jumps) for pick in (min, max))
     at = format_range(*(format_number(end, digits=7) for end in ends))
