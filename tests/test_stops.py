@@ -690,3 +690,41 @@ def test_mass_that_a_squeezed_bumper_drives_is_not_said_to_stay(tmp_path):
     assert "will-not-move" in slugs[0]
     assert "will-not-move" not in slugs[1]
     assert len(beyond.events) > 1
+
+
+FORCES = ("oscillator.mass", "oscillator.stiffness", "oscillator.damping", "friction.kinetic")
+SHAKEN = """
+oscillator: {mass: 64, stiffness: 8192, damping: 256}
+friction: {law: LAW, kinetic: 32, CONTACT}
+stroke: {limit: 3 mm, stops: {STOPS}}
+excitation: {kind: shock, pulse: trapezoid, amplitude: -24, duration: 0.5, rise: 0.05}
+measure: {duration: 1 s}
+solver: {step: 2.5e-3}
+"""
+
+
+@pytest.mark.parametrize("stops", ["restitution: 0.5", "stiffness: 1e5, damping: 64"])
+@pytest.mark.parametrize("law", ["coulomb", "jenkins"])
+def test_smaller_unit_of_force_gives_the_same_motion_bit_for_bit(tmp_path, law, stops):
+    tiny = 2.0**-24
+    contact = "tangential_stiffness: 65536" if law == "jenkins" else "static: 48"
+    text = SHAKEN.replace("LAW", law).replace("CONTACT", contact).replace("STOPS", stops)
+    (tmp_path / "shaken.yaml").write_text(text)
+    heavy = drysim.load(tmp_path / "shaken.yaml")
+    keys = [*FORCES, f"friction.{contact.partition(':')[0]}"]
+    keys += [f"stroke.stops.{key}" for key in ("stiffness", "damping") if key in stops]
+    blocks = heavy.resolved()
+
+    def value(key):
+        found = blocks
+        for step in key.split("."):
+            found = found[step]
+        return found
+
+    light = drysim.load(tmp_path / "shaken.yaml", {key: tiny * value(key) for key in keys})
+    one, other = (drysim.run(scenario).response for scenario in (heavy, light))
+    assert len(one.events) > 10
+    assert np.array_equal(one.events.t, other.events.t)
+    assert np.array_equal(one.events.kind, other.events.kind)
+    assert np.array_equal(one.x_r, other.x_r)
+    assert np.array_equal(tiny * one.F_f, other.F_f)
