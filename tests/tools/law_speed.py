@@ -110,7 +110,7 @@ def break_away(law: DynamicLaw, x: float, now: float) -> tuple[float, int]:
 def peer(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
     """Return x_r [m] by scipy."""
     if law.kind == LEUVEN:
-        return swing(law, PAPER, base, END, t, method, ERROR, 1e-12)
+        return swing(law, PAPER, base, END, t, method, ERROR)
     return (sliding if law.kind == STRIBECK else bristles)(law, t, method)
 
 
