@@ -130,7 +130,7 @@ def of_threads(folder: Path) -> None:
 def of_cluster(folder: Path) -> None:
     """Print the same of two worker processes, side by side with two threads."""
     large, walls = Bench(folder, LARGE), []
-    with connect("local", 2, print) as link:
+    with connect("local", 2, print, print) as link:
         warm = Bench(folder, MIDDLE)
         solve(warm.case, execute=on_cluster(link), store=warm.store())
         for _ in range(PAIRS):
