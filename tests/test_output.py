@@ -79,7 +79,7 @@ pytestmark = pytest.mark.usefixtures("place")
 def write(folder, made=None, **words):
     options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
     place = Path(folder) if isinstance(folder, str) else folder
-    return output.write_run(made or outcome(), place, **options | words)
+    return output.write("run", made or outcome(), place, **options | words)
 
 
 def columns(file):
@@ -853,12 +853,12 @@ def small(**words):
 def tables_write(table, folder="out", **words):
     options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
     target = folder if isinstance(folder, output.LockedFolder) else Path(folder)
-    return output.write_table(table, target, **options | words)
+    return output.write("sweep", table, target, **options | words)
 
 
 def compare(made, **words):
     options = {"plots": False, "command": "drysim compare", "exit_code": 0}
-    return output.write_comparison(made, Path("out"), **options | words)
+    return output.write("comparison", made, Path("out"), **options | words)
 
 
 # tables
@@ -1147,7 +1147,7 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(output, "write_scenario_yaml", full)
+    monkeypatch.setattr(output, "write_scenarios", full)
 
     def end():
         with output.lock_partial(Path("out")) as claim:

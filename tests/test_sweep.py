@@ -587,9 +587,9 @@ def test_row_of_a_block_is_that_of_its_iteration(tally_many):
 
 def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch):
     table = tally_sweep.sweep(tally_many)
-    kept = output.write_table(table, tmp_path / "a", plots=False, command="", exit_code=0)
+    kept = output.write("sweep", table, tmp_path / "a", plots=False, command="", exit_code=0)
     monkeypatch.setattr(tables, "MAX_CACHED_ROWS", 10)
-    other = output.write_table(table, tmp_path / "b", plots=False, command="", exit_code=0)
+    other = output.write("sweep", table, tmp_path / "b", plots=False, command="", exit_code=0)
     assert kept["files"] == other["files"]
     cells = rows_of(tmp_path / "a/transmissibility.csv")
     assert cells[-1]["friction.kinetic [N]"] == ""

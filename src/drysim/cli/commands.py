@@ -8,7 +8,7 @@ the functions: one command runs, and `--help` needs none of them.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -169,7 +169,7 @@ def run(
         "seeds", case, seed_ranges(case.scenario), folder, mode,
         solve=partial(ensemble.solve, case, workers=workers),
         solve_partly=ensemble.partial_ensemble,
-        write=partial(output.write_ensemble, **how),
+        write=partial(output.write, "ensemble", **how),
         show=many.show_ensemble, resume=resume, strict=strict,
     )  # fmt: skip
 
@@ -199,7 +199,6 @@ def run_single(
     case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
     """Compute, write and show the result of a case; return the exit code."""
-    from drysim import output
     from drysim.console import summaries
     from drysim.output.folder import check_disk_space
     from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
@@ -209,19 +208,16 @@ def run_single(
     for warning in case.warnings:
         if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
             mode.print_status(f"note: {warning.sentence}")
-    return write_and_show(
-        solve(case), folder, mode, strict, how, output.write_run, summaries.show_outcome
-    )
+    return write_and_show(solve(case), folder, mode, strict, how, "run", summaries.show_outcome)
 
 
 def write_interval(
     table: Table, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
     """Write and show a case or a sweep over an interval of the static ratio."""
-    from drysim import output
     from drysim.console import many
 
-    return write_and_show(table, folder, mode, strict, how, output.write_table, many.show_table)
+    return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
 
 
 def write_and_show(
@@ -230,12 +226,17 @@ def write_and_show(
     mode: OutputMode,
     strict: bool,
     how: dict[str, Any],
-    write: Callable[..., Mapping[str, Any]],
+    kind: str,
     show: Callable[[Any, Path], None],
 ) -> int:
-    """Write and show a result; return the exit code. `how` are the options of the writer."""
+    """Write and show a result of a kind of `output.KINDS`; return the exit code.
+
+    `how` are the options of `output.write`.
+    """
+    from drysim import output
+
     code = result.exit_code(strict)
-    fields = write(result, folder, exit_code=code, **how)
+    fields = output.write(kind, result, folder, exit_code=code, **how)
     return mode.report(fields, partial(show, result, folder), result.warnings, folder, code)
 
 
@@ -299,7 +300,7 @@ def sweep(
         return work.run_parts(
             "cases", case, CaseRanges(wanted), folder, mode,
             solve=partial(solve, case, execute=execute), solve_partly=partial_table,
-            write=partial(output.write_table, form=form, **how),
+            write=partial(output.write, "sweep", form=form, **how),
             show=many.show_table, resume=resume, strict=strict,
         )  # fmt: skip
 
@@ -344,7 +345,7 @@ def compare(
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
     code = result.table.exit_code(strict)
     how = output_options(context, no_plots, picture_format, report)
-    fields = output.write_comparison(result, folder, exit_code=code, **how)
+    fields = output.write("comparison", result, folder, exit_code=code, **how)
     show = partial(many.show_comparison, result, folder)
     return mode.report(fields, show, result.table.warnings, folder, code)
 
@@ -378,14 +379,13 @@ def fit(
     check_writable(folder)
     if dry_run:
         return work.show_fit_plan(build_model(loaded), folder, mode)
-    from drysim import output
     from drysim.console import terminal
     from drysim.console.fit import show_fit
 
     with work.progress(count_starts(loaded), "starts", quiet) as advance:
         result = solve(loaded, workers=workers, finished=advance)
     how = output_options(context, no_plots, picture_format, report)
-    code = write_and_show(result, folder, mode, strict, how, output.write_fit, show_fit)
+    code = write_and_show(result, folder, mode, strict, how, "fit", show_fit)
     if not (as_json or quiet or result.is_useless):
         command = "sweep" if result.scenario.sweep else "run"
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
@@ -427,7 +427,7 @@ def design(
     from drysim.console.design import show_design
 
     how = output_options(context, no_plots, picture_format, report)
-    write = partial(output.write_design, **how)
+    write = partial(output.write, "design", **how)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_design(case, execute, folder, mode, write, show_design, resume, strict)
@@ -458,13 +458,10 @@ def branches(
     check_writable(folder)
     if dry_run:
         return work.show_grid_plan(case, folder, [case.scenario.label], mode)
-    from drysim import output
     from drysim.console.branches import show_branches
 
     how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(
-        solve(case), folder, mode, strict, how, output.write_branches, show_branches
-    )
+    return write_and_show(solve(case), folder, mode, strict, how, "branches", show_branches)
 
 
 def regime_map(
@@ -493,13 +490,12 @@ def regime_map(
     check_writable(folder)
     if dry_run:
         return work.show_map_plan(case, folder, mode)
-    from drysim import output
     from drysim.console.regimes import show_map
 
     with work.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
         result = solve(case, workers=workers, advance=advance)
     how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(result, folder, mode, strict, how, output.write_map, show_map)
+    return write_and_show(result, folder, mode, strict, how, "map", show_map)
 
 
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
@@ -639,7 +635,7 @@ def bench(
     with terminal.progress(total, "entries", quiet) as advance:
         result = job.run(advance)
     how = output_options(context, no_plots, picture_format)
-    fields = output.write_bench(result, folder, exit_code=EXIT_OK, **how)
+    fields = output.write("bench", result, folder, exit_code=EXIT_OK, **how)
     return mode.report(
         fields, partial(findings.show_bench, result, folder), result.warnings, folder
     )
@@ -674,7 +670,7 @@ def bench_hard_cases(
     ) as advance:
         result = hard_cases.run(requested, limit, advance)
     code = result.exit_code()
-    fields = output.write_hard_cases(result, folder, command=command, exit_code=code)
+    fields = output.write("hard", result, folder, plots=False, command=command, exit_code=code)
     return mode.report(
         fields, partial(findings.show_hard_cases, result, folder), (), folder, code
     )
@@ -744,8 +740,8 @@ def check_run() -> Finding:
         outcome = solve(prepare(load(gallery.find(DOCTOR_SCENARIO).file)))
         with TemporaryDirectory() as folder:
             out = Path(folder, DOCTOR_SCENARIO)
-            output.write_run(
-                outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK
+            output.write(
+                "run", outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK
             )
             whole = Path(out, "response.png").read_bytes().endswith(PNG_TRAILER)
     except Exception as fault:  # a broken installation may raise anything

@@ -1,18 +1,18 @@
 """Output folders: the files of finished work. Computes nothing and shows nothing.
 
-`write_run` and its siblings choose the writers for a result (from `tables` and
-`drysim.plots`). `folder.write_folder` runs them in `<name>.partial`, adds drysim.json last,
-and replaces the old folder by the new one. `check_writable` and `lock_partial` verify before
-any work that this is allowed.
+`write` chooses the files of a result by its kind (`KINDS`; from `tables` and `drysim.plots`).
+`folder.write_folder` writes them in `<name>.partial`, adds drysim.json last, and replaces the
+old folder by the new one. `check_writable` and `lock_partial` verify before any work that this
+is allowed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NotRequired, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
@@ -33,100 +33,119 @@ from drysim.output.sidecar import json_text as json_text
 from drysim.yaml_document import dump
 
 if TYPE_CHECKING:
-    from drysim.bench.hard_cases import HardCases
-    from drysim.bench.score import Bench
     from drysim.output.sidecar import Provenance
     from drysim.scenario.model import Scenario
-    from drysim.study.branches import BranchesResult
-    from drysim.study.compare import Comparison
-    from drysim.study.design import DesignResult
-    from drysim.study.ensemble import Ensemble
-    from drysim.study.fit import FitResult
-    from drysim.study.outcome import Outcome
-    from drysim.study.regimes import RegimeMap
-    from drysim.study.table import Table
+
+Writer = Callable[[Any, Path], None]
+"""Writes a file of a result into a folder, if there is anything to write."""
+
+Scenarios = Callable[[Any], Iterable[tuple["Scenario | None", str]]]
+"""Returns the scenarios that are written with a result, and the names of their files."""
 
 
-def write_scenario_yaml(
-    result: Outcome | Ensemble | Table | BranchesResult | RegimeMap, folder: Path
-) -> None:
-    """Write scenario.yaml: all defaults explicit, can be run again as it is."""
-    _write_yaml(result.scenario, folder, SCENARIO_FILE)
+class Kind(NamedTuple):
+    """What is written of one kind of result, besides its pictures and its report."""
+
+    files: tuple[Writer, ...]
+    to_fields: Callable[[Any, Provenance], dict[str, Any]]
+    """Returns the content of drysim.json."""
+    scenarios: Scenarios = lambda result: [(result.scenario, SCENARIO_FILE)]
 
 
-def write_shared_yaml(result: Comparison, folder: Path) -> None:
-    """Write scenario.yaml of a comparison: what all approaches share."""
-    _write_yaml(result.table.scenario, folder, SCENARIO_FILE)
+def bench_scenarios(result: Any) -> list[tuple[Scenario, str]]:
+    """Return the scenarios of a bench; several each under their own name."""
+    found = [panel.scenario for panel in result.cases]
+    if len(found) == 1:
+        return [(found[0], SCENARIO_FILE)]
+    return [(one, f"{one.name}.yaml") for one in found]
 
 
-def write_bench_yaml(result: Bench, folder: Path) -> None:
-    """Write scenario.yaml; several scenarios each under their own name."""
-    alone = len(result.cases) == 1
-    for panel in result.cases:
-        _write_yaml(
-            panel.scenario, folder, SCENARIO_FILE if alone else f"{panel.scenario.name}.yaml"
-        )
+def for_shown_seed(write: Writer) -> Writer:
+    """Adapt a writer of an outcome to an ensemble, of which it writes the shown seed."""
+    return lambda result, folder: write(result.shown, folder)
 
 
-def write_fit_yaml(result: FitResult, folder: Path) -> None:
-    """Write scenario.yaml with the fit block, and fitted.yaml with the values instead."""
-    _write_yaml(result.source, folder, SCENARIO_FILE)
-    _write_yaml(result.scenario, folder, FITTED_FILE)
-
-
-def write_design_yaml(result: DesignResult, folder: Path) -> None:
-    """Write scenario.yaml with the design block, and best.yaml with the best design."""
-    _write_yaml(result.source, folder, SCENARIO_FILE)
-    if result.best is not None:
-        _write_yaml(result.scenario, folder, BEST_FILE)
-
-
-def _write_yaml(scenario: Scenario, folder: Path, name: str) -> None:
-    """Write a scenario as YAML."""
-    words = dump(scenario.resolved(relative_to=folder))
-    (folder / name).write_text(words, encoding="utf-8", newline="\n")
-
-
-RUN_WRITERS = (
-    write_scenario_yaml,
+RUN_FILES = (
     tables.write_response_csv,
     tables.write_events_csv,
-    tables.write_violations_csv,
     tables.write_spectra_csv,
     tables.write_bands_csv,
 )
-"""Each takes an outcome and a folder, and writes its file if there is anything to write."""
+
+KINDS = {
+    "run": Kind((*RUN_FILES, tables.write_violations_csv), sidecar.run_fields),
+    "ensemble": Kind(
+        (
+            tables.write_ensemble_csv,
+            tables.write_seed_violations_csv,
+            *map(for_shown_seed, RUN_FILES),
+        ),
+        sidecar.ensemble_fields,
+    ),
+    "sweep": Kind((tables.write_case_violations_csv,), sidecar.table_fields),
+    "comparison": Kind(
+        (tables.write_comparison_csv,),
+        sidecar.comparison_fields,
+        lambda result: [(result.table.scenario, SCENARIO_FILE)],
+    ),
+    "bench": Kind((tables.write_speed_error_csv,), sidecar.bench_fields, bench_scenarios),
+    "hard": Kind((tables.write_hard_cases_csv,), sidecar.hard_case_fields, lambda result: []),
+    "fit": Kind(
+        (tables.write_fit_csv, tables.write_residuals_csv),
+        sidecar.fit_fields,
+        lambda result: [(result.source, SCENARIO_FILE), (result.scenario, FITTED_FILE)],
+    ),
+    "design": Kind(
+        (tables.write_design_csv,),
+        sidecar.design_fields,
+        lambda result: [
+            (result.source, SCENARIO_FILE),
+            (result.scenario if result.best else None, BEST_FILE),
+        ],
+    ),
+    "branches": Kind(
+        (tables.write_branches_csv, tables.write_bifurcations_csv), sidecar.branches_fields
+    ),
+    "map": Kind((tables.write_map_csv,), sidecar.map_fields),
+}
+"""Kinds of results. The cases of a sweep are a further file, in one of two formats."""
 
 
-class WriteOptions(TypedDict):
-    """Options of the writers of a result with pictures and a report."""
-
-    plots: bool
-    """Whether to draw pictures."""
-    command: str
-    """The command line, quoted for a shell."""
-    exit_code: int
-    """Exit code of the command; an interrupted one draws no pictures."""
-    picture_format: NotRequired[str]
-    """`png` (default), `svg` or `pdf`."""
-    report: NotRequired[bool]
-    """Whether to write report.html, with pictures if `plots` is true; default false."""
-
-
-def write_run(
-    outcome: Outcome,
-    folder: Path,
-    **options: Unpack[WriteOptions],
+def write(
+    kind: str,
+    result: Any,
+    folder: Path | LockedFolder,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    picture_format: str = PNG,
+    report: bool = False,
+    form: str = "csv",
 ) -> dict[str, Any]:
-    """Write the output folder of a run, completely or not at all.
+    """Write the output folder of a result, completely or not at all.
 
     Parameters
     ----------
-    outcome : Outcome
-    folder : Path
-        Replaces what drysim wrote there before.
-    **options
-        See `WriteOptions`.
+    kind : str
+        One of `KINDS`.
+    result
+    folder : Path or LockedFolder
+        Replaces what drysim wrote there before. A locked folder is completed: its
+        `<name>.partial` replaces the output folder. With exit code 130 it stays and keeps its
+        finished cases, for `--resume`.
+    plots : bool
+        Whether to draw pictures.
+    command : str
+        The command line, quoted for a shell.
+    exit_code : int
+        Exit code of the command; an interrupted one draws no pictures.
+    picture_format : str
+        `png`, `svg` or `pdf`.
+    report : bool
+        Whether to write report.html, with pictures if `plots` is true.
+    form : str
+        Format of the cases of a sweep: `csv` or `parquet`.
 
     Returns
     -------
@@ -138,215 +157,39 @@ def write_run(
     OutputError
         The folder was not written by drysim, or cannot be written.
     """
-    return _write("run", outcome, folder, RUN_WRITERS, sidecar.run_fields, **options)
+    files, to_fields, scenarios = KINDS[kind]
+    writers: list[Writer] = [partial(write_scenarios, scenarios), *files]
+    if kind == "sweep":
+        is_csv = form == "csv"
+        cases = tables.write_transmissibility_csv
+        writers.append(cases if is_csv else tables.write_transmissibility_parquet)
+    if plots and exit_code != EXIT_INTERRUPTED:
+        writers += picture_writers(kind, picture_format)
+    to_page = None
+    if report:
+        from drysim.output.report import page_of
+
+        to_page = partial(page_of, plots)
+    return write_folder(result, folder, writers, to_fields, command, exit_code, to_page)
 
 
-def write_ensemble(
-    ensemble: Ensemble,
-    folder: Path | LockedFolder,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
-) -> dict[str, Any]:
-    """Write the output folder of an ensemble; parameters and errors as in `write_table`."""
-    writers: tuple[Callable[[Any, Path], None], ...] = (
-        write_scenario_yaml,
-        tables.write_ensemble_csv,
-        _for_shown_seed(tables.write_response_csv),
-        _for_shown_seed(tables.write_events_csv),
-        tables.write_seed_violations_csv,
-        _for_shown_seed(tables.write_spectra_csv),
-        _for_shown_seed(tables.write_bands_csv),
-    )
-    drawn = plots and exit_code != EXIT_INTERRUPTED
-    writers += _plot_writers("ensemble", drawn, picture_format)
-    writers += tuple(map(_for_shown_seed, _plot_writers("run", drawn, picture_format)))
-    return write_folder(
-        ensemble,
-        folder,
-        writers,
-        sidecar.ensemble_fields,
-        command,
-        exit_code,
-        _report_writer(report, plots),
-    )
+def write_scenarios(scenarios: Scenarios, result: Any, folder: Path) -> None:
+    """Write the scenarios of a result: all defaults explicit, can be run again as they are."""
+    for scenario, name in scenarios(result):
+        if scenario is not None:
+            words = dump(scenario.resolved(relative_to=folder))
+            (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
-def write_table(
-    table: Table,
-    folder: Path | LockedFolder,
-    *,
-    form: str = "csv",
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of a sweep; further parameters and errors as in `write_run`.
-
-    Parameters
-    ----------
-    folder : Path or LockedFolder
-        A locked folder is completed: its `<name>.partial` replaces the output folder. With exit
-        code 130 it stays and keeps its finished cases, for `--resume`.
-    form : str
-        Format of the cases: `csv` or `parquet`.
-    """
-    cases = (
-        tables.write_transmissibility_csv
-        if form == "csv"
-        else tables.write_transmissibility_parquet
-    )
-    writers = (
-        write_scenario_yaml,
-        cases,
-        tables.write_case_violations_csv,
-    )
-    return _write("sweep", table, folder, writers, sidecar.table_fields, **options)
+def picture_writers(kind: str, picture_format: str) -> Iterator[Writer]:
+    """Yield a writer for each picture of a kind of result; what draws it is imported late."""
+    for name, function in PICTURES.get(kind, {}).items():
+        yield partial(write_picture, f"{name}.{picture_format}", function)
+    if kind == "ensemble":
+        yield from map(for_shown_seed, picture_writers("run", picture_format))
 
 
-def write_comparison(
-    comparison: Comparison,
-    folder: Path | LockedFolder,
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of a comparison; parameters and errors as in `write_run`."""
-    writers = (
-        write_shared_yaml,
-        tables.write_comparison_csv,
-    )
-    return _write(
-        "comparison", comparison, folder, writers, sidecar.comparison_fields, **options
-    )
-
-
-def write_bench(
-    bench: Bench,
-    folder: Path,
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-) -> dict[str, Any]:
-    """Write the output folder of a bench; parameters and errors as in `write_run`."""
-    writers = (
-        write_bench_yaml,
-        tables.write_speed_error_csv,
-        *_plot_writers("bench", plots, picture_format),
-    )
-    return write_folder(bench, folder, writers, sidecar.bench_fields, command, exit_code)
-
-
-def write_hard_cases(
-    result: HardCases, folder: Path, *, command: str, exit_code: int
-) -> dict[str, Any]:
-    """Write the output folder of the hard cases; parameters and errors as in `write_run`."""
-    writers = (tables.write_hard_cases_csv,)
-    return write_folder(result, folder, writers, sidecar.hard_case_fields, command, exit_code)
-
-
-def write_fit(
-    result: FitResult,
-    folder: Path,
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of a fit; parameters and errors as in `write_run`."""
-    writers = (
-        write_fit_yaml,
-        tables.write_fit_csv,
-        tables.write_residuals_csv,
-    )
-    return _write("fit", result, folder, writers, sidecar.fit_fields, **options)
-
-
-def write_design(
-    result: DesignResult,
-    folder: Path | LockedFolder,
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of a design study; parameters and errors as in `write_table`."""
-    writers = (
-        write_design_yaml,
-        tables.write_design_csv,
-    )
-    return _write("design", result, folder, writers, sidecar.design_fields, **options)
-
-
-def write_branches(
-    result: BranchesResult,
-    folder: Path,
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of branches; parameters and errors as in `write_run`."""
-    writers = (
-        write_scenario_yaml,
-        tables.write_branches_csv,
-        tables.write_bifurcations_csv,
-    )
-    return _write("branches", result, folder, writers, sidecar.branches_fields, **options)
-
-
-def write_map(
-    result: RegimeMap,
-    folder: Path,
-    **options: Unpack[WriteOptions],
-) -> dict[str, Any]:
-    """Write the output folder of a regime map; parameters and errors as in `write_run`."""
-    writers = (
-        write_scenario_yaml,
-        tables.write_map_csv,
-    )
-    return _write("map", result, folder, writers, sidecar.map_fields, **options)
-
-
-def _write(
-    kind: str,
-    result: Any,
-    folder: Path | LockedFolder,
-    files: Sequence[Callable[[Any, Path], None]],
-    to_fields: Callable[[Any, Provenance], dict[str, Any]],
-    *,
-    plots: bool,
-    command: str,
-    exit_code: int,
-    picture_format: str = PNG,
-    report: bool = False,
-) -> dict[str, Any]:
-    """Write the output folder of a result: its files, pictures, report and drysim.json."""
-    drawn = plots and exit_code != EXIT_INTERRUPTED
-    writers = (*files, *_plot_writers(kind, drawn, picture_format))
-    page = _report_writer(report, plots)
-    return write_folder(result, folder, writers, to_fields, command, exit_code, page)
-
-
-def _report_writer(
-    wanted: bool, plots: bool
-) -> Callable[[Any, dict[str, Any], Path], str] | None:
-    """Return what makes the report of a result, None without; its template is read late."""
-    if not wanted:
-        return None
-    from drysim.output.report import page_of
-
-    return partial(page_of, plots)
-
-
-def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
-    """Adapt a writer of an outcome to an ensemble, of which it writes the shown seed."""
-    return lambda result, folder: write(result.shown, folder)
-
-
-def _plot_writers(
-    kind: str, drawn: bool, picture_format: str
-) -> tuple[Callable[[Any, Path], None], ...]:
-    """Return a writer for each picture of a kind of result; what draws it is imported late."""
-    pictures = PICTURES[kind].items() if drawn else ()
-    return tuple(
-        partial(_write_picture, f"{name}.{picture_format}", draw) for name, draw in pictures
-    )
-
-
-def _write_picture(name: str, function: str, result: Any, folder: Path) -> None:
+def write_picture(name: str, function: str, result: Any, folder: Path) -> None:
     """Draw a picture of a result and write it."""
     from drysim.plots.style import save_picture
 
