@@ -14,6 +14,8 @@ from drysim.plots.fit import draw_fit, draw_profiles, measured_force, shown_part
 from drysim.plots.style import save_picture
 from drysim.study.fit import CHI_SQUARE_95
 
+pytest.importorskip("matplotlib.figure")  # an older one warns of its own parser once
+
 NAMES = ("fit-seat", "fit-decay", "fit-rig")
 
 

@@ -20,7 +20,6 @@ from drysim.console.terminal import print_line, stdout
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.study.fit import (
     EXACT,
-    NORMAL_95,
     ChannelFit,
     FitResult,
     Parameter,
@@ -99,7 +98,6 @@ def describe_interval(one: Parameter) -> str:
     interval = format_profile_interval(one, 1)
     if one.deviation is None or not one.value:
         return f"95 %: {interval}"
-    share = NORMAL_95 * one.deviation / abs(one.value)
     if one.profile_low is None or one.profile_high is None:
         return f"95 %: {interval}"
     share = max(one.value - one.profile_low, one.profile_high - one.value) / abs(one.value)

@@ -191,7 +191,9 @@ def clean_attributes(element: Element, ids: Mapping[str, str], detail: Detail) -
             # A marker is a small shape, drawn many times.
             attributes[name] = short_path(value, 2 if "id" in attributes else detail.decimals)
         elif name in ("x", "y", "width", "height"):
-            attributes[name] = short_number(float(value), detail.decimals)
+            # Matplotlib before 3.10 gives each letter of a formula its own place.
+            places = map(float, value.split())
+            attributes[name] = " ".join(short_number(one, detail.decimals) for one in places)
         elif name == "transform":
             attributes[name] = NUMBER.sub(lambda found: short_number(float(found[0]), 2), value)
         elif name == "style":
