@@ -162,7 +162,7 @@ def compute_trajectory(
     size = int(STEPS_PER_SAMPLE * last) + least + 1
     segments, log = empty_columns(Segments, size), empty_log(size)
     write_first_row(log, (0, 0.0, LIFT if mode.contact == FREE else mode.contact, x_r, F_L))
-    state = MarchState(0, 0.0, xi, v_r, x_0, mode, 0, 1)
+    state = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1)
     intervals = count_intervals(plant, law, motion, duration)
     while state.n <= last:
         most = max(state.used, state.events)

@@ -7,11 +7,11 @@ Problem
     missing an earlier one, and the solution continued in the mode that follows.
 
 Method
-    Each step of `march_modes` finds the earliest exit of the current mode within the interval
-    of ü (`core.modes`, `core.roots`), propagates the closed-form motion to it, sets v_r = 0
-    exactly at a stop, and decides the next mode there. An interval between two samples without
-    an event is one step, or one affine map where the mass keeps its direction
-    (`advance_samples`).
+    Each step of `march_modes` begins a segment in the current mode, propagates the closed-form
+    motion to its first exit within the interval of ü (`first_exit`), with v_r = 0 exactly at a
+    stop, and decides the mode that follows (`enter_next_mode`). An interval between two samples
+    without an event is one step, or one affine map where the mass keeps its direction
+    (`advance_samples`). `core.modes` and `core.roots` hold the equations, exits and resets.
 
     `march_sines` is the same for Coulomb friction alone: its state is x_r, v_r and the
     direction of sliding, and its events are the solution. `core.sampled` is the march of
@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import ZERO, compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import (
     CONTACT,
     IMPACT,
@@ -355,9 +355,14 @@ class MarchState(NamedTuple):
     ----------
     n, s : int, float
         Interval of ü, and time since its start [s].
-    xi, v_r, x_0 : float
-        Displacement from the origin of the mode [m], velocity [m/s], and x_r at which an
-        elastic contact carries no force [m].
+    xi, v_r : float
+        Displacement from the origin of the mode [m] and velocity [m/s].
+    a : float
+        Acceleration where the forces would give it with cancellation only [m/s²], else nan: it
+        is carried over an interval in which |v_r| is very small, and over an event of an
+        elastic contact that takes no time.
+    x_0 : float
+        x_r at which an elastic contact carries no force [m].
     mode : Mode
     used, events : int
         Numbers of segments and of events in the logs; `events` is -1 if events recur without
@@ -368,10 +373,67 @@ class MarchState(NamedTuple):
     s: float
     xi: float
     v_r: float
+    a: float
     x_0: float
     mode: Any
     used: int
     events: int
+
+
+class ModeSegment(NamedTuple):
+    """Segment of a motion in one mode, with all that decides how it ends.
+
+    Attributes
+    ----------
+    mode, x_0
+        As in `MarchState`.
+    motion : Segment
+        Motion of xi from the start of the segment.
+    creeps : bool
+        Whether |v_r| is so small that the sum of forces cancels.
+    base : SegmentBase
+    ramp : LoadRamp
+    left : float
+        Time for which base motion and normal force keep their form [s].
+    """
+
+    mode: Any
+    x_0: float
+    motion: Any
+    creeps: bool
+    base: Any
+    ramp: Any
+    left: float
+
+
+NO_EXIT, CONTACT_EXIT, BREAK_AWAY, STOP_EXIT, TURN, ZERO_LOAD, CHATTER_END = range(7)
+"""How a segment ends: its time is up; an elastic contact yields, or holds again; a mass at rest
+leaves; a stop or a stage of it is reached or left; v_r is zero; the normal force is zero; all
+rebounds of a chatter are over."""
+
+
+class Exit(NamedTuple):
+    """End of a segment: the first exit from its mode.
+
+    Attributes
+    ----------
+    kind : int
+        `NO_EXIT` or one of those that follow it.
+    s : float
+        Time since the start of the segment [s].
+    xi, v_r, a : float
+        State there, as in `MarchState`.
+    after : int
+        New state of the contact, direction in which the mass leaves, or new state with respect
+        to the end stops.
+    """
+
+    kind: int
+    s: float
+    xi: float
+    v_r: float
+    a: float
+    after: int
 
 
 @compiled
@@ -396,205 +458,44 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
         State reached; n is above `end` at the end of the motion. A call that starts there
         continues as if uninterrupted.
     """
-    plant, law, waves, u_dd, dt = scene
-    n, s, xi, v_r, x_0, mode, at, count = state
+    law, waves, dt = scene.law, scene.waves, scene.dt
+    n, s, xi, v_r, a, x_0, mode, at, count = state
     full = capacity - MODES_LOG_RESERVE
-    turns_end, no_waves = ends_at_turns(law), waves.size == 0
-    affine = no_waves and law.step == 0.0
+    affine = waves.size == 0 and law.step == 0.0
     stalled = int(ZERO)
-    # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
-    # interval to interval instead, as in `sampled.march`.
-    a_carried = math.nan
     while n <= end and at < full and count < full:
         if affine and s == 0.0 and mode.end_stop == APART and moves_freely(law, mode, v_r):
-            here = MarchState(n, s, xi, v_r, x_0, mode, at, count)
+            here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
             n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
+            if n > here.n:
+                a = math.nan
             if at >= full:
                 break
-            if n > here.n:
-                a_carried = math.nan
         length = last_length if n == end else dt
-        slope = (u_dd[n + 1] - u_dd[n]) / dt
-        u_0, t = u_dd[n] + slope * s, n * dt + s
-        base = SegmentBase(t, u_0, slope)
-        equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
-        segment = start_segment(equation, waves, xi, v_r)
-        free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
-        if mode.entry == LEAVING:
-            # The sum of forces is zero, and its rate leads away from the stop.
-            segment = with_acceleration(segment, 0.0)
-        elif free:
-            d = motion_direction(v_r, segment.a, segment.j)
-            if d == -mode.direction:
-                mode = Mode(
-                    mode.contact, d, mode.end_stop, mode.origin, mode.poised, mode.entry
-                )
-                equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
-                segment = start_segment(equation, waves, xi, v_r)
-        c, w, g, r = equation
+        here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+        part = begin_segment(scene, here, length)
+        mode = part.mode
         at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
-        left = min(length - s, ramp.left)
-        lift = separation_time(law, waves, ramp, t, mode.contact)
-        until = min(left, lift)
-        x_origin = origin_of(law, mode.origin)
-        # Time and kind of the first exit. `stop` is a zero of v_r, or the end of rest.
-        stop, change, transition = NEVER, NEVER, NEVER
-        side, after, direction = HOLD, mode.end_stop, 0
-        x, v = xi, v_r
-        a, creeping = segment.a, False
-        if mode.entry == CHATTERING:
-            # The impacts accumulate at a finite time and are solved as one segment.
-            u = base_motion(waves, u_0, slope, 0.0)[0]
-            load = load_at(law, waves, ramp, 0.0)[0]
-            p, q = return_accelerations(plant, law, mode, x_0, u, load)
-            duration = chatter_time(law, p, q, abs(v_r))[0] if p > 0.0 else 0.0
-            step = min(duration, left)
-            # The remaining time of a chatter is proportional to the rebound speed.
-            v_r *= 1.0 - step / duration if duration > left else 0.0
-            if duration <= left:
-                mode = mode_of(mode.contact, AT_REST, APART, mode.origin)
-                F_L = limit_force(plant, x_origin, u)
-                then, ends = interval_time(n, s + step, length, end)
-                count = record_event(log, count, then, ends, STICK, x_origin, F_L)
-            n, s, stalled = next_time(n, s, step, length, t, stalled)
-            if stalled > MAX_STALLED_EVENTS:
-                return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
-            continue
-        if mode.direction == AT_REST:
-            state = ModeState(mode, xi, v_r, x_0)
-            stop, direction = rest_exit_time(plant, law, waves, state, base, ramp, until)
-            # An exit at the end of the interval is decided in the next one.
-            stop = stop if stop < left else NEVER
-        else:
-            # At a break-away F_L = ±F_fs N, so the acceleration is known without cancellation.
-            if mode.poised != 0 and is_rigid_slip(law, mode):
-                limits = side_of(law, mode.contact)
-                load = load_at(law, waves, ramp, 0.0)[0]
-                a = mode.contact * (limits.F_fs - limits.F_fk) * load / plant.m
-            if law.k_t == 0.0:
-                creeping = no_waves and abs(v_r) <= cancellation_speed(c, w) * (
-                    abs(g + u_0) + w * abs(xi)
-                )
-                if creeping and a_carried == a_carried:
-                    v_r, a = rescale(v_r, a_carried)
-                    segment = Segment(equation, xi, v_r, a, r - c * a - w * v_r, segment.k)
-            elif a_carried == a_carried:
-                # The force of an elastic contact is continuous over events that take no time.
-                a = a_carried
-            elif v_r == 0.0 and mode.poised * a > 0.0 and ceases_to_yield(mode):
-                # It does not yield again by rounding of forces.
-                a = 0.0
-            segment = with_acceleration(segment, a)
-            d = mode.contact
-            if not is_rigid_slip(law, mode):
-                d = motion_direction(v_r, a, segment.j)
-            d = mode.direction if mode.entry == LEAVING else d
-            if law.k_t == 0.0 or (turns_end and d != 0):
-                stop = stop_time(segment, waves, law, d, until)
-            rests = d == 0 and mode.poised != 0 and no_waves
-            if law.k_t > 0.0 and mode.contact == HOLD and not rests:
-                hold = Hold(segment, waves, law, ramp, x_0 - x_origin, mode.poised)
-                change, side, x, v = end_of_hold(hold, min(stop, until))
-            elif law.k_t > 0.0 and abs(mode.contact) == 1:
-                change, x, v = end_of_yield(
-                    segment, waves, law, ramp, mode.contact, min(stop, until)
-                )
-            if turns_end and d != 0:
-                transition, after = next_end_stop_transition(
-                    segment, waves, law, mode, min(stop, change, until)
-                )
-        step = min(stop, change, transition, until)
-        before = v_r
-        if step == change:
-            xi, v_r = x, v
-            a_carried = a if step == 0.0 else math.nan
-        elif mode.direction != AT_REST:
-            xi, v_r, a_carried, _, _ = motion_at(equation, waves, xi, v_r, step)
-            if creeping:
-                v_r, a_carried = velocity_and_acceleration(c, w, before, a, r, step)
-            v_r = 0.0 if step == stop else v_r
-        if law.k_t > 0.0 and step != change:
-            a_carried = math.nan
-        if step in (stop, change, transition, lift):
-            a_carried = a_carried if law.k_t > 0.0 else math.nan
-            then, ends = interval_time(n, s + step, length, end)
-            u = base_motion(waves, u_0, slope, step)[0]
-            load, load_d = load_at(law, waves, ramp, step)
-            load = max(load, 0.0)
-            x_r = x_origin + xi
-            F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
-            d, contact = mode.direction, mode.contact
-            if step == change:
-                contact = side
-                if contact == HOLD:
-                    x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
-                poised = mode.contact if contact == HOLD else 0
-                mode = Mode(contact, d, mode.end_stop, mode.origin, poised, REGULAR)
-                kind = STICK if contact == HOLD else contact * SLIP
-                count = record_event(log, count, then, ends, kind, x_r, F_L)
-            elif d == AT_REST and step == stop:
-                mode, kind = leave_rest(law, mode, direction, x_r - x_0, load)
-                if abs(kind) == SLIP:
-                    F_L = -direction * side_of(law, direction).F_fs * load
-                count = record_event(log, count, then, ends, kind, x_r, F_L)
-            elif step in (transition, stop):
-                if step == transition and mode.end_stop == APART:
-                    # Record the arrival with its velocity, then measure xi from the stop.
-                    v = max(d * v_r, 0.0) * d
-                    at = record_segment(segments, at, (then, ends), (xi, v, x_0), ARRIVAL)
-                    xi, x_origin = 0.0, origin_of(law, d)
-                    F_L = limit_force(plant, x_origin, u)
-                    if law.k_s[0] > 0.0:
-                        mode = mode_of(contact, d, d, d)
-                        count = record_event(log, count, then, ends, d * CONTACT, x_origin, F_L)
-                    else:
-                        count = record_event(log, count, then, ends, -d * IMPACT, x_origin, F_L)
-                        if law.k_t > 0.0 and abs(contact) == 1:
-                            f = contact_force(law, mode, x_origin, x_0, load)
-                            x_0, contact = x_origin - f / law.k_t, HOLD
-                        mode = mode_of(contact, d, APART, d)
-                        state = ModeState(mode, xi, v_r, x_0)
-                        rate = force_rate_bound(plant, law, waves, slope, ramp)
-                        v_r, mode = rebound(plant, law, state, Instant(t + step, u, load), rate)
-                elif step == transition:
-                    xi, mode, kind = pass_end_stop(mode, after, xi)
-                    if kind != 0:
-                        count = record_event(log, count, then, ends, kind, x_r, F_L)
-                else:
-                    mode = mode_of(contact, d, mode.end_stop, mode.origin)
-                if mode.direction != AT_REST and (step == stop or v_r == 0.0):
-                    if abs(mode.end_stop) > RELEASED:
-                        touching = mode.end_stop - sign(mode.end_stop) * RELEASED
-                        mode = mode_of(contact, d, touching, mode.origin)
-                    mode = mode_from_rest(plant, law, mode, x_0, xi, u, load)
-                    x_r = x_origin + xi
-                    F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
-                    if law.k_t == 0.0 or mode.direction == AT_REST:
-                        kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
-                        count = record_event(log, count, then, ends, kind, x_r, F_L)
-            else:
-                x_0 = x_r
-                state = ModeState(mode, xi, v_r, x_0)
-                mode, kind = pass_zero_load(plant, law, state, u, load_d)
-                count = record_event(log, count, then, ends, kind, x_r, F_L)
-        elif mode.poised != 0 or mode.entry != REGULAR:
+        leave = first_exit(scene, part)
+        kind, step, xi, v_r, a, _ = leave
+        if kind != NO_EXIT:
+            then, rest = interval_time(n, s + step, length, end)
+            here = MarchState(then, rest, xi, v_r, a, x_0, mode, at, count)
+            here = enter_next_mode(scene, part, leave, here, segments, log)
+            _, _, xi, v_r, a, x_0, mode, at, count = here
+        elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
-        n, s, stalled = next_time(n, s, step, length, t, stalled)
+        stalled = 0 if part.base.t + step > part.base.t else stalled + 1
+        if step >= length - s:
+            n, s = n + 1, 0.0
+        else:
+            s += step
         if stalled > MAX_STALLED_EVENTS:
-            return MarchState(n, s, xi, v_r, x_0, mode, at, -1)
-    if n > end and turns_end:
+            return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1)
+    if n > end and ends_at_turns(law):
         last = end, last_length
         at = record_segment(segments, at, last, (xi, v_r, x_0), encode_mode(mode))
-    return MarchState(n, s, xi, v_r, x_0, mode, at, count)
-
-
-@compiled
-def next_time(n, s, step, length, t, stalled):
-    """Return interval and time after a step, and the number of steps without progress."""
-    stalled = 0 if t + step > t else stalled + 1
-    if step >= length - s:
-        return n + 1, 0.0, stalled
-    return n, s + step, stalled
+    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
 
 
 @compiled
@@ -605,10 +506,233 @@ def interval_time(n, s, length, end):
     return (n + 1, 0.0) if n < end else (n, length)
 
 
+@merged
+def begin_segment(scene, state, length):
+    """Return the segment that begins in a state; `length` is that of the interval [s]."""
+    plant, law, waves, u_dd, dt = scene
+    n, s, xi, v_r, carried, x_0, mode, _, _ = state
+    slope = (u_dd[n + 1] - u_dd[n]) / dt
+    base = SegmentBase(n * dt + s, u_dd[n] + slope * s, slope)
+    equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
+    motion = start_segment(equation, waves, xi, v_r)
+    free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
+    if free and mode.entry != LEAVING:
+        d = motion_direction(v_r, motion.a, motion.j)
+        if d == -mode.direction:
+            contact, _, end_stop, origin, poised, entry = mode
+            mode = Mode(contact, d, end_stop, origin, poised, entry)
+            equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
+            motion = start_segment(equation, waves, xi, v_r)
+    left = min(length - s, ramp.left)
+    if mode.direction == AT_REST:
+        return ModeSegment(mode, x_0, motion, False, base, ramp, left)
+    # The acceleration, where it is known without cancellation.
+    a, creeps, known = motion.a, False, carried == carried
+    if mode.entry == LEAVING:
+        # The sum of forces is zero, and its rate leads away from the stop.
+        a = 0.0
+    if mode.poised != 0 and is_rigid_slip(law, mode):
+        # At a break-away F_L = ±F_fs N.
+        limits = side_of(law, mode.contact)
+        load = load_at(law, waves, ramp, 0.0)[0]
+        a = mode.contact * (limits.F_fs - limits.F_fk) * load / plant.m
+    if law.k_t == 0.0:
+        c, w, g, r = equation
+        force = abs(g + base.u_0) + w * abs(xi)
+        creeps = waves.size == 0 and abs(v_r) <= cancellation_speed(c, w) * force
+        if creeps and known:
+            v_r, a = rescale(v_r, carried)
+            motion = Segment(equation, xi, v_r, a, r - c * a - w * v_r, motion.k)
+    elif known:
+        # The force of an elastic contact is continuous over events that take no time.
+        a = carried
+    elif v_r == 0.0 and mode.poised * a > 0.0 and ceases_to_yield(mode):
+        # It does not yield again by rounding of forces.
+        a = 0.0
+    motion = with_acceleration(motion, a)
+    return ModeSegment(mode, x_0, motion, creeps, base, ramp, left)
+
+
 @compiled
 def ceases_to_yield(mode):
     """Return whether an elastic contact has just ceased to yield and is still at its limit."""
     return mode.contact == HOLD and mode.poised != 0 and mode.entry != LEAVING
+
+
+# The first exit from a mode.
+
+
+@merged
+def first_exit(scene, part):
+    """Return the first `Exit` of a segment."""
+    if part.mode.entry == CHATTERING:
+        return end_of_chatter(scene, part)
+    law = scene.law
+    lift = separation_time(law, scene.waves, part.ramp, part.base.t, part.mode.contact)
+    if part.mode.direction == AT_REST:
+        return exit_from_rest(scene, part, lift)
+    return exit_from_motion(scene, part, lift)
+
+
+@merged
+def end_of_chatter(scene, part):
+    """Return when all rebounds are over: they accumulate at a finite time.
+
+    The remaining time of a chatter is proportional to the rebound speed.
+    """
+    plant, law, waves, _, _ = scene
+    mode, x_0, motion, _, base, ramp, left = part
+    u = base_motion(waves, base.u_0, base.slope, 0.0)[0]
+    load = load_at(law, waves, ramp, 0.0)[0]
+    p, q = return_accelerations(plant, law, mode, x_0, u, load)
+    duration = chatter_time(law, p, q, abs(motion.v_r))[0] if p > 0.0 else 0.0
+    if duration <= left:
+        return Exit(CHATTER_END, duration, motion.x_r, 0.0, math.nan, AT_REST)
+    speed = motion.v_r * (1.0 - left / duration)
+    return Exit(NO_EXIT, left, motion.x_r, speed, math.nan, AT_REST)
+
+
+@merged
+def exit_from_rest(scene, part, lift):
+    """Return the first exit of a mass at rest; the normal force is zero at time `lift` [s]."""
+    plant, law, waves, _, _ = scene
+    mode, x_0, motion, _, base, ramp, left = part
+    xi, v_r, until = motion.x_r, motion.v_r, min(left, lift)
+    state = ModeState(mode, xi, v_r, x_0)
+    stay, d = rest_exit_time(plant, law, waves, state, base, ramp, until)
+    # An exit at the end of the interval is decided in the next one.
+    if stay <= until and stay < left:
+        return Exit(BREAK_AWAY, stay, xi, v_r, math.nan, d)
+    kind = ZERO_LOAD if lift <= left else NO_EXIT
+    return Exit(kind, until, xi, v_r, math.nan, d)
+
+
+@merged
+def exit_from_motion(scene, part, lift):
+    """Return the first exit of a moving mass; the normal force is zero at time `lift` [s]."""
+    _, law, waves, _, _ = scene
+    mode, x_0, motion, creeps, _, ramp, left = part
+    equation, xi, v_r, a, j, _ = motion
+    until, elastic = min(left, lift), law.k_t > 0.0
+    d = mode.direction if mode.entry == LEAVING else motion_direction(v_r, a, j)
+    if is_rigid_slip(law, mode):
+        d = mode.contact
+    turns_end = ends_at_turns(law) and d != 0
+    turn, change, transition = NEVER, NEVER, NEVER
+    contact, end_stop = HOLD, mode.end_stop
+    x, v = xi, v_r
+    if turns_end or not elastic:
+        turn = stop_time(motion, waves, law, d, until)
+    if elastic and mode.contact == HOLD:
+        if d != 0 or mode.poised == 0 or waves.size > 0:
+            hold = Hold(
+                motion, waves, law, ramp, x_0 - origin_of(law, mode.origin), mode.poised
+            )
+            change, contact, x, v = end_of_hold(hold, min(turn, until))
+    elif elastic and abs(mode.contact) == 1:
+        change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
+    if turns_end:
+        before = min(turn, change, until)
+        transition, end_stop = next_end_stop_transition(motion, waves, law, mode, before)
+    step = min(turn, change, transition, until)
+    if step == change:
+        return Exit(CONTACT_EXIT, step, x, v, a if step == 0.0 else math.nan, contact)
+    x, v, a_end, _, _ = motion_at(equation, waves, xi, v_r, step)
+    if creeps:
+        v, a_end = velocity_and_acceleration(equation.c, equation.w, v_r, a, equation.r, step)
+    if step == turn:
+        v = 0.0
+    if step == transition:
+        return Exit(STOP_EXIT, step, x, v, math.nan, end_stop)
+    if step == turn:
+        return Exit(TURN, step, x, v, math.nan, d)
+    if step == lift:
+        return Exit(ZERO_LOAD, step, x, v, math.nan, d)
+    return Exit(NO_EXIT, step, x, v, math.nan if elastic else a_end, d)
+
+
+# The next mode.
+
+
+@merged
+def enter_next_mode(scene, part, leave, state, segments, log):
+    """Return the state after an exit, in the mode that follows; write events to the log.
+
+    Parameters
+    ----------
+    scene : Scene
+    part, leave : ModeSegment, Exit
+        The segment that ends, and how.
+    state : MarchState
+        At the exit, with the mode of the segment.
+    segments, log : Segments, EventLog
+        Written: the events, and the velocity of an arrival at a stop.
+    """
+    plant, law, waves, _, _ = scene
+    n, s, xi, v_r, a, x_0, mode, at, count = state
+    u = base_motion(waves, part.base.u_0, part.base.slope, leave.s)[0]
+    load, load_d = load_at(law, waves, part.ramp, leave.s)
+    load = max(load, 0.0)
+    x_r = origin_of(law, mode.origin) + xi
+    F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
+    contact, d, end_stop, origin, _, _ = mode
+    if leave.kind == STOP_EXIT or leave.kind == TURN:
+        if leave.kind == TURN:
+            mode = mode_of(contact, d, end_stop, origin)
+        elif end_stop != APART:
+            xi, mode, kind = pass_end_stop(mode, leave.after, xi)
+            if kind != 0:
+                count = record_event(log, count, n, s, kind, x_r, F_L)
+        else:
+            # Record the arrival with its velocity, then measure xi from the stop.
+            arrival = xi, max(d * v_r, 0.0) * d, x_0
+            at = record_segment(segments, at, (n, s), arrival, ARRIVAL)
+            xi, x_r = 0.0, origin_of(law, d)
+            F_L = limit_force(plant, x_r, u)
+            rigid = law.k_s[0] == 0.0
+            kind = -d * IMPACT if rigid else d * CONTACT
+            count = record_event(log, count, n, s, kind, x_r, F_L)
+            if not rigid:
+                mode = mode_of(contact, d, d, d)
+            else:
+                if law.k_t > 0.0 and abs(contact) == 1:
+                    f = contact_force(law, mode, x_r, x_0, load)
+                    x_0, contact = x_r - f / law.k_t, HOLD
+                hit = ModeState(mode_of(contact, d, APART, d), xi, v_r, x_0)
+                rate = force_rate_bound(plant, law, waves, part.base.slope, part.ramp)
+                now = Instant(part.base.t + leave.s, u, load)
+                v_r, mode = rebound(plant, law, hit, now, rate)
+        if v_r == 0.0 and mode.direction != AT_REST:
+            if abs(mode.end_stop) > RELEASED:
+                touching = mode.end_stop - sign(mode.end_stop) * RELEASED
+                mode = mode_of(contact, d, touching, mode.origin)
+            mode = mode_from_rest(plant, law, mode, x_0, xi, u, load)
+            if law.k_t == 0.0 or mode.direction == AT_REST:
+                kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
+                x_r = origin_of(law, mode.origin) + xi
+                F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
+                count = record_event(log, count, n, s, kind, x_r, F_L)
+        return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+    if leave.kind == CONTACT_EXIT:
+        if leave.after == HOLD:
+            x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
+        poised = contact if leave.after == HOLD else 0
+        mode = Mode(leave.after, d, end_stop, origin, poised, REGULAR)
+        kind = STICK if leave.after == HOLD else leave.after * SLIP
+    elif leave.kind == BREAK_AWAY:
+        mode, kind = leave_rest(law, mode, leave.after, x_r - x_0, load)
+        if abs(kind) == SLIP:
+            F_L = -leave.after * side_of(law, leave.after).F_fs * load
+    elif leave.kind == ZERO_LOAD:
+        x_0 = x_r
+        mode, kind = pass_zero_load(plant, law, ModeState(mode, xi, v_r, x_0), u, load_d)
+    else:
+        mode, kind = mode_of(contact, AT_REST, APART, origin), STICK
+    count = record_event(log, count, n, s, kind, x_r, F_L)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+
+
+# Whole samples at a time.
 
 
 @compiled
@@ -646,7 +770,7 @@ def advance_samples(scene, end, state, segments, full):
     acceleration at both ends shows any dip of v_r, and xi is monotone in a step without one.
     """
     plant, law, _, u_dd, dt = scene
-    n, _, xi, v_r, x_0, mode, at, _ = state
+    n, _, xi, v_r, _, x_0, mode, at, _ = state
     direction = sign(v_r)
     side, code = side_of(law, direction), encode_mode(mode)
     x_origin = origin_of(law, mode.origin)
