@@ -27,6 +27,7 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.errors import SolverError, UsageError
+from drysim.metrics.stroke import impacts
 from drysim.metrics.table import measure
 from drysim.plots.response import curve_with_events, stop_impacts
 from drysim.scenario.axes import iter_points
@@ -61,6 +62,23 @@ def drawn(seed: int) -> tuple[Plant, PiecewiseLaw, State]:
         law = stopped_law(*forces, LIMIT, e=float(draw.choice([0.0, draw.uniform(0.2, 0.9)])))
     reach = 1.5 * LIMIT if seed % 2 else 0.9 * LIMIT
     return plant, law, State(float(draw.uniform(-reach, reach)), float(draw.uniform(-0.3, 0.3)))
+
+
+def test_a_mass_that_just_reaches_a_stop_counts_at_that_stop():
+    # Free swings whose amplitude is the limit to within rounding: some arrive with v_r = 0.
+    draw = np.random.default_rng(1)
+    for _ in range(100):
+        omega, v_0, side = (
+            draw.uniform(1.0, 30.0),
+            draw.uniform(0.01, 1.0),
+            draw.choice([-1, 1]),
+        )
+        law = stopped_law(0.0, 0.0, float(np.nextafter(v_0 / omega, 0.0)), e=0.5)
+        still, start = Samples(np.zeros(10), math.pi / omega / 10), State(0.0, side * v_0)
+        plant = Plant(1.0, omega**2, 0.0)
+        trajectory = solved(law, still, start, plant=plant).trajectory
+        found = impacts(trajectory, (0.0, trajectory.end), repeats=False)
+        assert (found.up, found.down) in ((0, 0), (1, 0) if side > 0 else (0, 1))
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -684,8 +684,9 @@ def enter_next_mode(scene, part, leave, state, segments, log):
             if kind != 0:
                 count = record_event(log, count, n, s, kind, x_r, F_L)
         else:
-            # Record the arrival with its velocity, then measure xi from the stop.
-            arrival = xi, max(d * v_r, 0.0) * d, x_0
+            # Record the arrival with its velocity, which has the sign of the side even if zero;
+            # then measure xi from the stop.
+            arrival = xi, math.copysign(max(d * v_r, 0.0), d), x_0
             at = record_segment(segments, at, (n, s), arrival, ARRIVAL)
             xi, x_r = 0.0, origin_of(law, d)
             F_L = limit_force(plant, x_r, u)

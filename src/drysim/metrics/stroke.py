@@ -153,7 +153,7 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
     if begin == 0.0 and not repeats:
         inside |= t == 0.0
     fastest = float(np.abs(v_r[inside]).max(initial=0.0))
-    up = int(np.count_nonzero(v_r[inside] > 0.0))
+    up = int(np.count_nonzero(~np.signbit(v_r[inside])))
     return Impacts(
         up,
         int(inside.sum()) - up,
