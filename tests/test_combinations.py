@@ -425,8 +425,7 @@ def test_equal_dampers_by_direction_are_one_damper():
     one = PiecewiseLaw(100.0, 100.0, k_t=20.0)  # it never yields
     both = one._replace(damping=(0.4, 0.4))
     paths = [
-        StickSlip().trajectory(plant, law, motion, start, 0.1, 30.0).path((0.0, 30.0), None)
-        for law in (one, both)
+        StickSlip().trajectory(plant, law, motion, start, 0.1, 30.0).path for law in (one, both)
     ]
     assert paths[0].x_r.tolist() == paths[1].x_r.tolist()
     assert len(paths[0].x_r) > 5

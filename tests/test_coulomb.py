@@ -629,7 +629,7 @@ def test_time_beyond_a_limit_takes_few_states(monkeypatch):
         return state(self, t)
 
     monkeypatch.setattr(type(trajectory), "state", counted)
-    path = trajectory.path((0.0, trajectory.end), limits)
+    path = trajectory.path
     found = stroke.excursions(trajectory, path, limits)
     times = found.up + found.down
     assert times > 10

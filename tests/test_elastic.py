@@ -15,7 +15,7 @@ from reference import assert_agrees, peak
 from drysim.approach.piecewise import PiecewiseTrajectory, to_kernel
 from drysim.approach.scene import empty_columns, empty_log
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.events import STICK, Segments
+from drysim.core.events import SLIP, STICK, Segments
 from drysim.core.forcing import Waves
 from drysim.core.march import MarchState, Scene, march_modes
 from drysim.core.model import (
@@ -30,7 +30,7 @@ from drysim.core.model import (
     StrokeLimits,
     base_acceleration,
 )
-from drysim.core.modes import APART, HOLD, UNKNOWN, decode_mode, mode_of
+from drysim.core.modes import APART, HOLD, mode_of
 from drysim.metrics.stroke import (
     count_limit_entries,
     count_upcrossings,
@@ -126,9 +126,7 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     plant = Plant(1.0, 40.0, 0.0)
     law = to_kernel(plant, elastic_law(1.0, 1e3))
     scene = Scene(plant, law, waves, np.zeros(2), 2 * begin)
-    state = MarchState(
-        0, begin, 100.0, 0.0, math.nan, 100.0, mode_of(HOLD, UNKNOWN, APART, 0), 0, 0
-    )
+    state = MarchState(0, begin, 100.0, 0.0, math.nan, 100.0, mode_of(HOLD, 1, APART, 0), 0, 0)
     assert march_modes(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
 
 
@@ -167,14 +165,14 @@ def test_contact_said_to_be_bent_beyond_its_limit_has_given_way_to_it(motion, si
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 def test_limit_that_is_met_just_after_a_run_is_not_met_in_it(motion):
-    path = solved(CONTACTS["stiff"], motion, duration=1.5).trajectory.path((0.0, 1.5), None)
+    path = solved(CONTACTS["stiff"], motion, duration=1.5).trajectory.path
     far = np.abs(path.x_r)
     highest = np.flatnonzero(far[1:] > np.maximum.accumulate(far)[:-1]) + 1
     assert len(highest) > 3
     for t, limit in zip(path.t[highest].tolist(), far[highest].tolist(), strict=True):
         trajectory = solved(CONTACTS["stiff"], motion, duration=t - 0.05 * STEP).trajectory
         limits = StrokeLimits(limit, limit)
-        found = trajectory.path((0.0, trajectory.end), limits)
+        found = trajectory.path
         assert found.t.max() <= trajectory.end
         assert excursions(trajectory, found, limits)[:2] == (0, 0)
 
@@ -226,7 +224,7 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
     fine = seen(trajectory, grid)
     for window in ((0.0, 1.5), (0.311, 1.107)):
         inside = fine[(grid >= window[0]) & (grid <= window[1])]
-        path = trajectory.path(window, None)
+        path = trajectory.path
         assert peak_displacement(trajectory, path, window) == pytest.approx(
             np.abs(inside).max(), rel=1e-6
         )
@@ -239,7 +237,7 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
         )
         for level in (levels * np.abs(inside).max()).tolist():
             limits = StrokeLimits(level, level)
-            path = trajectory.path(window, limits)
+            path = trajectory.path
             assert count_limit_entries(
                 path_in_window(trajectory, path, window), limits
             ) == count_limit_entries(inside, limits)
@@ -261,7 +259,7 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
     )
     window = (begin, 20.0)
     heights = half_cycle_peaks(trajectory.at(np.linspace(*window, 400_001))[0])
-    told = half_cycle_peaks(path_in_window(trajectory, trajectory.path(window, None), window))
+    told = half_cycle_peaks(path_in_window(trajectory, trajectory.path, window))
     assert told == pytest.approx(heights, rel=1e-5)
 
 
@@ -288,14 +286,12 @@ def test_ringing_contact_follows_an_integrator(law):
     def known(rtol):
         pieces = march_contact(PAPER, law, base, 1.0, start, rtol=rtol)
         slides = [mode != "hold" for _, _, _, mode in pieces]
-        assert slides == [
-            abs(decode_mode(code).contact) == 1 for code in trajectory.segments.d.tolist()
-        ]
+        assert slides == (np.abs(trajectory.events.kind) == SLIP).tolist()
         return *at(pieces, t), [begin for begin, _, _, _ in pieces]
 
     x_r, v_r = trajectory.at(t)[:2]
     own = 1e-10 * peak(x_r), 1e-8 * peak(v_r), 1e-9
-    assert_agrees([x_r, v_r, trajectory.segments.s], known, own)
+    assert_agrees([x_r, v_r, trajectory.events.t], known, own)
 
 
 @pytest.mark.parametrize("motion", [sine(0.5, 1.6), NOISE], ids=["sine", "noise"])

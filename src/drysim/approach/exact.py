@@ -34,7 +34,6 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
-    StrokeLimits,
     Totals,
 )
 
@@ -153,7 +152,7 @@ def solver_module(law: AnyLaw) -> Any:
 
 def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
     """Return whether x_r reaches a stop, at an extreme point of the path or at its end."""
-    path = trajectory.path((0.0, trajectory.end), stops.limits).x_r
+    path = trajectory.path.x_r
     end = trajectory.state(trajectory.end).x_r
     return bool(stops.limits.side(np.append(path, end)).any())
 
@@ -175,9 +174,10 @@ class UnreachedStopsTrajectory(EventDriven):
         """Smallest relative margin of a decision between stick and slip [-]."""
         return self.unstopped.closest_decision
 
-    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
-        """Return the extreme points of x_r from the start to the end of a window [s]."""
-        return self.unstopped.path(window, limits)
+    @property
+    def path(self) -> Path:
+        """The start and the turning points of x_r."""
+        return self.unstopped.path
 
     @property
     def end(self) -> float:

@@ -21,7 +21,6 @@ Source
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -51,9 +50,7 @@ from drysim.approach.solution import (
     Events,
     Floats,
     Impacts,
-    Int8Array,
     Path,
-    Points,
     Response,
     events_from_log,
 )
@@ -73,7 +70,6 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
-    StrokeLimits,
     Totals,
     limit_force,
 )
@@ -87,7 +83,6 @@ from drysim.core.modes import (
     SegmentBase,
     Side,
     decode_mode,
-    ends_at_turns,
     initial_piecewise_state,
 )
 from drysim.core.trajectory import (
@@ -98,9 +93,6 @@ from drysim.core.trajectory import (
     integrate_segments,
     integrate_whole_steps,
     peak_bumper_force,
-    sample_elastic_grid,
-    table_size,
-    write_turning_points,
 )
 from drysim.errors import UsageError
 
@@ -122,10 +114,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     motion, law, events = trajectory.motion, trajectory.law, trajectory.events
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
-    tabulated = (
-        isinstance(motion, Sines) and trajectory.may_turn_within and not law.force_record
-    )
-    part = partial(elastic_points if tabulated else points_of_trajectory, trajectory, dt)
+    part = partial(points_of_trajectory, trajectory, dt)
     approach = "stick-slip"
     if law.stops is not None and law.F_fs == 0.0:
         # As without stops, turning points are no events here; rest at a stop is one.
@@ -204,21 +193,13 @@ class PiecewiseTrajectory(EventDriven):
         """The start and every zero of v_r: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
-    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
-        """Return the extreme points of x_r from the start to the end of a window [s]."""
-        if not self.law.is_elastic:
-            return super().path(window, limits)
-        if not self.may_turn_within:
-            return Path(self._starts, self.at(self._starts).x_r)
-        whole = requested_segments(self._starts, window)
-        path = collect_path(
-            write_turning_points,
-            (self.solution,),
-            whole,
-            limits,
-            (0, 0.0, 0.0, 0.0, 0.0),
-        )
-        return path.until(self.end)
+    @cached_property
+    def path(self) -> Path:
+        """The start and every turning point of x_r: each begins a segment."""
+        turns = (self.segments.v_r == 0.0) | (self.segments.d == ARRIVAL)
+        turns[0] = True
+        t = self._starts[turns]
+        return Path(t, self.at(t).x_r).until(self.end)
 
     def at(self, t: Floats) -> Columns:
         """Return the motion at ascending times [s]."""
@@ -235,7 +216,7 @@ class PiecewiseTrajectory(EventDriven):
     @property
     def series(self) -> tuple[Floats, ...]:
         """Values of each state component along the motion."""
-        x_r = self.path((0.0, self.end), None).x_r
+        x_r = self.path.x_r
         if self.law.stops is not None and not self.law.is_elastic:
             return x_r, self.segments.v_r
         return x_r, self.segments.v_r, self.segments.x_0
@@ -277,15 +258,6 @@ class PiecewiseTrajectory(EventDriven):
         """Return the largest force of a bumper in a window [N]."""
         force: float = peak_bumper_force(self.solution, begin, end)
         return force
-
-    @cached_property
-    def may_turn_within(self) -> bool:
-        """Whether x_r may turn within a segment: an elastic contact alone.
-
-        Stops and a damper by direction begin a segment at every zero of v_r.
-        """
-        is_split: bool = ends_at_turns(to_kernel(self.plant, self.law))
-        return self.law.is_elastic and not is_split
 
     @cached_property
     def solution(self) -> Solution:
@@ -342,15 +314,6 @@ class PiecewiseTrajectory(EventDriven):
         return np.flatnonzero(~(whole & in_step[codes + 1])), sums
 
 
-def elastic_points(trajectory: PiecewiseTrajectory, dt: float, first: int, last: int) -> Points:
-    """Return grid points `first` to `last` - 1 of an elastic contact under sines."""
-    solution, out = trajectory.solution, empty_motion(last - first)
-    tables = as_engine_array(np.empty((2, table_size(solution.scene.waves.size))))
-    sample_elastic_grid(solution, first, dt, tables, out)
-    x_r, v_r, _, F_f, _, d = map(np.asarray, out)
-    return Points(x_r, v_r, d.astype(np.int8), F_f)
-
-
 # Laws as kernels take them, and what follows from events.
 
 
@@ -398,39 +361,3 @@ def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
         decided &= law.stops.limits.side(events.x_r) == 0
     larger = np.maximum(F_fs, F_L)[decided]
     return float((np.abs(F_L - F_fs)[decided] / larger).min(initial=math.inf))
-
-
-# Path: turning points computed on request.
-
-
-PATH_BUFFER = 1024
-"""Rows of the path buffer in addition to one per segment."""
-
-
-def collect_path(
-    kernel: Callable[..., Any],
-    scene: tuple[Any, ...],
-    whole: Int8Array,
-    limits: StrokeLimits | None,
-    at: tuple[Any, ...],
-) -> Path:
-    """Return the path that a kernel computes in several calls, starting from `at`.
-
-    `whole` marks the segments whose turning points are all needed; elsewhere the kernel leaves
-    out those that cannot change a peak, a zero or a passage of the stroke limits.
-    """
-    parts, step_segments, kernel_input = [], len(whole), as_engine_array(whole)
-    while at[0] < step_segments:
-        t, x_r = as_engine_array(np.empty((2, PATH_BUFFER + step_segments)))
-        at, count = kernel(*scene, kernel_input, limits or NO_LIMITS, at, (t, x_r))
-        parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
-    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-    return Path(*columns)
-
-
-def requested_segments(begins: Floats, window: tuple[float, float]) -> Int8Array:
-    """Mark the segments whose turning points are all needed: the last, those a window cuts."""
-    whole = np.zeros(len(begins), dtype=np.int8)
-    whole[np.searchsorted(begins, window, "right") - 1] = 1
-    whole[-1] = 1
-    return whole

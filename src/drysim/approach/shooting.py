@@ -402,8 +402,7 @@ class ShootingReturnMap:
 
 def path_of(trajectory: Trajectory) -> Floats:
     """Return x_r at the turning points and at the ends of a motion [m]."""
-    end = trajectory.end
-    return np.append(trajectory.path((0.0, end), None).x_r, trajectory.state(end).x_r)
+    return np.append(trajectory.path.x_r, trajectory.state(trajectory.end).x_r)
 
 
 def events_of(trajectory: Any) -> Events:

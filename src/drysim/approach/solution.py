@@ -26,7 +26,6 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
-    StrokeLimits,
     Totals,
     limit_force,
 )
@@ -243,7 +242,7 @@ def elements(values: Floats, first: int, last: int) -> Floats:
 
 
 class Path(NamedTuple):
-    """Extreme points of x_r in order of time; arrays of shape (n,).
+    """Start and turning points of x_r in order of time; arrays of shape (n,).
 
     Attributes
     ----------
@@ -302,13 +301,9 @@ class Trajectory(Protocol):
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
 
-    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
-        """Return the extreme points of x_r from the start to the end of a window [s].
-
-        Between two neighbouring points x_r crosses zero and a stroke limit at most once, and
-        its distance from zero does not exceed that of the points of the same half
-        cycle.
-        """
+    @property
+    def path(self) -> Path:
+        """The start and the turning points of x_r, which is monotone between them."""
 
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""
@@ -331,10 +326,9 @@ class HasTurningPoints(Protocol):
 class EventDriven:
     """Base of trajectories with located stops, whose velocity cannot chatter with a step."""
 
-    def path(
-        self: HasTurningPoints, window: tuple[float, float], limits: StrokeLimits | None
-    ) -> Path:
-        """Return the start and every zero of v_r: x_r is monotone between neighbours."""
+    @property
+    def path(self: HasTurningPoints) -> Path:
+        """The start and every zero of v_r."""
         return Path(self.turning_points.t, self.turning_points.x_r)
 
     def chatter(self, begin: float, end: float) -> float:

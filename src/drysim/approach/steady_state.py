@@ -180,7 +180,7 @@ def march_to_orbit(
     most = period_budget(plant, period, MAX_PERIODS)
     while True:
         trajectory = march_period(plant, law, motion, state, period)
-        path = trajectory.path((0.0, period), None)
+        path = trajectory.path
         sizes, end = state_scales(trajectory, path, period), trajectory.state(period)
         if convergence.add(end, sizes, len(trajectory.turning_points) - 1):
             periods, peak = periods + 1, max(peak, sizes[0])

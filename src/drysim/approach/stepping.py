@@ -27,7 +27,6 @@ from drysim.core.model import (
     Samples,
     Sines,
     State,
-    StrokeLimits,
     Totals,
     base_acceleration,
     interpolate_displacement,
@@ -144,8 +143,9 @@ class FixedStepTrajectory:
         """Final time [s]."""
         return (len(self.x_dd) - 1) * self.dt
 
-    def path(self, window: tuple[float, float], limits: StrokeLimits | None) -> Path:
-        """Return the start and the local extremes of x_r on the grid."""
+    @property
+    def path(self) -> Path:
+        """The start and the local extremes of x_r on the grid."""
         # An extreme is a change of the direction from one step to the next.
         rising = np.sign(np.diff(self.points.x_r))
         n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))

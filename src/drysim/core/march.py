@@ -72,7 +72,6 @@ from drysim.core.modes import (
     LEAVING,
     REGULAR,
     RELEASED,
-    UNKNOWN,
     Hold,
     Instant,
     Mode,
@@ -84,7 +83,6 @@ from drysim.core.modes import (
     encode_mode,
     end_of_hold,
     end_of_yield,
-    ends_at_turns,
     force_rate_bound,
     is_rigid_slip,
     leave_rest,
@@ -492,7 +490,8 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
             s += step
         if stalled > MAX_STALLED_EVENTS:
             return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1)
-    if n > end and ends_at_turns(law):
+    if state.n <= end < n:
+        # The state at the end, after an event there.
         last = end, last_length
         at = record_segment(segments, at, last, (xi, v_r, x_0), encode_mode(mode))
     return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
@@ -617,21 +616,20 @@ def exit_from_motion(scene, part, lift):
     d = mode.direction if mode.entry == LEAVING else motion_direction(v_r, a, j)
     if is_rigid_slip(law, mode):
         d = mode.contact
-    turns_end = ends_at_turns(law) and d != 0
     turn, change, transition = NEVER, NEVER, NEVER
     contact, end_stop = HOLD, mode.end_stop
     x, v = xi, v_r
-    if turns_end or not elastic:
+    yields = elastic and abs(mode.contact) == 1
+    # Under a constant normal force the end of a yield is the zero of v_r.
+    if not yields or law.variation > 0.0 or law.step > 0.0:
         turn = stop_time(motion, waves, law, d, until)
-    if elastic and mode.contact == HOLD:
-        if d != 0 or mode.poised == 0 or waves.size > 0:
-            hold = Hold(
-                motion, waves, law, ramp, x_0 - origin_of(law, mode.origin), mode.poised
-            )
-            change, contact, x, v = end_of_hold(hold, min(turn, until))
-    elif elastic and abs(mode.contact) == 1:
+    if yields:
         change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
-    if turns_end:
+    elif elastic and mode.contact == HOLD and (d != 0 or mode.poised == 0 or waves.size > 0):
+        anchor = x_0 - origin_of(law, mode.origin)
+        hold = Hold(motion, waves, law, ramp, anchor, mode.poised)
+        change, contact, x, v = end_of_hold(hold, d, min(turn, until))
+    if d != 0:
         before = min(turn, change, until)
         transition, end_stop = next_end_stop_transition(motion, waves, law, mode, before)
     step = min(turn, change, transition, until)
@@ -742,7 +740,7 @@ def moves_freely(law, mode, v_r):
     if abs(mode.contact) == 1:
         return mode.contact * v_r > 0.0
     holds = law.k_t > 0.0 and mode.contact == HOLD and mode.poised == 0 and v_r != 0.0
-    return holds and (mode.direction == UNKNOWN or mode.direction * v_r > 0.0)
+    return holds and mode.direction * v_r > 0.0
 
 
 @compiled

@@ -18,12 +18,8 @@ Problem
 Method
     `mode_equation` gives the equation, the functions below it the exits and resets of each
     part; `core.march` combines them. An exit is the first root of an observable, which `roots`
-    finds without missing one. Three cases need more:
+    finds without missing one. Two cases need more:
 
-    - A stiff contact that holds oscillates fast about its slow response to the base. Its motion
-      lies within an exponentially decaying envelope, which it touches once per half period.
-      `end_of_hold` searches only near these peaks, and only where the envelope does not prove
-      that the contact holds.
     - At an end stop the state is xi = x_r - x_origin, with x_origin its position. A penetration
       or rebound of any size then keeps all its digits, next to a limit however large.
     - At a rigid stop infinitely many rebounds may end in finite time (Zeno). Those below the
@@ -52,32 +48,24 @@ from drysim.core.events import (
     sign,
 )
 from drysim.core.forcing import (
-    IN_PHASE,
     OMEGA,
-    QUADRATURE,
     STEADY,
-    STEADY_V,
-    STEADY_X,
     WAVE_COLUMNS,
-    A,
     Equation,
     base_motion,
     force_rate_bounds,
     motion_at,
     relative_normal_force,
     set_phases,
-    steady_response,
 )
 from drysim.core.model import MAX_STAGES, CoulombLaw, Plant
 from drysim.core.roots import (
     MAX_BISECTIONS,
     NEVER,
-    WINDOW_RADIANS,
     Observable,
     Stuck,
     break_away_time,
     first_root,
-    parabola_root,
     safeguarded_newton,
     stick_exit_time,
     stop_under_waves,
@@ -143,9 +131,8 @@ class KernelLaw(NamedTuple):
 HOLD, FREE = 0, 2
 """Contact besides slip or yield in direction +1 or -1: it sticks or holds; it is separated."""
 
-AT_REST, UNKNOWN = 0, 2
-"""Motion besides direction +1 or -1: at rest on the base or at a rigid stop; or in either
-direction, where nothing depends on it."""
+AT_REST = 0
+"""Motion besides direction +1 or -1: at rest on the base or at a rigid stop."""
 
 APART, RELEASED = 0, 3
 """With respect to an end stop, besides touching stage 1, 2 or 3 of it: within the limits; or
@@ -166,7 +153,7 @@ class Mode(NamedTuple):
     contact : int
         HOLD, ±1 or FREE.
     direction : int
-        Direction of motion: ±1, AT_REST or UNKNOWN.
+        Direction of motion, ±1, or AT_REST.
     end_stop : int
         APART; ±stage while touching; ±(stage + RELEASED).
     origin : int
@@ -214,7 +201,7 @@ def encode_mode(mode):
     code = 3 * code + mode.poised + 1
     code = 3 * code + mode.origin + 1
     code = 13 * code + mode.end_stop + 6
-    code = 4 * code + mode.direction + 1
+    code = 3 * code + mode.direction + 1
     return 4 * code + mode.contact + 1
 
 
@@ -222,7 +209,7 @@ def encode_mode(mode):
 def decode_mode(code):
     """Return the mode of an integer from `encode_mode`."""
     contact, code = code % 4 - 1, code // 4
-    direction, code = code % 4 - 1, code // 4
+    direction, code = code % 3 - 1, code // 3
     end_stop, code = code % 13 - 6, code // 13
     origin, code = code % 3 - 1, code // 3
     return Mode(contact, direction, end_stop, origin, code % 3 - 1, code // 3)
@@ -238,16 +225,6 @@ def mode_of(contact, direction, end_stop, origin):
 def side_of(law, d):
     """Return the constants of a direction of motion, or of a side."""
     return law.up if d > 0 else law.down
-
-
-@compiled
-def ends_at_turns(law):
-    """Return whether every zero of v_r ends a segment, so that x_r is monotone within one.
-
-    Stops need the direction of motion, and so does a damper that depends on it.
-    """
-    has_stops = law.up.limit < NEVER or law.down.limit < NEVER
-    return has_stops or law.up.b != law.down.b
 
 
 @compiled
@@ -449,8 +426,6 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
     mode = mode_of(contact, sign(v_r), end_stop, origin)
     if v_r == 0.0:
         mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
-    elif law.k_t > 0.0 and not ends_at_turns(law):
-        mode = mode_of(contact, UNKNOWN, end_stop, origin)
     return ModeState(mode, xi, v_r, x_0)
 
 
@@ -511,18 +486,10 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
         return mode_of(d, d, mode.end_stop, mode.origin)
     if wall == 0 and d == AT_REST:
         d = mode.direction if mode.direction != AT_REST else 1
-    if wall == 0 and law.k_t > 0.0 and not ends_at_turns(law):
-        d = UNKNOWN
     return mode_of(mode.contact, d, mode.end_stop, mode.origin)
 
 
 # Elastic contact: exits from hold and yield.
-
-MIN_ENVELOPE_STEP = 0.5
-"""Shortest useful step of the envelope bound, in radians of the transient."""
-
-HALF_SWING_RADIANS = 3.2
-"""Half a period of the oscillator in radians, rounded up: the first search interval."""
 
 RATE_TOLERANCE = 1e-12
 """Relative rate below which a contact that starts at its limit stays at it."""
@@ -553,8 +520,16 @@ class Hold(NamedTuple):
 
 
 @compiled
-def end_of_hold(hold, h):
+def end_of_hold(hold, d, h):
     """Return when within h [s] a contact that holds yields, and how.
+
+    Parameters
+    ----------
+    hold : Hold
+    d : int
+        Direction of motion, which v_r keeps up to h; 0 if nothing moves.
+    h : float
+        Length of the interval [s].
 
     Returns
     -------
@@ -563,55 +538,16 @@ def end_of_hold(hold, h):
 
     Notes
     -----
-    Each peak of the transient is responsible for one side of the contact over half a period
-    before and after it. The peaks alternate in side, so that both sides are covered at all
-    times.
+    Under a constant normal force the contact yields in the direction of motion only. A limit
+    that falls may also reach the force from the other side.
     """
-    segment, waves, law, ramp, x_0, poised = hold
-    x_limit = law.up.F_fk / law.k_t
-    direction = motion_direction(segment.v_r, segment.a, segment.j)
-    gap = x_limit * load_at(law, waves, ramp, 0.0)[0] - direction * (segment.x_r - x_0)
-    # Most contacts yield within the first half period, in the direction of motion.
-    if direction * poised <= 0 and may_reach(segment, direction, gap):
-        searched = min(HALF_SWING_RADIANS / math.sqrt(segment.equation.w), h)
-        s, x, v = hold_exit_time(hold, direction, 0.0, searched)
-        if s < NEVER:
-            return earlier_hold_exit(hold, -direction, 0.0, s, s, x, v)
-    transient = transient_response(segment, waves)
-    if transient.side == 0 or h <= transient.half_period or law.step > 0.0:
-        side = direction if direction != 0 else 1
-        # Search window by window, so that a side that never yields is not searched to the
-        # end each time the other one does.
-        fastest = force_rate_bounds(waves, segment.equation.r)[3]
-        begin, until = 0.0, min(WINDOW_RADIANS / fastest, h) if fastest > 0.0 else h
-        while True:
-            s, x, v = hold_exit_time(hold, side, begin, until)
-            s, side, x, v = earlier_hold_exit(hold, -side, begin, min(s, until), s, x, v)
-            if s < NEVER or until >= h:
-                return s, side, x, v
-            begin, until = until, min(3.0 * until, h)
-    # Peak by peak: `number` counts half periods, and the contact provably holds up to `safe`.
-    number, safe = -1 if transient.phase > 0.0 else 0, 0.0
-    band = Band(x_0, x_limit, law.variation, law.omega)
-    while safe < h:
-        side = transient.side if number % 2 == 0 else -transient.side
-        peak = transient.phase / transient.omega + number * transient.half_period
-        before = transient.half_period
-        if safe > 0.0 or side != poised:
-            before = search_time_before_peak(transient, hold, side, peak)
-        begin, until = max(safe, peak - before), min(peak + transient.half_period, h)
-        if before >= 0.0 and begin < until:
-            s, x, v = hold_exit_time(hold, side, begin, until)
-            if s < NEVER:
-                return earlier_hold_exit(hold, -side, max(safe, peak), s, s, x, v)
-        number += 1
-        if peak >= safe:
-            # Skip the peaks of an envelope that stays within the limit.
-            safe = safe_until(transient, segment, waves, band, peak, h)
-            number = max(
-                number, math.floor((transient.omega * safe - transient.phase) / math.pi)
-            )
-    return NEVER, 0, segment.x_r, segment.v_r
+    side = d if d != 0 else 1
+    s, x, v = hold_exit_time(hold, side, 0.0, h)
+    if hold.law.variation > 0.0 or hold.law.step > 0.0:
+        t, x_t, v_t = hold_exit_time(hold, -side, 0.0, min(s, h))
+        if t < s:
+            return t, -side, x_t, v_t
+    return s, side, x, v
 
 
 @compiled
@@ -625,9 +561,8 @@ def hold_exit_time(hold, side, begin, until):
     if side == poised:
         # The value is zero; so is the rate, unless the slope of a recorded force jumps here,
         # and the curvature where the mass leaves a rigid stop.
-        falls, gains = side * law.k_t * segment.v_r, F_fk * ramp.rate
-        jumps = gains - falls > RATE_TOLERANCE * (abs(gains) + abs(falls))
-        zeros = 1 if law.step > 0.0 and jumps else 2
+        jumps = limit_outpaces_force(law, ramp, side, segment.v_r)
+        zeros = 1 if jumps else 2
         if segment.v_r == 0.0 and segment.a == 0.0 and law.variation == 0.0 and not jumps:
             zeros = 3
     clearance = Observable(
@@ -637,189 +572,13 @@ def hold_exit_time(hold, side, begin, until):
 
 
 @compiled
-def earlier_hold_exit(hold, side, begin, until, s, x, v):
-    """Return time, side and state of the first yielding: to `side`, or at s to the other side.
+def limit_outpaces_force(law, ramp, side, v_r):
+    """Return whether the limit rises faster than the force of a contact that is at it.
 
-    s, x and v are time and state of yielding to the other side; `begin` and `until` are as in
-    `hold_exit_time`.
+    This happens at once where the slope of a recorded normal force jumps.
     """
-    if begin < until:
-        t, x_t, v_t = hold_exit_time(hold, side, begin, until)
-        if t < s:
-            return t, side, x_t, v_t
-    return s, -side, x, v
-
-
-@compiled
-def may_reach(segment, direction, gap):
-    """Return whether the oscillator without waves would move by `gap` [m] in its direction.
-
-    An estimate only: it decides where to search first.
-    """
-    w = segment.equation.w
-    lean = direction * segment.a / w
-    return lean + math.sqrt(lean * lean + segment.v_r * segment.v_r / w) >= gap
-
-
-class Transient(NamedTuple):
-    """Free oscillation of a segment: the motion less the steady response to its forcing.
-
-    Attributes
-    ----------
-    side : int
-        Sign of the first peak, near the start: 1 or -1; 0 where there is no usable transient.
-    size, decay : float
-        The transient is side·size·exp(-decay s)·cos(omega s - phase) at time s [m, 1/s].
-    omega, phase : float
-        As above [rad/s, rad]; the phase lies within ±π/2.
-    half_period, growth : float
-        π/omega [s], and exp(decay·half_period) - 1.
-    max_acceleration : float
-        Bound on the acceleration of the steady response [m/s²].
-    """
-
-    side: int
-    size: float
-    decay: float
-    omega: float
-    phase: float
-    half_period: float
-    growth: float
-    max_acceleration: float
-
-
-@compiled
-def transient_response(segment, waves):
-    """Return the transient of a segment; waves after `set_phases` at its start."""
-    (c, w, g, r), x_r, v_r, _, _, _ = segment
-    decay, square = 0.5 * c, w - 0.25 * c * c
-    none = Transient(0, 0.0, decay, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if square < 0.5 * w or w == 0.0:
-        return none
-    lag, rate, max_acceleration = x_r - (g - c * r / w) / w, v_r - r / w, 0.0
-    for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        if waves.values[at + A] == 0.0:
-            continue
-        if waves.values[at + STEADY] == 0.0:
-            return none
-        lag -= waves.values[at + STEADY_X]
-        rate -= waves.values[at + STEADY_V]
-        swing = math.hypot(waves.values[at + IN_PHASE], waves.values[at + QUADRATURE])
-        max_acceleration += waves.values[at + OMEGA] ** 2 * swing
-    omega = math.sqrt(square)
-    across = (rate + decay * lag) / omega
-    side = sign(lag) if lag != 0.0 else sign(across)
-    phase = math.atan2(side * across, side * lag)
-    half_period = math.pi / omega
-    growth = math.exp(decay * half_period) - 1.0
-    size = math.hypot(lag, across)
-    return Transient(side, size, decay, omega, phase, half_period, growth, max_acceleration)
-
-
-@inlined
-def steady_motion(segment, waves, s):
-    """Return x_r and v_r of the steady response at time s of a segment."""
-    c, w, g, r = segment.equation
-    x, v = (g + r * (s - c / w)) / w, r / w
-    for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        if waves.values[at + A] != 0.0:
-            swing, rate, _, _, _ = steady_response(waves.values, at, s)
-            x += swing
-            v += rate
-    return x, v
-
-
-class Band(NamedTuple):
-    """Displacements [m] within a half width of a center; the width may vary.
-
-    The half width is `half_width` times 1 plus a sine of amplitude `variation` [-] and angular
-    frequency `omega` [rad/s].
-    """
-
-    center: float
-    half_width: float
-    variation: float
-    omega: float
-
-
-@compiled
-def safe_until(transient, segment, waves, band, begin, h):
-    """Return until when x_r provably stays within a band, at most h.
-
-    Parameters
-    ----------
-    transient : Transient
-        Of the segment, with side != 0.
-    segment, waves
-        Waves after `set_phases` at the start of the segment.
-    band : Band
-    begin, h : float
-        Time of the segment to begin at, and its length [s].
-
-    Notes
-    -----
-    The clearance between envelope and limit has a second derivative of at least
-    -(max_acceleration + half_width·variation·omega² + decay²·envelope), and the last term only
-    decreases. So a parabola lies below the clearance, and its root is a safe step. The bound
-    ends where the envelope meets the limit, which the motion itself need not reach.
-    """
-    center, half_width, variation, omega = band
-    max_acceleration = transient.max_acceleration + half_width * variation * omega**2
-    s = begin
-    while s < h:
-        x, v = steady_motion(segment, waves, s)
-        left = transient.size * math.exp(-transient.decay * s)
-        load, load_d, _ = relative_normal_force(band, waves, s)
-        clearance, gain = half_width * load - left, transient.decay * left + half_width * load_d
-        if clearance <= abs(x - center):
-            break
-        max_curvature = max_acceleration + transient.decay * transient.decay * left
-        up = parabola_root(clearance - (x - center), gain - v, max_curvature)
-        down = parabola_root(clearance + (x - center), gain + v, max_curvature)
-        s += min(up, down)
-        if min(up, down) * transient.omega < MIN_ENVELOPE_STEP:
-            break
-    return min(s, h)
-
-
-@compiled
-def search_time_before_peak(transient, hold, side, peak):
-    """Return the length of the interval before a peak that must be searched for yielding [s].
-
-    At most half a period. Negative if the contact provably holds for half a period before and
-    after the peak. `side` is that of the peak at time `peak` [s].
-
-    Notes
-    -----
-    Within half a period h of the peak, cos(omega t) <= 1 - 2 (t/h)². Decay adds at most 2
-    (exp(decay·h) - 1) |t|/h, and the steady response and the limit change by at most their
-    rates and bounds on their accelerations allow. The sum is a parabola in t.
-    """
-    segment, waves, law, _, x_0, _ = hold
-    half_period, x_limit = transient.half_period, law.up.F_fk / law.k_t
-    x, v = steady_motion(segment, waves, peak)
-    load, load_d, _ = relative_normal_force(law, waves, peak)
-    left = transient.size * math.exp(-transient.decay * peak)
-    clearance = x_limit * load - side * (x - x_0) - left
-    loss = abs(x_limit * load_d - side * v)
-    loss += (
-        0.5
-        * half_period
-        * (transient.max_acceleration + x_limit * law.variation * law.omega**2)
-    )
-    loss += 2.0 * left * transient.growth / half_period
-    cosine_term = 2.0 * left / (half_period * half_period)
-    square = loss * loss - 4.0 * cosine_term * clearance
-    if square < 0.0:
-        return -1.0
-    before = loss + math.sqrt(square)
-    return (
-        before / (2.0 * cosine_term)
-        if before < 2.0 * cosine_term * half_period
-        else half_period
-    )
+    falls, gains = side * law.k_t * v_r, law.up.F_fk * ramp.rate
+    return law.step > 0.0 and gains - falls > RATE_TOLERANCE * (abs(gains) + abs(falls))
 
 
 @compiled

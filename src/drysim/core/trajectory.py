@@ -13,7 +13,7 @@ Method
       not depend on the point before it.
     - Integrals: Gauss-Legendre quadrature on panels of at most `PANEL_RADIANS` of the fastest
       rate that is still present, with an error below rounding; quadratic forms of the state for
-      whole sampled steps; sums of complex exponentials for long holding segments.
+      whole sampled steps.
     - Turning points of x_r: v_r = 0 within a segment. Between two of them x_r is monotone, so
       peaks, zero crossings and crossings of the stroke limit follow from them and none is
       missed.
@@ -27,7 +27,6 @@ ascending times.
 
 from __future__ import annotations
 
-import cmath
 import math
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -35,26 +34,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
-from drysim.core.events import motion_direction, sign
+from drysim.core.events import sign
 from drysim.core.forcing import (
     COSINE,
-    IN_PHASE,
     OMEGA,
-    QUADRATURE,
     SINE,
     STEADY,
     STEADY_V,
     STEADY_X,
-    THETA,
     WAVE_COLUMNS,
     A,
     base_motion,
     motion_at,
-    relative_normal_force,
     response_from_rest,
     set_phases,
     slip_equation,
-    start_segment,
 )
 from drysim.core.model import FOUR_NODES, FOUR_WEIGHTS, Plant
 from drysim.core.modes import (
@@ -63,17 +57,13 @@ from drysim.core.modes import (
     AT_REST,
     CHATTERING,
     HOLD,
-    Band,
     LoadRamp,
     ModeState,
     SegmentBase,
     bumper_force,
     bumper_line,
     chatter_mean_square,
-    contact_force,
-    coulomb_limits,
     decode_mode,
-    effective_plant,
     friction_and_stop_forces,
     is_rigid_slip,
     load_at,
@@ -81,14 +71,10 @@ from drysim.core.modes import (
     mode_of,
     origin_of,
     return_accelerations,
-    safe_until,
     side_of,
     touches_bumper,
-    transient_response,
 )
 from drysim.core.oscillator import (
-    SHORT_SEGMENT,
-    UNDERDAMPED_SHARE,
     flow,
     free_response,
     sine_response,
@@ -98,7 +84,6 @@ from drysim.core.roots import (
     NEVER,
     RESOLUTION,
     safeguarded_newton,
-    stop_time,
 )
 
 # A solution, and a segment of it.
@@ -487,60 +472,6 @@ def write_direction(d, at, rows, v_out, d_out):
     return against == 0
 
 
-@compiled
-def sample_elastic_grid(solution, first, dt, tables, out):
-    """Write a solution with an elastic contact under waves at the grid points n·dt.
-
-    Parameters
-    ----------
-    solution : Solution
-        The first segment starts at or before the first grid point.
-    first, dt
-        As in `sample_coulomb_grid`.
-    tables : array, shape (2, `table_size`)
-        Work space for the tables of the oscillator without and with the contact stiffness.
-    out : Columns
-        Written: x_r, v_r, F_f and d.
-    """
-    (plant, law, waves, _, _), segments = solution
-    slip_table, hold_table = tables
-    last = first + len(out.x_r)
-    n, filled_slip, filled_hold = first, int(ZERO), int(ZERO)
-    for i in range(len(segments.s)):
-        until = last
-        if i + 1 < len(segments.s):
-            until = min(last, grid_index_before(segments.s[i + 1], dt) + 1)
-        t, x_0, mode = segments.s[i], segments.x_0[i], decode_mode(segments.d[i])
-        d = mode.contact if abs(mode.contact) == 1 else 0
-        limits, effective = coulomb_limits(law, d), effective_plant(plant, law, mode)
-        g = -d * limits.F_fk / plant.m
-        if mode.contact == HOLD:
-            g = law.k_t * x_0 / plant.m
-        segment = Start(t, segments.x_r[i], segments.v_r[i], d, g)
-        begin = grid_index_before(t, dt) + 1 if until > n else n
-        while n < until:
-            start = n - (n - begin) % TABLE_ROWS
-            end = min(until, start + TABLE_ROWS)
-            # Whether a steady response is usable depends on the stiffness.
-            set_phases(waves, effective, limits, t, d)
-            if mode.contact == HOLD:
-                table = hold_table
-                filled_hold = fill_table(effective, waves, dt, table, filled_hold, end - start)
-            else:
-                table = slip_table
-                filled_slip = fill_table(effective, waves, dt, table, filled_slip, end - start)
-            block = Block(start, n, end, n - first, dt)
-            write_segment(effective, limits, waves, segment, block, table, (out.x_r, out.v_r))
-            for k in range(n, end):
-                at = k - first
-                load = 1.0
-                if d != 0 and law.variation > 0.0:
-                    load = max(relative_normal_force(law, waves, (k - start) * dt)[0], 0.0)
-                out.F_f[at] = contact_force(law, mode, out.x_r[at], x_0, load)
-                out.d[at] = -1 if out.v_r[at] < 0.0 else 1
-            n = end
-
-
 @inlined
 def write_segment(plant, law, waves, segment, block, table, out):
     """Write a block of grid points of a segment to the arrays of x_r and v_r.
@@ -717,9 +648,6 @@ their error is 2e-16 of a product."""
 NEGLIGIBLE_DECAYS = 90.0
 """A motion that decays at rate c/2 is below double precision after the time 90/c."""
 
-LONG_HOLD_PANELS = 2.0
-"""Length of a holding segment, in panels, above which it is integrated in closed form."""
-
 
 @compiled
 def panel_length(c, w, waves, s):
@@ -798,10 +726,6 @@ def integrate_segments(solution, begin, end):
             more = integrate_chatter(plant, law, waves, part, lo, hi)
         elif part.mode.direction == AT_REST:
             more = integrate_rest(waves, part, lo, hi, law.k_t == 0.0)
-        elif hi - lo > LONG_HOLD_PANELS * panel_length(
-            part.equation.c, part.equation.w, waves, lo
-        ) and is_long_hold(law, waves, part):
-            more = integrate_hold_exponentials(waves, part, lo, hi)
         else:
             more = integrate_motion(law, waves, part, lo, hi)
         sums = add_segment_sums(sums, more)
@@ -1063,121 +987,6 @@ def integrate_whole_steps(plant, k_t, dt, steps, reference):
     return sums
 
 
-# Integrals over long holding segments: sums of complex exponentials.
-
-
-@compiled
-def is_long_hold(law, waves, part):
-    """Return whether a holding segment is a sum of exponentials, with ü by waves alone."""
-    if law.k_t == 0.0 or part.mode.contact != HOLD or part.mode.end_stop != APART:
-        return False
-    if part.u_0 != 0.0 or part.slope != 0.0 or part.x_origin != 0.0:
-        return False
-    return is_sum_of_exponentials(part.equation.c, part.equation.w, waves)
-
-
-@compiled
-def is_sum_of_exponentials(c, w, waves):
-    """Return whether the motion is an underdamped free motion plus steady responses."""
-    steady = w > 0.0 and w - 0.25 * c * c >= UNDERDAMPED_SHARE * w
-    for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        steady = steady and (waves.values[at + STEADY] > 0.0 or waves.values[at + A] == 0.0)
-    return steady
-
-
-@compiled
-def integrate_hold_exponentials(waves, part, lo, hi):
-    """Integrate a holding segment from lo to hi [s] as a sum of complex exponentials.
-
-    The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
-    where the exponentials nearly cancel.
-    """
-    c, w, g, _ = part.equation
-    x_r, v_r = part.xi, part.v_r
-    x_mean = g / w  # static equilibrium without waves
-    x_transient, rate = x_r - x_mean, v_r
-    for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        if waves.values[at + A] != 0.0:
-            x_transient -= waves.values[at + STEADY_X]
-            rate -= waves.values[at + STEADY_V]
-    length = hi - lo
-    x2, v2, x_dd2, power = x_mean * x_mean * length, 0.0, 0.0, 0.0
-    for i in range(waves.base + 1):
-        root, x, u_dd = exponential_term(c, w, waves, x_transient, rate, i, lo)
-        end_value = cmath.exp(root * length)
-        v, x_dd = root * x, -(w + c * root) * x
-        x2 += 2.0 * x_mean * (x * integral_of_exponential(root, end_value, length)).real
-        for k in range(i + 1):
-            multiplicity, other, x_k, u_k, end_value_k = 1.0, root, x, u_dd, end_value
-            if k < i:
-                other, x_k, u_k = exponential_term(c, w, waves, x_transient, rate, k, lo)
-                multiplicity, end_value_k = 2.0, cmath.exp(other * length)
-            v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
-            # Re(x e^pt) Re(y e^qt) = Re(x y e^(p + q)t + x y* e^(p + q*)t)/2, * the conjugate.
-            both = 0.5 * integral_of_exponential(root + other, end_value * end_value_k, length)
-            against = 0.5 * integral_of_exponential(
-                root + other.conjugate(), end_value * end_value_k.conjugate(), length
-            )
-            x2 += multiplicity * (x * x_k * both + x * x_k.conjugate() * against).real
-            v2 += multiplicity * (v * v_k * both + v * v_k.conjugate() * against).real
-            x_dd2 += (
-                multiplicity * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
-            )
-            power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
-            if k < i:
-                power += (v * (u_k * both + u_k.conjugate() * against)).real
-    x_lo = motion_at(part.equation, waves, x_r, v_r, lo).x_r
-    x_hi = motion_at(part.equation, waves, x_r, v_r, hi).x_r
-    forces = part.forces
-    work = forces.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - forces.x_0)
-    slid, damper_work = work / forces.reference, forces.plant.b * v2
-    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, damper_work)
-
-
-@inlined
-def exponential_term(c, w, waves, x_transient, rate, i, s):
-    """Return term i of the motion at time s: steady response to wave i, or free motion (last).
-
-    `x_transient` and `rate` are the differences of x_r and v_r from the steady response at the
-    start [m, m/s]. Returns root, x and u_dd: x_r has the part Re(x exp(root·time)), ü likewise.
-    """
-    if i == waves.base:
-        omega_d = math.sqrt(w - 0.25 * c * c)
-        root = complex(-0.5 * c, omega_d)
-        x = complex(x_transient, -(rate + 0.5 * c * x_transient) / omega_d) * cmath.exp(
-            root * s
-        )
-        return root, x, complex(0.0, 0.0)
-    at = WAVE_COLUMNS * i
-    omega = waves.values[at + OMEGA]
-    angle = omega * s + waves.values[at + THETA]
-    rotation = complex(math.cos(angle), math.sin(angle))
-    u_dd = complex(0.0, -waves.values[at + A]) * rotation
-    x = complex(0.0, 0.0)
-    if waves.values[at + A] != 0.0:
-        x = complex(waves.values[at + QUADRATURE], -waves.values[at + IN_PHASE]) * rotation
-    return complex(0.0, omega), x, u_dd
-
-
-EXPONENTIAL_TERMS = 16
-"""Terms of the series that exhaust double precision where |z|·length is below
-`SHORT_SEGMENT`."""
-
-
-@inlined
-def integral_of_exponential(z, end_value, length):
-    """Return the integral of exp(z s) over 0 <= s <= length, with end_value = exp(z length)."""
-    q = z * length
-    if abs(q) > SHORT_SEGMENT:
-        return (end_value - 1.0) / z
-    total = complex(0.0, 0.0)
-    for n in range(EXPONENTIAL_TERMS, 0, -1):
-        total = (1.0 + total) * q / (n + 1)
-    return length * (1.0 + total)
-
-
 # Peak force of a bumper.
 
 PEAK_SUBDIVISIONS = 40.0
@@ -1354,161 +1163,3 @@ def level_crossing_time(solution, level, lo, hi):
         if done:
             break
     return at
-
-
-# Turning points of x_r on an elastic contact, skipping those that cannot set a new extreme.
-
-
-@compiled
-def write_turning_points(solution, whole, limits, at, out):
-    """Write the start of each segment and its turning points, until the buffer is full.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of an elastic contact without stops.
-    whole : array, shape (segments,)
-        Whether all turning points of a segment are required, as for the last one, or only those
-        that can set a new extreme or cross zero or the limit.
-    limits : StrokeLimits
-        Stroke limits [m]; infinite for none.
-    at : tuple
-        Where to continue: segment, time since its start [s], x_r [m] and v_r [m/s] there, and
-        the farthest displacement written in this half cycle [m].
-    out : tuple of array, shape (n,)
-        Written: time [s] and displacement [m].
-
-    Returns
-    -------
-    at, count
-        Where to continue, with the number of segments if all is written; and the number of
-        values written.
-
-    Notes
-    -----
-    A holding contact may reverse hundreds of times without consequence. Segments, and the rest
-    of a segment, are skipped as long as a bound on the motion (`is_hold_uneventful`,
-    `uneventful_until`) proves that x_r crosses neither zero nor the limit nor sets a new
-    extreme.
-    """
-    (plant, law, waves, u_dd, dt), segments = solution
-    i, s, x_r, v_r, far = at
-    t_out, x_out = out
-    count = 0
-    while i < len(segments.n) and count + 2 <= len(t_out):
-        mode, t, only = (
-            decode_mode(segments.d[i]),
-            segments.n[i] * dt + segments.s[i],
-            not whole[i],
-        )
-        if s == 0.0:
-            x_r, v_r = segments.x_r[i], segments.v_r[i]
-            t_out[count], x_out[count] = t, x_r
-            # After a segment cut by a window, the known extreme may lie outside the window.
-            far = x_r if i > 0 and whole[i - 1] else half_cycle_extreme(far, x_r)
-            count += 1
-            # Under a constant limit a yielding contact has no turning point within its segment.
-            yields = abs(mode.contact) == 1 and law.variation == 0.0 and law.step == 0.0
-            if yields or (
-                only and mode.contact == HOLD and is_hold_uneventful(law, segments, i, limits)
-            ):
-                i += 1
-                continue
-        n = segments.n[i]
-        slope = (u_dd[n + 1] - u_dd[n]) / dt
-        base = SegmentBase(t + s, u_dd[n] + slope * (segments.s[i] + s), slope)
-        equation, _ = mode_equation(plant, law, waves, mode, segments.x_0[i], base)
-        segment = start_segment(equation, waves, x_r, v_r)
-        left = segment_length(segments, dt, i) - s
-        direction = motion_direction(segment.v_r, segment.a, segment.j)
-        s_turn = stop_time(segment, waves, law, direction, left)
-        if s_turn >= left or not t + s + s_turn > t + s:
-            i, s = i + 1, 0.0
-            continue
-        x_turn = motion_at(equation, waves, x_r, v_r, s_turn).x_r
-        t_out[count], x_out[count] = t + s + s_turn, x_turn
-        far = half_cycle_extreme(far, x_turn)
-        count += 1
-        until = s_turn
-        if only and mode.contact == HOLD:
-            x_end = segments.x_r[i + 1]
-            turn, known = (s_turn, x_turn), (far, x_end)
-            until = uneventful_until(law, waves, segment, turn, known, limits, left)
-        if until > s_turn:
-            x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, until)
-        else:
-            x_r, v_r = x_turn, 0.0
-        s += until
-    return (i, s, x_r, v_r, far), count
-
-
-EXTREME_TOLERANCE = 1e-14
-"""Relative excess over a known extreme that counts as rounding and sets no new extreme."""
-
-
-@compiled
-def uneventful_range(x_r, far, limits):
-    """Return the interval of displacements in which turning points have no effect [m].
-
-    It contains x_r and is bounded by zero, and by the stroke limit and the extreme `far` on
-    the side of x_r [m].
-    """
-    size = abs(x_r)
-    limit = limits.up if x_r > 0.0 else limits.down
-    low, high = (0.0, limit) if size < limit else (limit, math.inf)
-    high = min(high, max(far, size) * (1.0 + EXTREME_TOLERANCE))
-    return (low, high) if x_r > 0.0 else (-high, -low)
-
-
-@compiled
-def is_hold_uneventful(law, segments, i, limits):
-    """Return whether the contact limits keep x_r within its uneventful range while holding."""
-    side = sign(segments.x_r[i])
-    low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], limits)
-    reach = law.up.F_fk / law.k_t * (1.0 + law.variation)
-    return low <= segments.x_0[i] - reach and segments.x_0[i] + reach <= high
-
-
-@compiled
-def uneventful_until(law, waves, segment, turn, known, limits, h):
-    """Return the time until which the motion after a turning point stays uneventful [s].
-
-    Parameters
-    ----------
-    law, waves, segment
-        The holding segment, with the phases set at its start.
-    turn : tuple of float
-        Time [s] and displacement [m] of the turning point.
-    known : tuple of float
-        Farthest displacement written in this half cycle, and displacement at the end of the
-        segment [m]. A motion that stays on one side of zero passes the latter in the same half
-        cycle, so it counts as known.
-    limits : StrokeLimits
-        Stroke limits [m]; infinite for none.
-    h : float
-        Remaining length of the segment [s].
-    """
-    (s_turn, x_turn), (far, x_end) = turn, known
-    # Less than half a natural period is left: there is at most one more turning point.
-    if segment.equation.w * (h - s_turn) * (h - s_turn) < math.pi * math.pi:
-        return s_turn
-    transient = transient_response(segment, waves)
-    if transient.side == 0:
-        return s_turn
-    side = sign(x_turn)
-    until = s_turn
-    # First with x_end as a known extreme. If the motion may change sides before the end of
-    # the segment, x_end belongs to another half cycle and only `far` is known.
-    for extreme in (max(side * far, side * x_end), side * far):
-        low, high = uneventful_range(x_turn, extreme, limits)
-        band = Band(0.5 * (low + high), 0.5 * (high - low), 0.0, 0.0)
-        until = safe_until(transient, segment, waves, band, s_turn, h)
-        if until >= h or side * x_end <= side * far:
-            return until
-    return until
-
-
-@compiled
-def half_cycle_extreme(far, x_r):
-    """Return the farthest displacement of a half cycle after one more point [m]."""
-    return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r

@@ -439,7 +439,7 @@ def measure(
     from drysim.metrics.acceleration import peak_acceleration  # needs the solvers
 
     (begin, end), law, repeats = window, trajectory.law, closure is not None
-    path = trajectory.path(window, limits)
+    path = trajectory.path
     inside = path_in_window(trajectory, path, window)
     peak = float(np.abs(inside).max())
     hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
