@@ -23,6 +23,8 @@ from drysim.core.model import (
     ContactState,
     CoulombLaw,
     DynamicLaw,
+    NormalForceRecord,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -459,3 +461,20 @@ def test_contact_that_yields_at_a_sample_is_followed_with_its_own_acceleration(l
     fine = np.interp(np.arange(129) / 2, np.arange(65), u_dd)
     other = StickSlip().solve(plant, law, Samples(fine, dt / 2), start, dt / 2)
     assert other.x_r[::2] == pytest.approx(found.x_r, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
+@pytest.mark.parametrize("k_t", [1e4, 1e6])
+def test_force_under_a_recorded_normal_force_is_that_of_a_return_mapping(k_t, motion):
+    # The slope of the record jumps at each sample, so a yielding contact may hold at once.
+    record = 1.0 + np.random.default_rng(5).normal(0.0, 0.6, 400)
+    law = PiecewiseLaw(60.0, 60.0, k_t, force_record=NormalForceRecord(record, 0.01, 1.0))
+    trajectory = solved(law, motion, duration=2.5).trajectory
+    t = np.linspace(0.0, 2.5, 500_001)
+    found = trajectory.at(t)
+    limit = 60.0 * np.maximum(np.interp(t, np.arange(400) * 0.01, record), 0.0)
+    force, known = 0.0, []
+    for step, most in zip(np.diff(found.x_r).tolist(), limit[1:].tolist(), strict=True):
+        force = min(max(force + k_t * step, -most), most)
+        known.append(force)
+    assert np.abs(found.F_f[1:] - known).max() < 0.05

@@ -589,6 +589,8 @@ def end_of_yield(segment, waves, law, ramp, d, h):
     the mass stops.
     """
     if law.variation > 0.0 or law.step > 0.0:
+        if limit_outpaces_force(law, ramp, d, segment.v_r):
+            return 0.0, segment.x_r, segment.v_r
         share = law.up.F_fk / law.k_t
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
         return first_root(segment, waves, law, excess, int(ZERO), 0.0, h)
