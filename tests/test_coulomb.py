@@ -629,8 +629,7 @@ def test_time_beyond_a_limit_takes_few_states(monkeypatch):
         return state(self, t)
 
     monkeypatch.setattr(type(trajectory), "state", counted)
-    path = trajectory.path
-    found = stroke.excursions(trajectory, path, limits)
+    found = stroke.excursions(trajectory, limits)
     times = found.up + found.down
     assert times > 10
     assert len(calls) < 2 * times * 10

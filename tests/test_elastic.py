@@ -40,7 +40,7 @@ from drysim.metrics.stroke import (
     half_cycle_peaks,
     path_in_window,
 )
-from drysim.metrics.table import measure, peak_displacement
+from drysim.metrics.table import measure
 
 NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {
@@ -176,7 +176,7 @@ def test_limit_that_is_met_just_after_a_run_is_not_met_in_it(motion):
         limits = StrokeLimits(limit, limit)
         found = trajectory.path
         assert found.t.max() <= trajectory.end
-        assert excursions(trajectory, found, limits)[:2] == (0, 0)
+        assert excursions(trajectory, limits)[:2] == (0, 0)
 
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
@@ -226,25 +226,23 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
     fine = seen(trajectory, grid)
     for window in ((0.0, 1.5), (0.311, 1.107)):
         inside = fine[(grid >= window[0]) & (grid <= window[1])]
-        path = trajectory.path
-        assert peak_displacement(trajectory, path, window) == pytest.approx(
+        assert np.abs(path_in_window(trajectory, window)).max() == pytest.approx(
             np.abs(inside).max(), rel=1e-6
         )
-        assert count_upcrossings(path_in_window(trajectory, path, window)) == count_upcrossings(
+        assert count_upcrossings(path_in_window(trajectory, window)) == count_upcrossings(
             inside
         )
         heights = half_cycle_peaks(inside)
-        assert half_cycle_peaks(path_in_window(trajectory, path, window)) == pytest.approx(
+        assert half_cycle_peaks(path_in_window(trajectory, window)) == pytest.approx(
             heights, rel=1e-3
         )
         for level in (levels * np.abs(inside).max()).tolist():
             limits = StrokeLimits(level, level)
-            path = trajectory.path
             assert count_limit_entries(
-                path_in_window(trajectory, path, window), limits
+                path_in_window(trajectory, window), limits
             ) == count_limit_entries(inside, limits)
             beyond = np.abs(fine) >= level
-            up, down, _, t_beyond = excursions(trajectory, path, limits)
+            up, down, _, t_beyond = excursions(trajectory, limits)
             times = up + down
             assert times == beyond[0] + np.count_nonzero(beyond[1:] & ~beyond[:-1])
             assert t_beyond == pytest.approx(1.5 * np.mean(beyond), abs=1e-5 * (times + 2))
@@ -261,7 +259,7 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
     )
     window = (begin, 20.0)
     heights = half_cycle_peaks(trajectory.at(np.linspace(*window, 400_001))[0])
-    told = half_cycle_peaks(path_in_window(trajectory, trajectory.path, window))
+    told = half_cycle_peaks(path_in_window(trajectory, window))
     assert told == pytest.approx(heights, rel=1e-5)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Path, Trajectory
+from drysim.approach.solution import Floats, Trajectory
 from drysim.core.model import AnyLaw, AnyState, StrokeLimits
 
 if TYPE_CHECKING:
@@ -41,24 +41,22 @@ class Excursions(NamedTuple):
 
 
 def excursions(
-    trajectory: Trajectory, path: Path, limits: StrokeLimits, repeats: bool = False
+    trajectory: Trajectory, limits: StrokeLimits, repeats: bool = False
 ) -> Excursions:
     """Return the excursions in a whole run, settling time and touching included.
 
     Parameters
     ----------
     trajectory : Trajectory
-    path : Path
-        Of the trajectory, up to its end and for these limits.
     limits : StrokeLimits
     repeats : bool
         Whether the end continues at the start, as on a periodic orbit.
 
     Notes
     -----
-    Between two points of the path the limit is passed at most once, so that no excursion is
-    missed.
+    Between two turning points a limit is passed at most once, so that no excursion is missed.
     """
+    path = trajectory.path
     t = np.append(path.t, trajectory.end)
     x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
     side = limits.side(x_r)
@@ -172,9 +170,9 @@ def bumper_energy(law: AnyLaw, state: AnyState) -> float:
     return energy if force + law.stops.b_s * outward > 0.0 else 0.0
 
 
-def path_in_window(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> Floats:
-    """Return x_r [m] at the ends of a window and at the extreme points in it, in order."""
-    begin, end = window
+def path_in_window(trajectory: Trajectory, window: tuple[float, float]) -> Floats:
+    """Return x_r [m] at the ends of a window and at the turning points in it, in order."""
+    (begin, end), path = window, trajectory.path
     inside = path.x_r[(path.t > begin) & (path.t < end)]
     ends = trajectory.state(begin).x_r, trajectory.state(end).x_r
     return np.concatenate(([ends[0]], inside, [ends[1]]))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Path, Trajectory
+from drysim.approach.solution import Trajectory
 from drysim.core.model import AnyState, Plant, StrokeLimits, Totals
 from drysim.metrics.comfort import Weighted
 from drysim.metrics.stroke import (
@@ -439,9 +439,8 @@ def measure(
     from drysim.metrics.acceleration import peak_acceleration  # needs the solvers
 
     (begin, end), law, repeats = window, trajectory.law, closure is not None
-    path = trajectory.path
-    inside = path_in_window(trajectory, path, window)
-    peak = float(np.abs(inside).max())
+    inside = path_in_window(trajectory, window)
+    before = path_in_window(trajectory, (0.0, end)) if begin else inside
     hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
     states = trajectory.state(begin), trajectory.state(end)
     stops = law.stops
@@ -456,7 +455,7 @@ def measure(
             *states,
             lowest=min(float(inside.min()), 0.0),
             highest=max(float(inside.max()), 0.0),
-            reached=peak_displacement(trajectory, path, (0.0, end)) if begin else peak,
+            reached=float(np.abs(before).max()),
             upcrossings=count_upcrossings(inside),
             chatter=trajectory.chatter(begin, end),
             closure=closure,
@@ -464,7 +463,7 @@ def measure(
             hourly=hourly,
             limits=limits,
             limit_entries=count_limit_entries(inside, limits) if limits else 0,
-            excursions=excursions(trajectory, path, limits, repeats) if limits else None,
+            excursions=excursions(trajectory, limits, repeats) if limits else None,
             impacts=impacts(trajectory, window, repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
             jacobian=trajectory.jacobian() if repeats else None,
@@ -472,14 +471,6 @@ def measure(
             settings=settings,
         )
     )
-
-
-def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> float:
-    """Return the largest |x_r| in a window [m], at an extreme point or at an end."""
-    begin, end = window
-    inside = (path.t >= begin) & (path.t <= end)
-    turning = np.abs(path.x_r[inside]).max(initial=0.0)
-    return float(max(turning, abs(trajectory.state(begin).x_r), abs(trajectory.state(end).x_r)))
 
 
 # Arithmetic on numbers or columns, where the two need different functions.
