@@ -116,7 +116,7 @@ from drysim.core.trajectory import (
     resume_slip_or_stick,
     sample_coulomb_grid,
     state_at,
-    table_size,
+    table_shape,
 )
 
 
@@ -256,7 +256,7 @@ def sine_points(trajectory: SineTrajectory, dt: float, first: int, last: int) ->
     n = last - first
     x_r, v_r = as_engine_array(np.empty((2, n)))
     d = as_engine_array(np.empty(n, np.int8))
-    table = as_engine_array(np.empty(table_size(trajectory.size)))
+    table = as_engine_array(np.empty(table_shape(trajectory.size)))
     sample_coulomb_grid(trajectory.solution, first, dt, table, (x_r, v_r), d)
     return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
 

@@ -353,46 +353,20 @@ def state_at(solution, at):
 
 # Motion on a grid under sines: linear combinations of table columns.
 
-TABLE_ROWS = 128
+TABLE_COLUMNS = 128
 """Number of grid steps in the table: a few kilobytes per wave, computed once per grid."""
 
-FLOW_COLUMNS = 3
-"""Columns of the free motion: y, y_d and Y of `flow`."""
+FLOW_ROWS = 3
+"""Rows of the free motion: y, y_d and Y of `flow`."""
 
-RESPONSE_COLUMNS = 3
-"""Columns of a wave: R, P and P_d of `sine_response`, or sin(omega s)/omega, cos(omega s)
-and the derivative of the latter where the steady response is used."""
-
-
-def table_size(size: int) -> int:
-    """Return the length of the table for a number of waves."""
-    return TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * size)
+RESPONSE_ROWS = 3
+"""Rows of a wave: R, P and P_d of `sine_response`, or sin(omega s)/omega, cos(omega s) and the
+derivative of the latter where the steady response is used."""
 
 
-class Start(NamedTuple):
-    """Start of a segment in motion: time [s], state and direction of sliding.
-
-    `g` is the constant force per mass [m/s²].
-    """
-
-    t: float
-    x_r: float
-    v_r: float
-    d: int
-    g: float
-
-
-class Block(NamedTuple):
-    """Grid points `n` to `end` - 1, written from index `at` on; row 0 of the table is `start`.
-
-    The grid points are n·dt.
-    """
-
-    start: int
-    n: int
-    end: int
-    at: int
-    dt: float
+def table_shape(size: int) -> tuple[int, int]:
+    """Return the shape of the table for a number of waves."""
+    return FLOW_ROWS + RESPONSE_ROWS * size, TABLE_COLUMNS
 
 
 @compiled
@@ -406,20 +380,21 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
         Index of the first grid point.
     dt : float
         Grid spacing [s].
-    table : array, shape (`table_size`,)
+    table : array, shape `table_shape`
         Work space for the responses over whole grid steps.
     out, d_out : tuple of array, and array, shape (n,)
         Written: x_r [m] and v_r [m/s], and the direction of sliding.
 
     Notes
     -----
-    The sums restart at every `TABLE_ROWS`-th point after an event, counted from the event and
-    not from `first`. The result is therefore independent of the blocks in which a grid is
-    written.
+    The motion is the steady response plus a free motion that starts with the difference from
+    it. The sums restart at every `TABLE_COLUMNS`-th point after an event, counted from the
+    event and not from `first`. The result is therefore independent of the blocks in which a
+    grid is written.
     """
     plant, law, waves, t, kind, x_r, v_first = solution
     x_out, v_out = out
-    last = first + len(d_out)
+    c, w, last = plant.b / plant.m, plant.k_x / plant.m, first + len(d_out)
     filled = at_rest = int(ZERO)
     event = last_event_index(t, first * dt)
     n = first
@@ -433,68 +408,47 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
             until = min(until, grid_index_before(t[event + 1], dt) + 1)
         if d == 0:
             for k in range(n - first, until - first):
-                x_out[k] = x_r[event]
-                v_out[k] = 0.0
-                d_out[k] = 0
+                x_out[k], v_out[k], d_out[k] = x_r[event], 0.0, 0
             n = until
             continue
         begin = grid_index_before(t[event], dt) + 1
-        v_r = v_first if event == 0 else 0.0
-        segment = Start(t[event], x_r[event], v_r, d, -d * law.F_fk / plant.m)
+        v_r, g = v_first if event == 0 else 0.0, -d * law.F_fk / plant.m
         while n < until:
-            start = n - (n - begin) % TABLE_ROWS
-            end, at = min(until, start + TABLE_ROWS), n - first
+            # Column 0 of the table is grid point `start`.
+            start = n - (n - begin) % TABLE_COLUMNS
+            end = min(until, start + TABLE_COLUMNS)
             filled = fill_table(plant, waves, dt, table, filled, end - start)
-            block = Block(start, n, end, at, dt)
-            write_segment(plant, law, waves, segment, block, table, out)
-            if not write_direction(d, at, end - n, v_out, d_out):
+            set_phases(waves, plant, law, t[event], d)
+            x, v = transient_state(c, w, waves, x_r[event], v_r, g, start * dt - t[event])
+            set_phases(waves, plant, law, start * dt, d)
+            push = g - w * x
+            y, y_d, Y = table[0], table[1], table[2]
+            for k in range(n, end):
+                i, at = k - start, k - first
+                x_out[at] = x + (v * y[i] + push * Y[i])
+                v_out[at] = v * y_d[i] + push * y[i]
+                d_out[at] = d
+            for wave in range(waves.size):
+                row = FLOW_ROWS + RESPONSE_ROWS * wave
+                R, P, P_d = table[row], table[row + 1], table[row + 2]
+                from_sine, from_cosine = wave_coefficients(waves, wave)
                 for k in range(n, end):
-                    if v_out[k - first] * d <= 0.0:
-                        # A sum of columns may have the wrong sign where |v_r| is of the size of
-                        # rounding.
-                        part = resume_event(solution, event)
-                        state = motion_in_segment(waves, part, k * dt - t[event])
-                        x_out[k - first], v_out[k - first] = state
+                    i, at = k - start, k - first
+                    x_out[at] += from_sine * R[i] + from_cosine * P[i]
+                    v_out[at] += from_sine * P[i] + from_cosine * P_d[i]
+            for k in range(n, end):
+                if v_out[k - first] * d <= 0.0:
+                    # A sum of rows may have the wrong sign where |v_r| is of the size of
+                    # rounding.
+                    part = resume_event(solution, event)
+                    state = motion_in_segment(waves, part, k * dt - t[event])
+                    x_out[k - first], v_out[k - first] = state
             n = end
 
 
 @inlined
-def write_direction(d, at, rows, v_out, d_out):
-    """Write the direction of sliding; return whether all velocities have its sign."""
-    if at < 0:
-        # Never true, but it tells the compiler that no index wraps around.
-        return False
-    for k in range(rows):
-        d_out[at + k] = d
-    against = 0
-    for k in range(rows):
-        against += v_out[at + k] * d <= 0.0
-    return against == 0
-
-
-@inlined
-def write_segment(plant, law, waves, segment, block, table, out):
-    """Write a block of grid points of a segment to the arrays of x_r and v_r.
-
-    The motion is the steady response plus a free motion that starts with the difference from
-    it.
-    """
-    t, x_r, v_r, d, g = segment
-    start, n, end, at, dt = block
-    w = plant.k_x / plant.m
-    set_phases(waves, plant, law, t, d)
-    x, v = transient_state(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
-    set_phases(waves, plant, law, start * dt, d)
-    row, rows = n - start, end - n
-    of_wave = wave_coefficients(waves, int(ZERO)) if waves.size > 0 else (0.0, 0.0)
-    write_motion(table, row, rows, (x, v, g - w * x), of_wave, at, out)
-    for i in range(1, waves.size):
-        add_wave_response(table, i, row, rows, wave_coefficients(waves, i), at, out)
-
-
-@inlined
 def wave_coefficients(waves, i):
-    """Return the coefficients of the sine and cosine columns of wave i at row 0."""
+    """Return the coefficients of the sine and cosine rows of wave i at column 0."""
     values, wave = waves.values, WAVE_COLUMNS * i
     if values[wave + STEADY] > 0.0:
         return values[wave + STEADY_V], values[wave + STEADY_X]
@@ -525,47 +479,9 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
     return x + x_r + v_r * y + push * Y, v + v_r * y_d + push * y
 
 
-@inlined
-def write_motion(table, row, rows, free, of_wave, at, out):
-    """Write the free motion and the response to the first wave.
-
-    `free` has x_r [m] and v_r [m/s] at row 0, and the force per mass there [m/s²]; `of_wave`
-    has the coefficients of `add_wave_response`.
-    """
-    (x_r, v_r, push), (from_sine, from_cosine), (x_out, v_out) = free, of_wave, out
-    if row < 0 or at < 0:
-        # Never true, but it tells the compiler that no index wraps around.
-        return
-    # Offsets computed outside the loop, so that the compiler vectorises the loads.
-    second, third = row + TABLE_ROWS, row + 2 * TABLE_ROWS
-    # Without a wave both coefficients are 0, and any existing column will do.
-    wave = row + FLOW_COLUMNS * TABLE_ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
-    wave_second, wave_third = wave + TABLE_ROWS, wave + 2 * TABLE_ROWS
-    for k in range(rows):
-        y, y_d, Y = table[row + k], table[second + k], table[third + k]
-        R, P, P_d = table[wave + k], table[wave_second + k], table[wave_third + k]
-        x_out[at + k] = x_r + (v_r * y + push * Y) + (from_sine * R + from_cosine * P)
-        v_out[at + k] = (v_r * y_d + push * y) + (from_sine * P + from_cosine * P_d)
-
-
-@inlined
-def add_wave_response(table, i, row, rows, of_wave, at, out):
-    """Add the response to wave i: its sine and cosine columns times their coefficients."""
-    (from_sine, from_cosine), (x_out, v_out) = of_wave, out
-    begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i)
-    if begin < 0 or at < 0:
-        # Never true, but it tells the compiler that no index wraps around.
-        return
-    second, third = begin + TABLE_ROWS, begin + 2 * TABLE_ROWS
-    for k in range(rows):
-        R, P, P_d = table[begin + k], table[second + k], table[third + k]
-        x_out[at + k] += from_sine * R + from_cosine * P
-        v_out[at + k] += from_sine * P + from_cosine * P_d
-
-
 @compiled
 def fill_table(plant, waves, dt, table, begin, end):
-    """Write the rows `begin` to end - 1 of the table; return the number of valid rows.
+    """Write the columns `begin` to end - 1 of the table; return the number of valid columns.
 
     The phases of the waves must be set at some time, because `set_phases` decides which waves
     have a usable steady response.
@@ -574,20 +490,16 @@ def fill_table(plant, waves, dt, table, begin, end):
     for k in range(begin, end):
         s = k * dt
         y, y_d, Y = free_response(c, w, s)
-        table[k] = y
-        table[TABLE_ROWS + k] = y_d
-        table[2 * TABLE_ROWS + k] = Y
+        table[0][k], table[1][k], table[2][k] = y, y_d, Y
         for i in range(waves.size):
-            at = TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i) + k
+            row = FLOW_ROWS + RESPONSE_ROWS * i
             omega = waves.values[WAVE_COLUMNS * i + OMEGA]
             if waves.values[WAVE_COLUMNS * i + STEADY] > 0.0:
                 R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
                 P_d = -omega * omega * R
             else:
                 R, P, P_d, _, _ = sine_response(c, w, omega, s, y, y_d)
-            table[at] = R
-            table[at + TABLE_ROWS] = P
-            table[at + 2 * TABLE_ROWS] = P_d
+            table[row][k], table[row + 1][k], table[row + 2][k] = R, P, P_d
     return max(begin, end)
 
 
