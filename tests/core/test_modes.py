@@ -60,7 +60,7 @@ def deflection(kernel, stretch, waves, t):
 def half_swing(kernel, stretch, waves, law):
     """Return the direction of motion, and the time for which it is kept within LENGTH [s]."""
     d = kernel.events.motion_direction(stretch.v_r, stretch.a, stretch.j)
-    return d, min(kernel.roots.stop_time(stretch, waves, law, d, LENGTH), LENGTH)
+    return d, min(kernel.roots.first_stop(stretch, waves, law, d, LENGTH)[0], LENGTH)
 
 
 def first_of_both(kernel, stretch, waves, law, h):

@@ -101,7 +101,7 @@ def test_speed_that_slow_waves_lift_before_zero_does_not_stop(kernel):
     stretch = kernel.forcing.start_segment(equation, waves, 0.0, v)
     speeds = [kernel.forcing.motion_at(equation, waves, 0.0, v, s).v_r for s in range(9)]
     assert 0.05 < min(speeds) < 0.08
-    stop = kernel.roots.stop_time(stretch, waves, law, 1, 8.0)
+    stop = kernel.roots.first_stop(stretch, waves, law, 1, 8.0)[0]
     assert stop == math.inf
 
 

@@ -112,8 +112,7 @@ from drysim.core.roots import (
     NEVER,
     Stuck,
     break_away_time,
-    stop_time,
-    stop_under_waves,
+    first_stop,
     velocity_and_acceleration,
 )
 from drysim.core.sampled import rescale
@@ -242,7 +241,7 @@ def march_sines(plant, law, waves, interval, state, log):
             load = relative_normal_force(law, waves, 0.0)[0]
             segment = with_acceleration(segment, d * (law.F_fs - law.F_fk) * load / m)
         just_broke_away = False
-        stop, x_stop = stop_under_waves(segment, waves, law, d, left)
+        stop, x_stop = first_stop(segment, waves, law, d, left)
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
@@ -622,7 +621,7 @@ def exit_from_motion(scene, part, lift):
     yields = elastic and abs(mode.contact) == 1
     # Under a constant normal force the end of a yield is the zero of v_r.
     if not yields or law.variation > 0.0 or law.step > 0.0:
-        turn = stop_time(motion, waves, law, d, until)
+        turn = first_stop(motion, waves, law, d, until)[0]
     if yields:
         change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
     elif elastic and mode.contact == HOLD and (d != 0 or mode.poised == 0 or waves.size > 0):

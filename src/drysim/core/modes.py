@@ -66,9 +66,9 @@ from drysim.core.roots import (
     Stuck,
     break_away_time,
     first_root,
+    first_stop,
     safeguarded_newton,
     stick_exit_time,
-    stop_under_waves,
 )
 
 # Law and mode, as kernels read them.
@@ -596,7 +596,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
         return first_root(segment, waves, law, excess, int(ZERO), 0.0, h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, segment.x_r, 0.0
-    stop, x = stop_under_waves(segment, waves, law, d, h)
+    stop, x = first_stop(segment, waves, law, d, h)
     return stop, x, 0.0
 
 

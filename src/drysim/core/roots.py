@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drysim.core.compile import compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined
 from drysim.core.events import stick_limit
 from drysim.core.forcing import (
     COSINE,
@@ -355,83 +355,23 @@ class Derivatives(NamedTuple):
     third_rate: float
 
 
-SMALL_STEP_SHARE = 0.01
-"""Share of the longest step below which `safe_step` is also tried without a positive jerk."""
-
-
 @compiled
-def stop_time(segment, waves, law, direction, h):
-    """Return the first time in (0, h] at which v_r is zero, or infinity.
-
-    `direction` is that of the motion; 0 for a mass that does not move. `law` as in
-    `first_root`.
-    """
-    if direction == 0:
-        return NEVER
-    if waves.size == 0:
-        (c, w, _, r), _, v_r, a, _, _ = segment
-        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
-    return stop_under_waves(segment, waves, law, direction, h)[0]
-
-
-@compiled
-def stop_under_waves(segment, waves, law, d, h):
+def first_stop(segment, waves, law, d, h):
     """Return the first time in (0, h] at which v_r is zero, or infinity, and x_r there.
 
-    Parameters as in `stop_time`, with a direction d of ±1; there may be no waves. This is
-    `first_root` for v_r, in fewer operations; it computes the snap at the start itself.
+    `d` is the direction of motion; 0 for a mass that does not move. Other parameters as in
+    `first_root`.
     """
-    equation, x_r, v_r, a, j, _ = segment
-    c, w, _, r = equation
-    moves = d * v_r > 0.0 or d * a > 0.0
-    if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
+    equation, x_r, v_r, a, _, _ = segment
+    if d == 0:
         return NEVER, x_r
-    growth = 0.0
-    max_omega = 0.0
-    # Snap at the start: the equation of motion, differentiated twice.
-    k = -c * j - w * a
-    for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        omega = waves.values[at + OMEGA]
-        curvature = waves.values[at + A] * omega * omega
-        growth += abs(curvature) * omega
-        k += curvature * waves.values[at + SINE]
-        max_omega = max(max_omega, omega)
-    max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
-    s, x = 0.0, x_r
-    v, a, j, k = d * v_r, d * a, d * j, d * k
-    while True:
-        snap = math.sqrt(k * k + w * j * j)
-        if is_monotone_to_zero(v, a, j, snap, growth):
-            break
-        step = safe_step(v, a, j, snap, growth, max_step)
-        if j > 0.0 and step < SMALL_STEP_SHARE * max_step:
-            # The bound also holds without a positive jerk. Where the jerk is tiny this proves
-            # a longer step; strongly damped motion would otherwise need a million steps.
-            step = max(step, safe_step(v, a, 0.0, snap, growth, max_step))
-        if s + step >= h:
-            # The end of the segment lies within the safe step.
-            return NEVER, x
-        if step <= RESOLUTION * s:
-            return s, x
-        s += step
-        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
-        v, a, j, k = d * v, d * a, d * j, d * k
-        if v <= 0.0:
-            return s, x
-    # v decreases monotonically to its root, so Newton's method cannot skip another one.
-    for _ in range(MAX_NEWTON_ROUNDS):
-        step = cubic_taylor_root(v, a, j, k)
-        snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
-        fourth = (c + math.sqrt(w)) * snap + growth
-        s += step
-        if has_converged(step, a, fourth, s):
-            # The Taylor series over the last step replaces another evaluation.
-            x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
-            break
-        x, v, a, j, k = motion_at(equation, waves, x_r, v_r, s)
-        v, a, j, k = d * v, d * a, d * j, d * k
-    return (s, x) if s < h else (NEVER, x)
+    if waves.size == 0:
+        c, w, _, r = equation
+        s = locate_stop(c, w, d * v_r, d * a, d * r, h)
+        return s, motion_at(equation, waves, x_r, v_r, min(s, h)).x_r
+    speed = Observable(0.0, 0.0, float(d), 0.0, 0.0, 0.0, 0.0)
+    s, x_r, _ = first_root(segment, waves, law, speed, int(ZERO), 0.0, h)
+    return s, x_r
 
 
 @compiled
