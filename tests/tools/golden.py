@@ -27,6 +27,9 @@ SWEEPS = [file for file in SCENARIOS if drysim.load(file).sweep]
 ROUNDING = ("energy_residual", "closure")
 """Metrics that are pure rounding, which another processor has differently."""
 
+TINY_PEAK = 1e-20
+"""Peak of x_r [m] below which rounding decides whether a motion crosses zero."""
+
 
 @cache
 def outcome(file: Path) -> drysim.Outcome:
@@ -50,8 +53,11 @@ def of_run(file: Path) -> dict[str, Any]:
     """Return what is kept of a run."""
     found = outcome(file)
     kinds = Counter(found.events.kind.tolist())
+    metrics = {key: of_value(key, value) for key, value in found.metrics.items()}
+    if (metrics["x_r_peak"] or 1.0) < TINY_PEAK:
+        metrics["crossing_rate"] = None
     return {
-        "metrics": {key: of_value(key, value) for key, value in found.metrics.items()},
+        "metrics": metrics,
         "events": {str(kind): count for kind, count in sorted(kinds.items())},
         "warnings": sorted(warning.slug for warning in found.warnings),
         "checks": [verdict.passed for verdict in found.checks],

@@ -138,7 +138,8 @@ class Measured:
     def multipliers(self) -> tuple[Any, Any]:
         """Floquet multipliers of a periodic orbit, the larger modulus first.
 
-        They are the eigenvalues of the Jacobian.
+        They are the eigenvalues of the Jacobian. A mass that sticks forgets its velocity, so
+        that one of them is zero; what rounding leaves of it, and its sign, are not reported.
         """
         trace, determinant = (np.asarray(value, complex) for value in self.jacobian or ())
         root = np.sqrt(0.25 * trace * trace - determinant)
@@ -146,7 +147,7 @@ class Measured:
         first = 0.5 * trace + np.where(trace.real >= 0.0, root, -root)
         with np.errstate(invalid="ignore", divide="ignore"):
             second = np.where(first == 0.0, 0.0, determinant / first)
-        return first, second
+        return first, np.where(np.abs(second) < ZERO_MULTIPLIER, 0.0, second)
 
     @cached_property
     def stable(self) -> Any:
@@ -229,6 +230,10 @@ STROKE_USED = "stroke_used"
 
 STABLE_MODULUS = 1.0 - 1e-9
 """Modulus of a Floquet multiplier below which an orbit attracts its neighbours."""
+
+ZERO_MULTIPLIER = 1e-13
+"""Modulus of the smaller Floquet multiplier that is rounding: those of orbits without sticking
+are larger by many orders of magnitude."""
 
 DAY_OF_WORK = 8 * 3600.0
 """Reference duration of daily exposures [s]."""
