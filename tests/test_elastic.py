@@ -12,6 +12,7 @@ from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, elastic_law, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
+from drysim.approach import piecewise
 from drysim.approach.piecewise import PiecewiseTrajectory, to_kernel
 from drysim.approach.scene import empty_columns, empty_log
 from drysim.approach.stick_slip import StickSlip
@@ -33,6 +34,7 @@ from drysim.core.model import (
     base_acceleration,
 )
 from drysim.core.modes import APART, HOLD, mode_of
+from drysim.errors import SolverError
 from drysim.metrics.stroke import (
     count_limit_entries,
     count_upcrossings,
@@ -476,3 +478,11 @@ def test_force_under_a_recorded_normal_force_is_that_of_a_return_mapping(k_t, mo
         force = min(max(force + k_t * step, -most), most)
         known.append(force)
     assert np.abs(found.F_f[1:] - known).max() < 0.05
+
+
+def test_too_many_turning_points_are_an_error_that_names_them(monkeypatch):
+    monkeypatch.setattr(piecewise, "MAX_SEGMENTS", 20_000)
+    plant, law = Plant(75.0, 7500.0, 0.0), elastic_law(1e3, 1e8)
+    with pytest.raises(SolverError, match="too many turning points"):
+        solved(law, sine(1.0, 1.6), duration=60.0, plant=plant)
+    assert len(solved(law, sine(1.0, 1.6), duration=30.0, plant=plant).trajectory.path.t) > 1e4

@@ -94,7 +94,7 @@ from drysim.core.trajectory import (
     integrate_whole_steps,
     peak_bumper_force,
 )
-from drysim.errors import UsageError
+from drysim.errors import SolverError, UsageError
 
 STEPS_PER_CALL = 16_384
 """Steps per kernel call; between calls Python can handle an interrupt."""
@@ -104,6 +104,9 @@ INITIAL_STEP_CAPACITY = 1024
 
 STEPS_PER_SAMPLE = 1.2
 """Initial rows per sample: one step, and events where these are few."""
+
+MAX_SEGMENTS = 20_000_000
+"""Segments besides those of the samples that one solution may have: 1 GB."""
 
 NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 """Kinds of event at which x_r has no extremum of its own."""
@@ -162,6 +165,12 @@ def compute_trajectory(
         t = state.n * dt + state.s
         check_progress(state.events, t, (state.xi, state.v_r))
         check_event_count(state.events, intervals, t)
+        if state.used - last > MAX_SEGMENTS:
+            raise SolverError(
+                f"too many turning points: {state.used} by t = {t:.9g} s",
+                "use a shorter duration, or check the scene: a mass on a stiff contact with "
+                "little damping oscillates fast (reduce the tangential stiffness)",
+            )
     segments = Segments(*(np.asarray(column[: state.used]) for column in segments))
     events = events_from_log(log, state.events, dt)
     return PiecewiseTrajectory(
