@@ -66,7 +66,7 @@ def half_swing(kernel, stretch, waves, law):
 def first_of_both(kernel, stretch, waves, law, h):
     """Return the result of `end_of_hold`, by a search on both sides."""
     sides = [
-        (*kernel.modes.hold_exit_time(hold(kernel, stretch, waves, law), side, 0.0, h), side)
+        (*kernel.modes.hold_exit_time(hold(kernel, stretch, waves, law), side, h), side)
         for side in (-1, 1)
     ]
     s, x_r, v_r, side = min(sides)

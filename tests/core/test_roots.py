@@ -52,7 +52,7 @@ def value_at(kernel, stretch, waves, law, blend, s):
 @pytest.mark.parametrize("seed", range(24))
 def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     stretch, waves, law, blend = scene(plain, seed)
-    s, x_r, v_r = plain.roots.first_root(stretch, waves, law, blend, 0, 0.0, LENGTH)
+    s, x_r, v_r = plain.roots.first_root(stretch, waves, law, blend, 0, LENGTH)
     t = np.linspace(0.0, LENGTH, FINE)
     values = [value_at(plain, stretch, waves, law, blend, at) for at in t.tolist()]
     below = np.flatnonzero(np.array(values) < 0.0)
@@ -64,7 +64,7 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     assert t[below[0] - 1] <= s <= t[below[0]]
     found = plain.forcing.motion_at(stretch.equation, waves, stretch.x_r, stretch.v_r, s)[:2]
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
-    assert plain.roots.first_root(stretch, waves, law, blend, 0, 0.0, 0.999 * s)[0] == math.inf
+    assert plain.roots.first_root(stretch, waves, law, blend, 0, 0.999 * s)[0] == math.inf
 
 
 def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):

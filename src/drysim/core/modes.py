@@ -542,17 +542,17 @@ def end_of_hold(hold, d, h):
     that falls may also reach the force from the other side.
     """
     side = d if d != 0 else 1
-    s, x, v = hold_exit_time(hold, side, 0.0, h)
+    s, x, v = hold_exit_time(hold, side, h)
     if hold.law.variation > 0.0 or hold.law.step > 0.0:
-        t, x_t, v_t = hold_exit_time(hold, -side, 0.0, min(s, h))
+        t, x_t, v_t = hold_exit_time(hold, -side, min(s, h))
         if t < s:
             return t, -side, x_t, v_t
     return s, side, x, v
 
 
 @compiled
-def hold_exit_time(hold, side, begin, until):
-    """Return when between two times [s] a holding contact yields to a side, and the state.
+def hold_exit_time(hold, side, h):
+    """Return when within h [s] a holding contact yields to a side, and the state.
 
     `side` is +1 for yielding with increasing x_r, -1 with decreasing.
     """
@@ -568,7 +568,7 @@ def hold_exit_time(hold, side, begin, until):
     clearance = Observable(
         x_0, -side * law.k_t, 0.0, F_fk, 0.0, F_fk * (ramp.load - 1.0), F_fk * ramp.rate
     )
-    return first_root(segment, waves, law, clearance, zeros, begin, until)
+    return first_root(segment, waves, law, clearance, zeros, h)
 
 
 @compiled
@@ -593,7 +593,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
             return 0.0, segment.x_r, segment.v_r
         share = law.up.F_fk / law.k_t
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
-        return first_root(segment, waves, law, excess, int(ZERO), 0.0, h)
+        return first_root(segment, waves, law, excess, int(ZERO), h)
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, segment.x_r, 0.0
     stop, x = first_stop(segment, waves, law, d, h)
@@ -654,7 +654,7 @@ def bumper_zero_time(segment, waves, law, mode, side, h):
     ):
         return 0.0
     force = Observable(0.0, side * stiffness, side * law.b_s, 0.0, 0.0, constant, 0.0)
-    return first_root(segment, waves, law, force, 1 if at_zero else 0, 0.0, h)[0]
+    return first_root(segment, waves, law, force, 1 if at_zero else 0, h)[0]
 
 
 @compiled

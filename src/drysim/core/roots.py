@@ -370,13 +370,13 @@ def first_stop(segment, waves, law, d, h):
         s = locate_stop(c, w, d * v_r, d * a, d * r, h)
         return s, motion_at(equation, waves, x_r, v_r, min(s, h)).x_r
     speed = Observable(0.0, 0.0, float(d), 0.0, 0.0, 0.0, 0.0)
-    s, x_r, _ = first_root(segment, waves, law, speed, int(ZERO), 0.0, h)
+    s, x_r, _ = first_root(segment, waves, law, speed, int(ZERO), h)
     return s, x_r
 
 
 @compiled
-def first_root(segment, waves, law, observable, zeros, begin, h):
-    """Return the first time in [begin, h] at which an observable is zero, and the state.
+def first_root(segment, waves, law, observable, zeros, h):
+    """Return the first time in [0, h] at which an observable is zero, and the state.
 
     Parameters
     ----------
@@ -386,12 +386,12 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
     law
         The law that has the normal force.
     observable : Observable
-        At least zero at `begin`, up to rounding; a root is where it is no longer above zero.
+        At least zero at first, up to rounding; a root is where it is no longer above zero.
     zeros : int
         How many of the value and its first two derivatives are exactly zero at the start of the
         segment: 0 to 3. Their computed values would be rounding only.
-    begin, h : float
-        Time of the segment to begin at, and its length [s].
+    h : float
+        Length of the segment [s].
 
     Returns
     -------
@@ -407,31 +407,24 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         law.variation * (abs(observable.load) + abs(observable.rate) * law.omega) * law.omega**3
     )
     max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
-    s = begin
-    if begin == 0.0:
-        now = Motion(x_r, v_r, segment.a, segment.j, segment.k)
-        derivatives = observable_derivatives(law, waves, observable, s, now)
-        value, rate, curvature, third_rate = derivatives
-        value = 0.0 if zeros > 0 else max(value, 0.0)
-        derivatives = Derivatives(value, 0.0 if zeros > 1 else rate, curvature, third_rate)
-        if zeros > 2:
-            # Positive up to 4·third_rate/fourth, with a bound on the fourth derivative that
-            # grows by less than a quarter within the step.
-            third_bound = third_derivative_bound(observable, w, load_bound, now)
-            fourth = (c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
-            step = min(0.25 * third_rate / fourth, max_step) if fourth > 0.0 else max_step
-            if third_rate <= 0.0:
-                return s, now.x_r, now.v_r
-            s = step
-            now = motion_at(equation, waves, x_r, v_r, s)
-            derivatives = observable_derivatives(law, waves, observable, s, now)
-    else:
+    s, now = 0.0, Motion(x_r, v_r, segment.a, segment.j, segment.k)
+    derivatives = observable_derivatives(law, waves, observable, s, now)
+    value, rate, curvature, third_rate = derivatives
+    value = 0.0 if zeros > 0 else max(value, 0.0)
+    derivatives = Derivatives(value, 0.0 if zeros > 1 else rate, curvature, third_rate)
+    if zeros > 2:
+        # Positive up to 4·third_rate/fourth, with a bound on the fourth derivative that grows
+        # by less than a quarter within the step.
+        third_bound = third_derivative_bound(observable, w, load_bound, now)
+        fourth = (c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
+        step = min(0.25 * third_rate / fourth, max_step) if fourth > 0.0 else max_step
+        if third_rate <= 0.0:
+            return s, now.x_r, now.v_r
+        s = step
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
-        if derivatives.value <= 0.0:
-            return s, now.x_r, now.v_r
     third_bound = third_derivative_bound(observable, w, load_bound, now)
-    if is_far_from_zero(derivatives, third_bound, growth, h - begin):
+    if is_far_from_zero(derivatives, third_bound, growth, h):
         return NEVER, now.x_r, now.v_r
     while not is_monotone_to_zero(
         derivatives.value, derivatives.rate, derivatives.curvature, third_bound, growth

@@ -9,14 +9,14 @@ Method
 
     - State at any time: the flow of the segment, `motion_at`.
     - Output grid under sines: the flow and the sine responses over 0, 1, ... grid steps are
-      tabulated once. Every grid point is then a linear combination of table columns and does
-      not depend on the point before it.
+      tabulated once. Every grid point is then a linear combination of table rows and does not
+      depend on the point before it.
     - Integrals: Gauss-Legendre quadrature on panels of at most `PANEL_RADIANS` of the fastest
       rate that is still present, with an error below rounding; quadratic forms of the state for
       whole sampled steps.
-    - Turning points of x_r: v_r = 0 within a segment. Between two of them x_r is monotone, so
-      peaks, zero crossings and crossings of the stroke limit follow from them and none is
-      missed.
+    - Turning points of x_r: every zero of v_r ends a segment. Between two of them x_r is
+      monotone, so peaks, zero crossings and crossings of the stroke limit follow from them and
+      none is missed.
 
 A solution is stored as `Segments`: segment i starts at the time segments.s[i] within step
 segments.n[i]. Under waves, Coulomb friction needs only its events, because v_r is 0 after each
