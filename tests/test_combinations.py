@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from law_scenes import PAPER, mirrored, noise
+from law_scenes import PAPER, REST, mirrored, noise
 
 import drysim as package
 from drysim.approach.stick_slip import StickSlip
@@ -429,3 +429,34 @@ def test_equal_dampers_by_direction_are_one_damper():
     ]
     assert paths[0].x_r.tolist() == paths[1].x_r.tolist()
     assert len(paths[0].x_r) > 5
+
+
+FIRST_AT_REST = Sines((1.0, -0.5), (1.0, 2.0), (0.0, 0.0))
+"""The first three derivatives of the base acceleration that follow vanish with it at t = 0."""
+
+BUMPERS = EndStops(StrokeLimits(2e-3, 2e-3), ((0.0, 1e5),), 10.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    "law",
+    [
+        PiecewiseLaw(0.05, 0.05, 1000.0),
+        PiecewiseLaw(0.05, 0.05, 1000.0, stops=BUMPERS),
+        PiecewiseLaw(0.0, 0.0, stops=BUMPERS),
+        PiecewiseLaw(0.0, 0.0, stops=BUMPERS._replace(stages=(), b_s=0.0, e=0.3)),
+        PiecewiseLaw(0.05, 0.05, 0.0, 3.0, 0.1, -1.5),
+    ],
+    ids=["elastic", "elastic with bumpers", "bumpers", "rigid stops", "separated"],
+)
+def test_mass_that_the_base_moves_slowly_at_first_goes_where_it_is_pushed(law, side):
+    plant, t = Plant(1.0, 100.0, 0.5), np.linspace(0.0, 2.0, 2001)
+    A, f, _ = FIRST_AT_REST
+    found, near = (
+        StickSlip().trajectory(
+            plant, law, Sines(tuple(side * a for a in A), f, (0.0, shift)), REST, 1.0, 2.0
+        )
+        for shift in (0.0, 1e-9)
+    )
+    assert np.abs(found.at(t).x_r - near.at(t).x_r).max() < 1e-7
+    assert np.abs(found.path.x_r).max() == pytest.approx(np.abs(near.path.x_r).max(), rel=1e-6)

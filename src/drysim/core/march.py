@@ -113,6 +113,7 @@ from drysim.core.roots import (
     Stuck,
     break_away_time,
     first_stop,
+    quiet_time,
     velocity_and_acceleration,
 )
 from drysim.core.sampled import rescale
@@ -566,7 +567,7 @@ def first_exit(scene, part):
     if part.mode.entry == CHATTERING:
         return end_of_chatter(scene, part)
     law = scene.law
-    lift = separation_time(law, scene.waves, part.ramp, part.base.t, part.mode.contact)
+    lift = separation_time(law, scene.waves, part.ramp, part.mode.contact)
     if part.mode.direction == AT_REST:
         return exit_from_rest(scene, part, lift)
     return exit_from_motion(scene, part, lift)
@@ -615,6 +616,11 @@ def exit_from_motion(scene, part, lift):
     d = mode.direction if mode.entry == LEAVING else motion_direction(v_r, a, j)
     if is_rigid_slip(law, mode):
         d = mode.contact
+    if d == 0 and waves.size > 0 and quiet_time(waves, equation) < until:
+        # The waves move the mass, but too slowly at first to tell where to.
+        step = quiet_time(waves, equation)
+        x, v, _, _, _ = motion_at(equation, waves, xi, v_r, step)
+        return Exit(NO_EXIT, step, x, v, math.nan, d)
     turn, change, transition = NEVER, NEVER, NEVER
     contact, end_stop = HOLD, mode.end_stop
     x, v = xi, v_r

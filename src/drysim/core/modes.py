@@ -50,6 +50,7 @@ from drysim.core.events import (
 from drysim.core.forcing import (
     OMEGA,
     STEADY,
+    THETA,
     WAVE_COLUMNS,
     Equation,
     base_motion,
@@ -920,10 +921,10 @@ def pass_zero_load(plant, law, state, u_dd, load_d):
 
 
 @compiled
-def separation_time(law, waves, ramp, t, contact):
-    """Return how long after t [s] the surfaces separate, or close if separated; or infinity.
+def separation_time(law, waves, ramp, contact):
+    """Return when in a segment the surfaces separate, or close if separated [s], or infinity.
 
-    `ramp` is that of the segment, which starts at t.
+    `ramp` is that of the segment, at whose start the phases are set.
     """
     closes = contact == FREE
     if law.step > 0.0:
@@ -941,4 +942,5 @@ def separation_time(law, waves, ramp, t, contact):
         return 0.0
     dip = math.asin(1.0 / law.variation)
     angle = 2.0 * math.pi - dip if closes else math.pi + dip
-    return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
+    theta = waves.values[WAVE_COLUMNS * waves.base + THETA]
+    return (angle - theta) % (2.0 * math.pi) / law.omega

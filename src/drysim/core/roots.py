@@ -423,6 +423,13 @@ def first_root(segment, waves, law, observable, zeros, h):
         s = step
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
+    elif value == rate == curvature == third_rate == 0.0 and max_omega > 0.0:
+        # It leaves zero too slowly for the derivatives to tell on which side.
+        s = min(quiet_time(waves, equation), h)
+        now = motion_at(equation, waves, x_r, v_r, s)
+        derivatives = observable_derivatives(law, waves, observable, s, now)
+        if derivatives.value <= 0.0:
+            return 0.0, x_r, v_r
     third_bound = third_derivative_bound(observable, w, load_bound, now)
     if is_far_from_zero(derivatives, third_bound, growth, h):
         return NEVER, now.x_r, now.v_r
@@ -462,6 +469,19 @@ def first_root(segment, waves, law, observable, zeros, h):
         derivatives = observable_derivatives(law, waves, observable, s, now)
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     return (s, x, v) if s < h else (NEVER, x, v)
+
+
+QUIET_RADIANS = 1e-2
+"""Step after which it is seen where a mass moves that the waves leave at rest at first, in
+radians of the fastest wave or oscillation. The motion within is below 1e-8 of that of the
+base."""
+
+
+@compiled
+def quiet_time(waves, equation):
+    """Return for how long a mass hardly moves whose first three derivatives vanish [s]."""
+    rate = max(force_rate_bounds(waves, 0.0)[3], equation.c + math.sqrt(equation.w))
+    return QUIET_RADIANS / rate
 
 
 @inlined
@@ -590,9 +610,12 @@ def stick_exit_time(stuck, waves, side, begin, h):
             return NEVER
         if step <= RESOLUTION * s:
             # A zero of the margin. If it grazes, test its minimum, and step away from it.
-            if G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
+            if G_d == 0.0 and G_dd == 0.0 and max_omega > 0.0:
+                step = QUIET_RADIANS / max_omega
+            elif G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
                 return s
-            step = -G_d / G_dd
+            else:
+                step = -G_d / G_dd
             if break_away_margin(stuck, waves, side, s + step)[0] < 0.0:
                 return s
             step += step_off_zero(0.0, G_dd, curvature, third)
