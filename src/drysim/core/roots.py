@@ -91,7 +91,7 @@ def safeguarded_newton(low, high, s, value, slope):
 
 @compiled
 def locate_stop(c, w, v, a, r, h):
-    """Return the first time in (0, h] at which a velocity above zero is zero.
+    """Return the first time in [0, h] at which a velocity is no longer above zero.
 
     Parameters
     ----------
@@ -110,8 +110,9 @@ def locate_stop(c, w, v, a, r, h):
 
     Notes
     -----
-    No stop is missed: every decreasing interval between extrema is tested in turn. A velocity
-    that only touches zero has stopped; one that decays until it underflows has not.
+    No stop is missed: between extrema the velocity is monotone, and a later minimum is not
+    below the first one, because the velocity is r/w plus an oscillation that does not grow. A
+    velocity that only touches zero has stopped; one that decays until it underflows has not.
     """
     if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
         return NEVER
@@ -124,12 +125,9 @@ def locate_stop(c, w, v, a, r, h):
     if a > 0.0 or (a == 0.0 and j > 0.0):
         begin = end
         end = begin + spacing
-    while begin < h:
-        until = min(end, h)
-        if velocity_and_acceleration(c, w, v, a, r, until)[0] <= 0.0:
-            return bracketed_newton(c, w, v, a, r, begin, until)
-        begin = end + spacing
-        end = begin + spacing
+    until = min(end, h)
+    if begin < h and velocity_and_acceleration(c, w, v, a, r, until)[0] <= 0.0:
+        return bracketed_newton(c, w, v, a, r, begin, until)
     return NEVER
 
 

@@ -60,7 +60,6 @@ from drysim.core.modes import (
     LoadRamp,
     ModeState,
     SegmentBase,
-    bumper_force,
     bumper_line,
     chatter_mean_square,
     decode_mode,
@@ -918,42 +917,42 @@ def peak_bumper_force(solution, begin, end):
         part = resume_segment(solution, i)
         if not touches_bumper(law, part.mode):
             continue
-        force, rate = bumper_force_and_rate(law, waves, part, s)
+        force, rate = bumper_force_and_rate(waves, part, s)
         greatest = max(greatest, force)
         while s < hi and part.mode.direction != AT_REST:
             longest = panel_length(part.equation.c, part.equation.w, waves, s)
             length = min(longest / PEAK_SUBDIVISIONS, hi - s)
             until = s + length if length < hi - s else hi
-            force, after = bumper_force_and_rate(law, waves, part, until)
+            force, after = bumper_force_and_rate(waves, part, until)
             greatest = max(greatest, force)
             if rate > 0.0 and after < 0.0:
-                greatest = max(greatest, local_force_peak(law, waves, part, s, until))
+                greatest = max(greatest, local_force_peak(waves, part, s, until))
             s, rate = until, after
     return greatest
 
 
 @compiled
-def bumper_force_and_rate(law, waves, part, s):
+def bumper_force_and_rate(waves, part, s):
     """Return the force of a bumper [N] and its rate [N/s] at time s of a segment."""
-    side = sign(part.mode.end_stop)
-    if part.mode.direction == AT_REST:
-        return side * bumper_force(law, part.mode, part.xi, 0.0), 0.0
-    x, v, a, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, s)
-    stiffness, offset = bumper_line(law, abs(part.mode.end_stop))
-    return side * (stiffness * x + law.b_s * v) - offset, side * (stiffness * v + law.b_s * a)
+    side, forces = sign(part.mode.end_stop), part.forces
+    x, v, a = part.xi, 0.0, 0.0
+    if part.mode.direction != AT_REST:
+        x, v, a, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, s)
+    force = forces.k_s * x - forces.offset + forces.b_s * v
+    return side * force, side * (forces.k_s * v + forces.b_s * a)
 
 
 @compiled
-def local_force_peak(law, waves, part, low, high):
+def local_force_peak(waves, part, low, high):
     """Return the maximum of a bumper force that rises at time `low` and falls at `high` [N]."""
     s = 0.5 * (low + high)
     for _ in range(MAX_BISECTIONS):
-        rate = bumper_force_and_rate(law, waves, part, s)[1]
+        rate = bumper_force_and_rate(waves, part, s)[1]
         low, high = (s, high) if rate > 0.0 else (low, s)
         if high - low <= RESOLUTION * high:
             break
         s = 0.5 * (low + high)
-    return bumper_force_and_rate(law, waves, part, s)[0]
+    return bumper_force_and_rate(waves, part, s)[0]
 
 
 # Peaks, crossings and excursions from the turning points.
