@@ -353,6 +353,7 @@ def test_limits_of_the_study_are_the_checks_of_the_best_design(tmp_path):
         (SINE, "vary: {}\n  minimise: T_a", "design.vary must be keys such as"),
         (SINE, f"vary: {{{DAMPING}}}\n  minimise: Ta", "unknown metric `Ta`; did you mean"),
         (SINE, f"vary: {{{DAMPING}}}\n  minimise: [T_a, T_a]", "names the same metric twice"),
+        (SINE, f"vary: {{{DAMPING}}}\n  minimise: [[T_a]]", "must be text, not a list"),
         (SINE, f"vary: {{{DAMPING}}}", "design.minimise is required"),
         (
             SINE,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Annotated, Literal, NamedTuple
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     PlainSerializer,
@@ -126,7 +127,7 @@ _OVER_SCHEMA = {
 }
 
 MetricName = Annotated[
-    str, BeforeValidator(_known_metric), WithJsonSchema({"enum": list(METRICS_BY_NAME)})
+    str, AfterValidator(_known_metric), WithJsonSchema({"enum": list(METRICS_BY_NAME)})
 ]
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     GetJsonSchemaHandler,
@@ -305,15 +306,13 @@ Free = Annotated[
 ]
 
 
-def _validate_law(name: object) -> str:
-    """Return the name of an existing friction law."""
-    if not isinstance(name, str) or name not in LAWS:
-        hint = name_hint(name, LAWS) if isinstance(name, str) else ""
-        raise ValueError(f"unknown law {format_value(name)}{hint}")
+def _known_law(name: str) -> str:
+    if name not in LAWS:
+        raise ValueError(f"unknown law {format_value(name)}{name_hint(name, LAWS)}")
     return name
 
 
-LawName = Annotated[str, BeforeValidator(_validate_law), WithJsonSchema({"enum": list(LAWS)})]
+LawName = Annotated[str, AfterValidator(_known_law), WithJsonSchema({"enum": list(LAWS)})]
 
 
 class Fit(Block):
