@@ -9,18 +9,16 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import (
     BeforeValidator,
     Field,
-    GetJsonSchemaHandler,
     PrivateAttr,
     ValidationInfo,
     field_validator,
     model_validator,
 )
-from pydantic_core import CoreSchema
 
 from drysim.records import SI
 from drysim.units import (
@@ -44,7 +42,8 @@ SUGGESTED_HIGH_PASS = 0.3
 LARGE_MEAN = 0.1
 """Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
 
-TRENDS = ("nothing", "mean", "line")
+Trend = Literal["nothing", "mean", "line"]
+TRENDS: tuple[str, ...] = get_args(Trend)
 """Values of `remove` that are a single word, each removing more than the one before."""
 
 MAX_FILTER_ORDER = 8
@@ -86,7 +85,7 @@ class Resample(Block):
 class Removal(Block):
     """What is removed from the whole record: a trend, and frequencies outside a band."""
 
-    trend: Literal["nothing", "mean", "line"] = "nothing"
+    trend: Trend = "nothing"
     """Trend to subtract: the `mean` or the least-squares `line`."""
     below: Frequency | None = None
     """Remove frequencies below this one [Hz], by a zero-phase Butterworth high-pass that halves
@@ -180,18 +179,10 @@ Column = Annotated[str | int, BeforeValidator(_validate_column)]
 """Name of a column, or its number from 1."""
 
 
-class _RemovalSchema:
-    """JSON schema of `remove`: a word, a frequency or the block."""
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """Return the JSON schema."""
-        frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
-
-
-RemovalOption = Annotated[Removal, BeforeValidator(_expand_removal), _RemovalSchema()]
+RemovalOption = Annotated[
+    Removal,
+    BeforeValidator(_expand_removal, json_schema_input_type=Trend | Frequency | Removal),
+]
 """The block, or as short forms the name of its trend or the frequency of its high-pass."""
 
 

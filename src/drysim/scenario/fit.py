@@ -16,7 +16,6 @@ from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
-    GetJsonSchemaHandler,
     PlainSerializer,
     PlainValidator,
     PrivateAttr,
@@ -24,7 +23,6 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
-from pydantic_core import CoreSchema
 
 from drysim.records import SI
 from drysim.records.options import (
@@ -149,17 +147,9 @@ def _expand_channel(value: object) -> object:
     return value if isinstance(value, dict | Channel) else {"column": value}
 
 
-class _ChannelSchema:
-    """JSON schema of a channel: a column or the block."""
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """Return the JSON schema."""
-        return {"anyOf": [{"type": ["string", "integer"]}, handler(schema)]}
-
-
-ChannelOption = Annotated[Channel, BeforeValidator(_expand_channel), _ChannelSchema()]
+ChannelOption = Annotated[
+    Channel, BeforeValidator(_expand_channel, json_schema_input_type=str | int | Channel)
+]
 
 
 class MeasuredResponse(Block):
