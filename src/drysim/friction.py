@@ -19,7 +19,7 @@ from itertools import chain
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from drysim import system
 from drysim.core.model import (
@@ -40,10 +40,10 @@ from drysim.units import (
     Force,
     Frequency,
     InvalidValue,
+    PlainOrBlock,
     Quantity,
     by_direction,
     depends_on_direction,
-    plain_or_block,
 )
 from drysim.wording import format_number
 
@@ -158,10 +158,7 @@ class RatioInterval(Block):
         return self
 
 
-StaticRatio = Annotated[
-    Annotated[Ratio, Tag("plain")] | Annotated[RatioInterval, Tag("block")],
-    Discriminator(plain_or_block),
-]
+StaticRatio = PlainOrBlock[Ratio, RatioInterval]
 """One ratio F_fs/F_fk [-], or an interval."""
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -458,21 +458,24 @@ class DampingByDirection(ByDirection):
     """Damping [N·s/m] of v_r < 0."""
 
 
-def plain_or_block(value: object) -> str:
+def _plain_or_block(value: object) -> str:
     """Return the tag of the type that validates a value: a plain value, or a block."""
     return "block" if isinstance(value, Mapping | Block) else "plain"
 
 
-DirectedForce = Annotated[
-    Annotated[Force, Tag("plain")] | Annotated[ForceByDirection, Tag("block")],
-    Discriminator(plain_or_block),
+Plain = TypeVar("Plain")
+Nested = TypeVar("Nested")
+
+PlainOrBlock = Annotated[
+    Annotated[Plain, Tag("plain")] | Annotated[Nested, Tag("block")],
+    Discriminator(_plain_or_block),
 ]
+"""A plain value, or a block in its place; messages concern the one that is written."""
+
+DirectedForce = PlainOrBlock[Force, ForceByDirection]
 """One force [N], or one per direction of motion."""
 
-DirectedDamping = Annotated[
-    Annotated[Damping, Tag("plain")] | Annotated[DampingByDirection, Tag("block")],
-    Discriminator(plain_or_block),
-]
+DirectedDamping = PlainOrBlock[Damping, DampingByDirection]
 """One damping [N·s/m], or one per direction of motion."""
 
 

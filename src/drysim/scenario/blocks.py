@@ -16,13 +16,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import (
     AfterValidator,
     BeforeValidator,
-    Discriminator,
     Field,
     PlainSerializer,
     PlainValidator,
     PrivateAttr,
     StrictBool,
-    Tag,
     ValidationInfo,
     WithJsonSchema,
     create_model,
@@ -53,6 +51,7 @@ from drysim.units import (
     InvalidValue,
     Length,
     Mass,
+    PlainOrBlock,
     Quantity,
     Stiffness,
     Velocity,
@@ -60,7 +59,6 @@ from drysim.units import (
     format_value,
     mean_of_directions,
     name_hint,
-    plain_or_block,
 )
 from drysim.yaml_document import Document, KeyPath
 
@@ -210,10 +208,7 @@ def _both_sides(limit: Any) -> tuple[float, float]:
 class Stroke(Block):
     """Permitted motion of the mass on its base."""
 
-    limit: Annotated[
-        Annotated[Travel, Tag("plain")] | Annotated[LimitBySide, Tag("block")],
-        Discriminator(plain_or_block),
-    ]
+    limit: PlainOrBlock[Travel, LimitBySide]
     """Stroke limit x_rM [m], below which the mass must stay on either side: one value, half of
     the total travel, or `{up: ..., down: ...}` for x_r > 0 and x_r < 0. Without `stops` it is
     only checked."""
@@ -369,11 +364,9 @@ class Measure(Block):
     exposure: Annotated[float, DailyExposure("s", at_least=60, at_most=86400)] | None = None
     """Duration of exposure a day [s], such as `4 h`, at least 60 s; adds the daily exposure
     A_8, which needs a weighting."""
-    spectra: Annotated[
-        Annotated[bool, BeforeValidator(_check_spectra), Tag("plain")]
-        | Annotated[SpectraOptions, Tag("block")],
-        Discriminator(plain_or_block),
-    ] = False
+    spectra: PlainOrBlock[Annotated[bool, BeforeValidator(_check_spectra)], SpectraOptions] = (
+        False
+    )
     """Whether a run computes the spectra of base and mass and the transmissibility H1; for
     random base motion and records. `{bands: third-octave}` adds RMS values in bands."""
     segment: Annotated[float, Quantity("s", above=0)] | None = None
