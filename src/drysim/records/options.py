@@ -186,12 +186,35 @@ RemovalOption = Annotated[
 """The block, or as short forms the name of its trend or the frequency of its high-pass."""
 
 
-class Recorded(Block):
-    """Evenly spaced samples in a column or channel of a file."""
+class InFile(Block):
+    """Block whose samples are in a file."""
 
     file: Annotated[str, Field(min_length=1)]
     """File of the record, relative to the folder of the scenario; its extension determines the
     format."""
+
+    _folder: Path = PrivateAttr(default_factory=Path)
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Store the folder of the scenario from the validation context."""
+        if isinstance(context, Mapping) and "folder" in context:
+            self._folder = Path(context["folder"])
+
+    @property
+    def path(self) -> Path:
+        """Path of the file as messages show it."""
+        return self._folder / self.file
+
+    def file_from(self, folder: Path) -> str:
+        """Return the path of the record relative to another folder."""
+        path = self.path
+        here = os.path.join(os.path.realpath(path.parent), path.name)
+        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+
+
+class Recorded(InFile):
+    """Evenly spaced samples in a column or channel of a file."""
+
     skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
     """Rows to skip at the top of a text file, such as a preamble above the header [-]; default
     0."""
@@ -232,8 +255,6 @@ class Recorded(Block):
         ("column", "channel"),
         ("unit", "full_scale"),
     )
-
-    _folder: Path = PrivateAttr(default_factory=Path)
 
     if TYPE_CHECKING:
         quantity: str
@@ -278,11 +299,6 @@ class Recorded(Block):
             )
         return value
 
-    def model_post_init(self, context: Any, /) -> None:
-        """Store the folder of the scenario from the validation context."""
-        if isinstance(context, Mapping) and "folder" in context:
-            self._folder = Path(context["folder"])
-
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
         """Return the SI unit of the samples given the validated fields; None if unknown."""
@@ -296,17 +312,6 @@ class Recorded(Block):
     def with_file(self, file: str) -> Self:
         """Return the same block for another file, not validated."""
         return self.model_copy(update={"file": file})
-
-    def file_from(self, folder: Path) -> str:
-        """Return the path of the record relative to another folder."""
-        path = self.path
-        here = os.path.join(os.path.realpath(path.parent), path.name)
-        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
-
-    @property
-    def path(self) -> Path:
-        """Path of the record as messages show it."""
-        return self._folder / self.file
 
     @property
     def named(self) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import inf
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import (
@@ -18,7 +17,6 @@ from pydantic import (
     Field,
     PlainSerializer,
     PlainValidator,
-    PrivateAttr,
     ValidationError,
     WithJsonSchema,
     model_validator,
@@ -29,6 +27,7 @@ from drysim.records.options import (
     Column,
     FullScale,
     Gaps,
+    InFile,
     PositiveTime,
     Recorded,
     RemovalOption,
@@ -152,15 +151,13 @@ ChannelOption = Annotated[
 ]
 
 
-class MeasuredResponse(Block):
+class MeasuredResponse(InFile):
     """Measured response of the mass, or force and motion of a friction rig.
 
     Times count as those of the base motion: both files start at the same instant unless their
     time columns say otherwise.
     """
 
-    file: Annotated[str, Field(min_length=1)]
-    """File of the measurement, relative to the folder of the scenario."""
     skip: Annotated[int, Field(strict=True, ge=0)] = 0
     """Rows to skip at the top of a text file [-]; default 0."""
     time: Column | None = None
@@ -190,13 +187,6 @@ class MeasuredResponse(Block):
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("x_dd", "x_r", "v_r", "F_f"),)
-
-    _folder: Path = PrivateAttr(default_factory=Path)
-
-    def model_post_init(self, context: Any, /) -> None:
-        """Store the folder of the scenario from the validation context."""
-        if isinstance(context, Mapping) and "folder" in context:
-            self._folder = Path(context["folder"])
 
     @model_validator(mode="after")
     def _check_channels(self) -> Self:
@@ -239,11 +229,6 @@ class MeasuredResponse(Block):
         return ChannelRecord.model_validate(
             {**shared, **own, "quantity": CHANNELS[name]}, context={"folder": self._folder}
         )
-
-    @property
-    def path(self) -> Path:
-        """Path of the file as messages show it."""
-        return self._folder / self.file
 
 
 class Noise(Block):

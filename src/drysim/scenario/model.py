@@ -362,8 +362,7 @@ class Scenario(FromFile):
         words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
         words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
         if self.fit is not None and relative_to is not None:
-            measured = self.fit.measured.record(self.fit.measured.channels[0])
-            words["fit"]["measured"]["file"] = measured.file_from(relative_to)
+            words["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
         if isinstance(self.excitation, Record) and relative_to is not None:
             words["excitation"]["file"] = self.excitation.file_from(relative_to)
             conditions = self.design.conditions.axes if self.design else ()
