@@ -413,6 +413,9 @@ WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **K
 
 T = TypeVar("T")
 
+UNUSED_KEYS = {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE}
+"""Keys without meaning for all formats below."""
+
 BUFFER_REPR = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
 """How packages refer to the in-memory copy of a file."""
 
@@ -446,6 +449,16 @@ def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
     raise file.error(f"{what}: {why}")
 
 
+def _label_of_samples(name: str, unit: str) -> ColumnLabel:
+    """Return the label of a channel; programs write comments in place of its unit, too."""
+    return ColumnLabel(name, name, unit, is_unit_certain=False)
+
+
+def _label_of_times(name: str, unit: str) -> ColumnLabel:
+    """Return the label of the times of a channel."""
+    return ColumnLabel(f"time of {name}", f"time of {name}", unit)
+
+
 @contextmanager
 def _silenced() -> Iterator[None]:
     log, hook = logging.root.manager.disable, sys.unraisablehook
@@ -462,6 +475,8 @@ def _silenced() -> Iterator[None]:
 
 # MDF.
 
+
+NOT_MDF = "the record is not an MDF file, or it is damaged"
 
 MAX_PACKED_ROW_SIZE = 1 << 20
 """Bytes of a row of samples that a small compressed file may contain."""
@@ -481,31 +496,31 @@ def mdf_columns(file: RecordFile) -> Channels:
                 if whole.masters_db.get(group) != at
             ]
 
-    found = _call_package(read, file, "the record is not an MDF file, or it is damaged")
+    found = _call_package(read, file, NOT_MDF)
     if not found:
         raise file.error("the MDF file has no channels")
     series = [
         Channel(
-            ColumnLabel(name, name, unit, is_unit_certain=False),
-            partial(_load_mdf, file, group, at, "samples"),
+            _label_of_samples(name, unit),
+            partial(_load_mdf, asammdf, file, group, at, "samples"),
             time_column=len(found) + number,
         )
         for number, (group, at, name, unit) in enumerate(found)
     ]
     times = [
         Channel(
-            ColumnLabel(time_column, time_column, "s"),
-            partial(_load_mdf, file, group, at, "timestamps"),
+            _label_of_times(name, "s"),
+            partial(_load_mdf, asammdf, file, group, at, "timestamps"),
         )
         for group, at, name, _ in found
-        for time_column in (f"time of {name}",)
     ]
     return make_channels(file, [*series, *times])
 
 
-def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.generic]:
+def _load_mdf(
+    asammdf: Any, file: RecordFile, group: int, at: int, what: str
+) -> NDArray[np.generic]:
     """Load samples or times of a channel, without those marked as invalid."""
-    asammdf = _import_package("asammdf", "mdf", file)
 
     def read() -> NDArray[np.generic]:
         with asammdf.MDF(BytesIO(file.raw)) as whole:
@@ -513,10 +528,7 @@ def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.ge
             about = whole.groups[group].channel_group
             size = about.samples_byte_nr + about.invalidation_bytes_nr
             if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
-                sentence = (
-                    f"the record is not an MDF file, or it is damaged: one row of {size} bytes"
-                )
-                raise file.error(sentence)
+                raise file.error(f"{NOT_MDF}: one row of {size} bytes")
             require_memory_to_load(file.display_path, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
         # 1 is time; other values are angle or distance.
@@ -527,11 +539,7 @@ def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.ge
     return _call_package(read, file, f"channel {at} of group {group + 1} cannot be read")
 
 
-MDF = Format(
-    "an MDF",
-    mdf_columns,
-    {"skip": NOT_TEXT, "column": USE_CHANNEL, "time": KNOWN_TIMES, "full_scale": NO_FULL_SCALE},
-)
+MDF = Format("an MDF", mdf_columns, {**UNUSED_KEYS, "time": KNOWN_TIMES})
 
 
 # TDMS.
@@ -548,10 +556,9 @@ def tdms_columns(file: RecordFile) -> Channels:
     def read() -> list[Channel]:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
         if whole.file_status.incomplete_final_segment:
-            sentence = "the TDMS file is truncated: its last segment is incomplete"
-            raise file.error(sentence)
+            raise file.error("the TDMS file is truncated: its last segment is incomplete")
         return [
-            _tdms_channel(file, channel)
+            _tdms_channel(nptdms, file, channel)
             for group in whole.groups()
             for channel in group.channels()
         ]
@@ -562,7 +569,7 @@ def tdms_columns(file: RecordFile) -> Channels:
     return make_channels(file, found)
 
 
-def _tdms_channel(file: RecordFile, channel: Any) -> Channel:
+def _tdms_channel(nptdms: Any, file: RecordFile, channel: Any) -> Channel:
     group, name, properties = channel.group_name, channel.name, channel.properties
     unit = next(
         (str(properties[key]).strip() for key in UNIT_PROPERTIES if properties.get(key)), ""
@@ -570,15 +577,13 @@ def _tdms_channel(file: RecordFile, channel: Any) -> Channel:
     step = float(properties.get("wf_increment", 0.0))
     return Channel(
         ColumnLabel(f"{group}/{name}", name, unit, is_unit_certain=False),
-        partial(_load_tdms, file, group, name),
+        partial(_load_tdms, nptdms, file, group, name),
         step if step > 0 else None,
         float(properties.get("wf_start_offset", 0.0)),
     )
 
 
-def _load_tdms(file: RecordFile, group: str, name: str) -> NDArray[np.generic]:
-    nptdms = _import_package("nptdms", "tdms", file)
-
+def _load_tdms(nptdms: Any, file: RecordFile, group: str, name: str) -> NDArray[np.generic]:
     def read() -> NDArray[np.generic]:
         with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
             return np.asarray(whole[group][name][:])
@@ -588,11 +593,7 @@ def _load_tdms(file: RecordFile, group: str, name: str) -> NDArray[np.generic]:
     )
 
 
-TDMS = Format(
-    "a TDMS",
-    tdms_columns,
-    {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE},
-)
+TDMS = Format("a TDMS", tdms_columns, UNUSED_KEYS)
 
 
 # UFF.
@@ -645,26 +646,22 @@ def _uff_channel(
     name = _header_text(head, "id1") or f"{head['rsp_node']}{DIRECTIONS[head['rsp_dir']]}"
     unit = _header_text(head, "ordinate_axis_units_lab")
     second = _header_text(head, "abscissa_axis_units_lab").lower()
-    even = head["abscissa_spacing"] == 1
-    step = head["abscissa_inc"] * _abscissa_factor(file, second) if even else None
-    first = head["abscissa_min"] * _abscissa_factor(file, second) if even else 0.0
-    load, time_column = partial(_load_uff, file, sets, n, head["num_pts"]), f"time of {name}"
-    samples = Channel(
-        ColumnLabel(name, name, unit, is_unit_certain=False), partial(load, "data"), step, first
-    )
-    return samples, Channel(ColumnLabel(time_column, time_column, second), partial(load, "x"))
+    load = partial(_load_uff, file, sets, n, head["num_pts"])
+    samples = Channel(_label_of_samples(name, unit), partial(load, "data"))
+    if head["abscissa_spacing"] == 1:
+        try:
+            factor = conversion_factor(second, "s") if second else 1.0
+        except ValueError as error:
+            raise file.error(f"the abscissa of a time history: {error}") from None
+        samples = samples._replace(
+            dt=head["abscissa_inc"] * factor, first=head["abscissa_min"] * factor
+        )
+    return samples, Channel(_label_of_times(name, second), partial(load, "x"))
 
 
 def _header_text(head: Mapping[str, Any], key: str) -> str:
     text = str(head[key]).strip()
     return "" if text.upper() == "NONE" else text
-
-
-def _abscissa_factor(file: RecordFile, unit: str) -> float:
-    try:
-        return conversion_factor(unit, "s") if unit else 1.0
-    except ValueError as error:
-        raise file.error(f"the abscissa of a time history: {error}") from None
 
 
 def _load_uff(
@@ -678,11 +675,7 @@ def _load_uff(
     return values
 
 
-UFF = Format(
-    "a universal file",
-    uff_columns,
-    {"skip": NOT_TEXT, "column": USE_CHANNEL, "time": KNOWN_TIMES, "full_scale": NO_FULL_SCALE},
-)
+UFF = Format("a universal file", uff_columns, {**UNUSED_KEYS, "time": KNOWN_TIMES})
 
 
 # RPC III.
@@ -703,9 +696,7 @@ def rpc_columns(file: RecordFile) -> Channels:
             str(text).strip().strip('"').strip() for text in (properties.name, properties.unit)
         )
         load = partial(_load_rpc, file, at)
-        series.append(
-            Channel(ColumnLabel(name, name, unit, is_unit_certain=False), load, properties.dt)
-        )
+        series.append(Channel(_label_of_samples(name, unit), load, properties.dt))
     return make_channels(file, series)
 
 
@@ -725,11 +716,7 @@ def _read_rpc(file: RecordFile, header_only: bool) -> Any:
     )
 
 
-RPC = Format(
-    "an RPC III file",
-    rpc_columns,
-    {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE, **KNOWN_STEP},
-)
+RPC = Format("an RPC III file", rpc_columns, {**UNUSED_KEYS, **KNOWN_STEP})
 
 
 # The registry of formats.
