@@ -144,12 +144,13 @@ def fit_grid(
     dt = _even_step(t, at, digit, second) if at[-1] >= len(t) else None
     if dt is not None:
         return TimeGrid(dt, first, at)
+    is_gap = steps > MIN_GAP_STEPS * usual
     if not may_jitter:
-        grid = _fit_parts(t, steps > MIN_GAP_STEPS * usual, digit, second)
+        grid = _fit_parts(t, is_gap, digit, second)
         if grid is None:
-            raise _uneven_error(steps, usual, second, columns, index, fill)
+            raise _uneven_error(steps, is_gap, usual, second, columns, index, fill)
         return grid
-    short = steps[steps <= MIN_GAP_STEPS * usual]
+    short = steps[~is_gap]
     # For uneven steps the mean estimates the rate; the median may differ by chance.
     mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
     return TimeGrid(
@@ -212,25 +213,30 @@ def _grid_deviation(t: Floats, at: Floats, dt: float) -> float:
 
 
 def _uneven_error(
-    steps: Floats, usual: float, second: float, columns: Columns, index: int, fill: str
+    steps: Floats,
+    is_gap: NDArray[np.bool_],
+    usual: float,
+    second: float,
+    columns: Columns,
+    index: int,
+    fill: str,
 ) -> RecordError:
     """Return the error for uneven steps, at the first visible deviation that is no gap."""
-    off = np.abs(steps - usual)
-    gaps, short = steps > MIN_GAP_STEPS * usual, steps[steps <= MIN_GAP_STEPS * usual]
-    off[gaps] = 0.0
+    off, gaps, short = np.abs(steps - usual), steps[is_gap], steps[~is_gap]
+    off[is_gap] = 0.0
     row = int(np.argmax(off > MAX_ROUNDING * usual)) + 1
     if off[row - 1] <= MAX_ROUNDING * usual:
         row = int(np.argmax(off)) + 1
     sentence = (
         f"the time steps are uneven: {steps[row - 1]:.6g} before this row, "
         f"usually {usual:.6g}, {short.min():.6g} to {short.max():.6g} "
-        f"{'between gaps' if gaps.any() else 'overall'}; "
+        f"{'between gaps' if len(gaps) else 'overall'}; "
     )
     resample = resample_hint(float(short.mean()) * second)
-    if gaps.any():
-        first, longest = float(steps[gaps][0]) * second, float(steps.max()) * second
+    if len(gaps):
+        first, longest = float(gaps[0]) * second, float(gaps.max()) * second
         sentence += (
-            f"{format_count(int(gaps.sum()), 'gap')}, the first of {first:.6g} s; "
+            f"{format_count(len(gaps), 'gap')}, the first of {first:.6g} s; "
             f"`{gaps_hint(longest, fill)}` and {resample} together make them even"
         )
     else:
@@ -366,7 +372,8 @@ def fill_gaps(
     if grid.spread is None:  # not going to be resampled
         is_long |= _is_off_grid(steps[holes])
     # The record is used between the last long gap before the window and the first one after it.
-    low, high = _window_in_steps(window, grid)
+    ends = (-inf, inf) if window is None else window.ends
+    low, high = ((end - grid.first) / grid.dt for end in ends)
     long, tolerance = holes[is_long], EDGE_TOLERANCE
     before, after = at[long + 1] <= low + tolerance, at[long] >= high - tolerance
     first = int(np.max(long[before] + 1, initial=0))
@@ -420,15 +427,6 @@ def fill_gaps(
 def _is_off_grid(steps: Floats) -> NDArray[np.bool_]:
     """Return which gaps [dt] are not followed by times on the grid before them."""
     return np.asarray(np.abs(steps - np.rint(steps)) > EDGE_TOLERANCE)
-
-
-def _window_in_steps(window: Window | None, grid: TimeGrid) -> tuple[float, float]:
-    """Return the positions [dt] of the ends of a window."""
-    start, to = (None, None) if window is None else (window.start, window.to)
-    return (
-        -inf if start is None else (start - grid.first) / grid.dt,
-        inf if to is None else (to - grid.first) / grid.dt,
-    )
 
 
 def _window_hint(at: Floats, long: NDArray[np.intp], grid: TimeGrid, last: float) -> str:

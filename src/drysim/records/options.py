@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_args
 
@@ -137,6 +138,11 @@ class Window(Block):
         if self.start is not None and self.to is not None and not self.start < self.to:
             raise InvalidValue(f"must be above `from`, {format_value(self.start)} s", "to")
         return self
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """First and last time [s]; infinite where the file gives none."""
+        return -inf if self.start is None else self.start, inf if self.to is None else self.to
 
 
 def _validate_column(value: object) -> object:

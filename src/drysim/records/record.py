@@ -201,10 +201,7 @@ def read_samples(record: Recorded) -> tuple[Floats, Floats]:
         values = np.array(signal[:], dtype=np.float64)
         at = np.arange(len(values), dtype=np.float64) if grid.at is None else grid.at
     t = grid.first + grid.dt * at
-    low, high = (-np.inf, np.inf)
-    if record.window is not None:
-        low = low if record.window.start is None else record.window.start
-        high = high if record.window.to is None else record.window.to
+    low, high = (-np.inf, np.inf) if record.window is None else record.window.ends
     used = np.isfinite(values) & (t >= low) & (t <= high)
     _check_range(values[used], grid.dt, str(record.path), "a sample")
     return t[used], values[used]
