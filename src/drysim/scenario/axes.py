@@ -364,12 +364,29 @@ class Range(Block):
     needs: ClassVar[dict[str, str]] = {"scale": "count"}
 
 
-DOTTED_KEYS_SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "minProperties": 1,
-    "propertyNames": {"pattern": KEY_PATTERN},
-}
-"""Schema of a block whose keys are dotted keys of the scenario."""
+def inline_schema(model: type[Block], handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    """Return the JSON schema of a block, to be used within a hand-written one."""
+    return model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler)
+
+
+@dataclass(frozen=True)
+class DottedKeysSchema:
+    """JSON schema of a block whose keys are dotted keys of the scenario, each with a block."""
+
+    model: type[Block]
+    """Model of the block of each key."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Return the JSON schema."""
+        return {
+            "type": "object",
+            "minProperties": 1,
+            "propertyNames": {"pattern": KEY_PATTERN},
+            "additionalProperties": inline_schema(self.model, handler),
+        }
+
 
 VALUES_SCHEMA = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
 """Schema of a list of values."""
@@ -414,7 +431,7 @@ class Sample(Block):
     """Number of cases, at least 1."""
     seed: int
     """Seed of the random numbers, an integer; the same seed gives the same cases."""
-    over: Annotated[dict[str, Any], WithJsonSchema(DOTTED_KEYS_SCHEMA)]
+    over: Annotated[dict[str, Any], DottedKeysSchema(Draw)]
     """Dotted keys of this file, each with its range or distribution."""
 
 
@@ -444,23 +461,17 @@ class _SweepSchema:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Return the JSON schema: dotted keys, each with a list or a range."""
-
-        def part(model: type[Block]) -> dict[str, Any]:
-            return model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler)
-
-        axis = {"anyOf": [VALUES_SCHEMA, part(Range)]}
+        axis = {"anyOf": [VALUES_SCHEMA, inline_schema(Range, handler)]}
         group = {"type": "object", "minProperties": 2, "patternProperties": {KEY_PATTERN: axis}}
         group |= {"additionalProperties": False}
         groups = {"type": "array", "minItems": 1, "items": group}
         zip_schema = {"description": ZIP_DESCRIPTION, "anyOf": [group, groups]}
-        sample = part(Sample)
-        sample["properties"]["over"]["additionalProperties"] = part(Draw)
         return {
             "type": "object",
             "minProperties": 1,
             "properties": {
                 "zip": zip_schema,
-                "sample": sample,
+                "sample": inline_schema(Sample, handler),
                 SRS_KEY: {"description": SRS_DESCRIPTION, **axis},
                 DIRECTION_KEY: {
                     "description": DIRECTION_DESCRIPTION,

@@ -21,12 +21,12 @@ from pydantic import (
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.scenario.axes import (
-    DOTTED_KEYS_SCHEMA,
     FILE_KEY,
     FILES_DESCRIPTION,
     KEY_PATTERN,
     VALUES_SCHEMA,
     Axis,
+    DottedKeysSchema,
     KeyRange,
     NumberOrText,
     sweep_to_dict,
@@ -96,21 +96,6 @@ def _known_metric(name: str) -> str:
     return name
 
 
-_VARY_SCHEMA = DOTTED_KEYS_SCHEMA | {
-    "additionalProperties": {
-        "type": "object",
-        "properties": {
-            "from": {"type": ["number", "string"], "description": "Lower bound."},
-            "to": {"type": ["number", "string"], "description": "Upper bound."},
-            "scale": {
-                "enum": ["linear", "log"],
-                "description": "Scale on which designs are spread, linear by default.",
-            },
-        },
-        "required": ["from", "to"],
-        "additionalProperties": False,
-    }
-}
 _OVER_SCHEMA = {
     "type": "object",
     "minProperties": 1,
@@ -138,7 +123,7 @@ class Design(Block):
         tuple[KeyRange, ...],
         PlainValidator(_require_vary),
         PlainSerializer(lambda found: {one.key: one.words for one in found}),
-        WithJsonSchema(_VARY_SCHEMA),
+        DottedKeysSchema(VaryRange),
     ]
     """Keys to choose: dotted keys of this file, each with from and to."""
     minimise: Annotated[

@@ -34,12 +34,13 @@ from drysim.records.options import (
     Resample,
     Window,
 )
-from drysim.scenario.axes import DOTTED_KEYS_SCHEMA
+from drysim.scenario.axes import DottedKeysSchema, NumberOrText
 from drysim.scenario.reading import (
     LAWS,
     NumericKey,
     Reading,
     dotted_name,
+    fields_by_key,
     get_block,
     numeric_keys,
     other_laws_hint,
@@ -95,12 +96,19 @@ class FreeKey(NamedTuple):
     high: float | None = None
 
 
-FREE_WORDS = {
-    "start": "Value from which the fit starts; default: in closed form, from the record.",
-    "from": "Lower bound; default: that of the key.",
-    "to": "Upper bound; default: that of the key.",
-}
-"""Keys of a free key in a file with their meanings, in the order of `FreeKey`."""
+class FreeRange(Block):
+    """Start and bounds of a fitted value."""
+
+    start: NumberOrText = None
+    """Value from which the fit starts; default: in closed form, from the record."""
+    low: NumberOrText = Field(None, alias="from")
+    """Lower bound; default: that of the key."""
+    high: NumberOrText = Field(None, alias="to")
+    """Upper bound; default: that of the key."""
+
+
+FREE_WORDS = tuple(fields_by_key(FreeRange))
+"""Keys of a free key in a file, in the order of `FreeKey`."""
 
 
 class ChannelQuantity(Block):
@@ -262,22 +270,11 @@ def _free_words(free: Mapping[str, FreeKey]) -> dict[str, dict[str, float]]:
     }
 
 
-_FREE_SCHEMA = DOTTED_KEYS_SCHEMA | {
-    "additionalProperties": {
-        "type": "object",
-        "properties": {
-            word: {"type": ["number", "string"], "description": text}
-            for word, text in FREE_WORDS.items()
-        },
-        "additionalProperties": False,
-    }
-}
-
 Free = Annotated[
     dict[str, FreeKey],
     PlainValidator(_validate_free),
     PlainSerializer(_free_words),
-    WithJsonSchema(_FREE_SCHEMA),
+    DottedKeysSchema(FreeRange),
 ]
 
 
