@@ -60,19 +60,17 @@ class Reader:
     """
 
     path: Path
-    size: int
-    """Size of the file [bytes]."""
     signature: system.FileSignature
     """State of the file when it was hashed."""
     cached: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the size [bytes]."""
-        return self.size
+        return self.signature[1]
 
     def __getitem__(self, part: slice) -> bytes:
         """Return a contiguous slice."""
-        first, last, _ = part.indices(self.size)
+        first, last, _ = part.indices(len(self))
         for at, kept in self.cached.items():
             if at <= first and last <= at + len(kept):
                 return kept[first - at : last - at]
@@ -85,7 +83,7 @@ class Reader:
 
     def find(self, wanted: bytes, first: int = 0) -> int:
         """Return the offset of the first occurrence of a byte, -1 if there is none."""
-        for at in range(first, self.size, READ_SIZE // 4):
+        for at in range(first, len(self), READ_SIZE // 4):
             found = self[at : at + READ_SIZE // 4].find(wanted)
             if found >= 0:
                 return at + found
@@ -111,9 +109,14 @@ class Cell(NamedTuple):
 
     @property
     def quote(self) -> str:
-        """The text as messages quote it, printable and shortened."""
-        text = printable(self.text)
-        return text if len(text) <= MAX_QUOTE_LENGTH else text[: MAX_QUOTE_LENGTH - 1] + "…"
+        """The text as messages quote it."""
+        return shorten_quote(self.text)
+
+
+def shorten_quote(text: str) -> str:
+    """Return text as messages quote it, printable and shortened."""
+    text = printable(text)
+    return text if len(text) <= MAX_QUOTE_LENGTH else text[: MAX_QUOTE_LENGTH - 1] + "…"
 
 
 def printable(text: str) -> str:
@@ -235,13 +238,13 @@ def hash_file(path: Path) -> tuple[Reader, str, bool]:
             filled = filled or bool(block.strip())
         if system.file_signature(stream.fileno()) != signature:
             raise changed_error(path)
-    return Reader(path, signature[1], signature), digest.hexdigest(), filled
+    return Reader(path, signature), digest.hexdigest(), filled
 
 
 def changed_error(path: Path) -> RecordError:
     """Return the error for a file that was modified after it was hashed."""
     sentence = "the record changed while it was read; wait until it is complete"
-    return RecordError(Problem(sentence, str(path), 0))
+    return record_error(str(path), sentence)
 
 
 def record_error(
@@ -308,8 +311,8 @@ class ColumnLabel(NamedTuple):
 
     @property
     def quote(self) -> str:
-        """The text as messages quote it, printable and shortened."""
-        return Cell(self.text, 0).quote
+        """The text as messages quote it."""
+        return shorten_quote(self.text)
 
 
 @dataclass(frozen=True, kw_only=True)

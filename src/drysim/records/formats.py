@@ -41,7 +41,6 @@ from drysim.records.columns import (
     NOT_TEXT,
     USE_CHANNEL,
     USE_COLUMN,
-    Cell,
     Channel,
     Channels,
     ColumnLabel,
@@ -53,6 +52,7 @@ from drysim.records.columns import (
     make_channels,
     open_record,
     require_memory_to_load,
+    shorten_quote,
 )
 from drysim.units import conversion_factor
 
@@ -444,7 +444,7 @@ def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
             raise
         except Exception as error:  # parsers raise exceptions of any type on damaged files
             words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
-            why = Cell(words, 0).quote or type(error).__name__
+            why = shorten_quote(words) or type(error).__name__
         gc.collect()  # incomplete readers may report errors when they are deleted
     raise file.error(f"{what}: {why}")
 
@@ -588,9 +588,7 @@ def _load_tdms(nptdms: Any, file: RecordFile, group: str, name: str) -> NDArray[
         with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
             return np.asarray(whole[group][name][:])
 
-    return _call_package(
-        read, file, f"channel `{ColumnLabel(name, name).quote}` cannot be read"
-    )
+    return _call_package(read, file, f"channel `{shorten_quote(name)}` cannot be read")
 
 
 TDMS = Format("a TDMS", tdms_columns, UNUSED_KEYS)

@@ -142,13 +142,6 @@ def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
     return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
 
 
-def next_line_offset(file: TextFile, start: int) -> int:
-    """Return the offset of the line that follows the one at `start`."""
-    ends = [at for at in (file.text.find(mark, start) for mark in (b"\n", b"\r")) if at >= 0]
-    end = min(ends, default=len(file.text))
-    return end + 1 + (file.text[end : end + 2] == b"\r\n")
-
-
 def split_cells(text: str, delimiter: str) -> list[Cell]:
     """Split a line into cells; delimiters within quotation marks do not count."""
     if not delimiter:
@@ -228,14 +221,14 @@ def has_decimal_commas(file: TextFile) -> bool:
     )
 
 
-def find_wide_row(file: TextFile) -> tuple[int, int]:
-    """Return line and width of the first row with too many columns; zeros for none."""
+def check_width(file: TextFile) -> None:
+    """Raise for a row with more columns than a spreadsheet has."""
     for line, _, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
         mark = find_delimiter(text)
         columns = text.count(mark) + 1 if mark else len(text.split())
         if columns > MOST_COLUMNS:
-            return line, columns
-    return 0, 0
+            sentence = f"row {line} has {columns} columns, more than {MOST_COLUMNS}"
+            raise file.error(f"{sentence}: write one sample per row", line)
 
 
 def is_header(cells: Sequence[Cell]) -> bool:
@@ -427,10 +420,7 @@ def detect_table(file: TextFile) -> TextTable:
     RecordError
         If header and rows do not fit together, or there are no rows of numbers.
     """
-    line, width = find_wide_row(file)
-    if line:
-        sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
-        raise file.error(f"{sentence}: write one sample per row", line)
+    check_width(file)
     content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
@@ -728,7 +718,9 @@ def _read_at2_header(text: TextFile) -> At2Header:
                 raise text.error(f"NPTS must be a whole number above 0, not {quoted}", line)
             if not NUMBER_PATTERN.fullmatch(dt) or not 0 < float(dt) < np.inf:
                 raise text.error(f"DT must be a number above 0, not {quoted}", line)
-            return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
+            below = next(islice(raw_lines(text, start, line), 1, None), None)
+            end = below[1] if below else len(text.text)
+            return At2Header(int(n), float(dt), unit, line, end)
     raise text.error(
         f"the record is not an AT2 file: none of its first {MAX_HEADER_LINES} lines contains "
         "NPTS and DT, as in `NPTS= 4000, DT= .0050 SEC`"
