@@ -32,7 +32,7 @@ from drysim.records.columns import (
     require_memory_to_load,
     slice_signal,
 )
-from drysim.records.options import Gaps, Removal, Resample, Window
+from drysim.records.options import Gaps, Interpolation, Removal, Resample, Window
 from drysim.wording import format_count, join_words
 
 METHODS = {"line": "linear interpolation", "spline": "cubic spline"}
@@ -504,7 +504,7 @@ UNEVEN_STEP_TOLERANCE = 1e-2
 
 
 class ResamplingGrid(NamedTuple):
-    """Target of a resampling: the requested step [s] and a refinement of it.
+    """Target of a resampling: the requested step [s], a refinement of it, and the method.
 
     A record whose rate is reduced is filtered on a grid that is `refinement` times as fine, and
     then decimated.
@@ -512,6 +512,7 @@ class ResamplingGrid(NamedTuple):
 
     step: float
     refinement: int
+    by: Interpolation
 
 
 def resampling_grid(
@@ -549,57 +550,38 @@ def resampling_grid(
                 f"`remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
             )
             raise record_error(display_path, sentence)
-    return ResamplingGrid(step, refinement)
+    return ResamplingGrid(step, refinement, wanted.by)
 
 
 def resample_onto(
-    values: Floats,
-    grid: TimeGrid,
-    wanted: Resample,
-    target_grid: ResamplingGrid,
-    display_path: str,
-) -> Series:
-    """Interpolate samples onto a grid that ends where the record does."""
-    at, fine = grid.at, target_grid.step / target_grid.refinement
-    n = len(values)
-    length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
-    count = floor(length / fine * (1 + STEP_TOLERANCE)) + 1
-    if at is None and abs(fine / grid.dt - 1) <= STEP_TOLERANCE:
-        return Series(values, fine, grid.first)
-    require_memory_to_load(display_path, 8 * count)
-    if count < 2:
-        raise record_error(
-            display_path, f"the record lasts {length:.6g} s, less than one step of `resample`"
-        )
-    places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
-    own = np.arange(float(n)) if at is None else at
-    return Series(interpolate(own, values, places, wanted.by), fine, grid.first)
-
-
-def decimate(series: Series, target_grid: ResamplingGrid) -> Series:
-    """Return the samples on the requested grid."""
-    return series._replace(
-        values=series.values[:: target_grid.refinement].copy(), dt=target_grid.step
-    )
-
-
-def resampling_report(
-    before: Floats,
-    grid: TimeGrid,
-    after: Series,
-    target_grid: ResamplingGrid,
-    wanted: Resample,
-    unit: str,
-) -> CleaningReport:
-    """Return the report of a resampling."""
-    numbers = {"step_before": grid.dt, "step_after": target_grid.step}
+    values: Floats, grid: TimeGrid, target: ResamplingGrid, unit: str, display_path: str
+) -> tuple[Series, CleaningReport]:
+    """Interpolate samples onto the refined grid, which ends where the record does."""
+    fine, after = target.step / target.refinement, values
+    if grid.at is not None or abs(fine / grid.dt - 1) > STEP_TOLERANCE:
+        at = np.arange(float(len(values))) if grid.at is None else grid.at
+        length = float(at[-1]) * grid.dt
+        count = floor(length / fine * (1 + STEP_TOLERANCE)) + 1
+        require_memory_to_load(display_path, 8 * count)
+        if count < 2:
+            sentence = f"the record lasts {length:.6g} s, less than one step of `resample`"
+            raise record_error(display_path, sentence)
+        places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
+        after = interpolate(at, values, places, target.by)
+    numbers = {"step_before": grid.dt, "step_after": target.step}
     was = f"{1 / grid.dt:.6g} Hz"
     if grid.spread is not None:
         least, most = grid.spread
         numbers |= {"least_step": least, "greatest_step": most}
         was = f"uneven steps of {least:.4g} to {most:.4g} s (mean {grid.dt:.4g} s)"
-    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {METHODS[wanted.by]}"
-    return make_report("resample", sentence, before, after.values[:], unit, numbers)
+    sentence = f"resampled from {was} to {1 / target.step:.6g} Hz by {METHODS[target.by]}"
+    report = make_report("resample", sentence, values, after, unit, numbers)
+    return Series(after, fine, grid.first), report
+
+
+def decimate(series: Series, target: ResamplingGrid) -> Series:
+    """Return the samples on the requested grid."""
+    return series._replace(values=series.values[:: target.refinement].copy(), dt=target.step)
 
 
 # Trends and filters.

@@ -31,7 +31,6 @@ from drysim.records.clean import (
     remove,
     resample_onto,
     resampling_grid,
-    resampling_report,
     window_range,
 )
 from drysim.records.columns import (
@@ -249,31 +248,27 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
         return CleanedRecord(
             Series(signal, grid.dt, grid.first), None, (), tuple(warnings), grid.dt
         )
-    target_grid = record.resample and resampling_grid(
+    target = record.resample and resampling_grid(
         record.resample, record.remove, grid, display_path
     )
-    values, grid, count, filled = fill_gaps(
+    values, grid, count, reports = fill_gaps(
         signal[:], grid, record.gaps, record.window, columns, index, unit
     )
-    series, resampled = Series(values, grid.dt, grid.first), None
-    if record.resample and target_grid:
-        series = resample_onto(values, grid, record.resample, target_grid, display_path)
-        resampled = resampling_report(values, grid, series, target_grid, record.resample, unit)
-    before_filters, before_high_pass, removed = series, None, None
+    warnings += filling_warnings(record.named, reports, count)
+    series, before_high_pass = Series(values, grid.dt, grid.first), None
+    if target:
+        series, report = resample_onto(values, grid, target, unit, display_path)
+        reports = (*reports, report)
+        rms = _rms_before_and_after(values, grid, series, record.remove)
+        warnings += resampling_warnings(record, report, rms)
     if record.remove.any:
-        series, before_high_pass, removed = remove(
+        series, before_high_pass, report = remove(
             series, record.remove, unit, display_path, ends
         )
-    if target_grid:
-        series, before_high_pass = (
-            decimate(series, target_grid),
-            before_high_pass and decimate(before_high_pass, target_grid),
-        )
-    warnings += filling_warnings(record.named, filled, count)
-    if resampled:
-        rms = _rms_before_and_after(values, grid, before_filters, record.remove)
-        warnings += resampling_warnings(record, resampled, rms)
-    reports = (*filled, *(report for report in (resampled, removed) if report))
+        reports = (*reports, report)
+    if target:
+        series = decimate(series, target)
+        before_high_pass = before_high_pass and decimate(before_high_pass, target)
     level = mean_and_std(values)
     return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt, level)
 
