@@ -424,7 +424,7 @@ def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
     if not scenario.sweep:
         yield scenario
         return
-    first = _point_range(scenario.sweep, 0, 1)[0]
+    first = _point(scenario.sweep, 0)
     for group in axis_groups(scenario.sweep):
         for point in _extreme_points(group):
             yield scenario.at({**first, **point})
@@ -434,17 +434,17 @@ def _extreme_points(group: Sequence[Axis]) -> list[dict[str, Any]]:
     """Return the points at which a key of a group has its smallest or largest value."""
     count = len(group[0].values)
     if count > MAX_SCANNED_VALUES:
-        return [*_point_range(group, 0, 1), *_point_range(group, count - 1, count)]
+        return [_point(group, 0), _point(group, count - 1)]
     # The values of a sample are computed together: one costs as much as a chunk.
-    every = _point_range(group, 0, count)
+    every = list(points_in(point_columns(group, 0, count)))
     values = {axis.key: [point[axis.key] for point in every] for axis in group}
     places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
     return [every[place] for place in sorted(places)]
 
 
-def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, Any]]:
-    """Return the points `begin` to `end` - 1."""
-    return list(points_in(point_columns(axes, begin, end)))
+def _point(axes: Sequence[Axis], number: int) -> dict[str, Any]:
+    """Return a point by its number."""
+    return next(points_in(point_columns(axes, number, number + 1)))
 
 
 def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
@@ -486,15 +486,12 @@ def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
             "has no effect: the metrics cover a full period of the steady state (if several "
             "steady states coexist, it can select another one)"
         )
-    count = count_points(scenario.sweep)
     first, last = (
-        _point_range(scenario.sweep, 0, 1)[0],
-        _point_range(scenario.sweep, count - 1, count)[0],
+        _point(scenario.sweep, number) for number in (0, count_points(scenario.sweep) - 1)
     )
     together = next(group for group in axis_groups(scenario.sweep) if axis in group)
-    if _metric_inputs(scenario, last) == _metric_inputs(
-        scenario, last | {a.key: first[a.key] for a in together}
-    ):
+    other = last | {a.key: first[a.key] for a in together}
+    if _metric_inputs(scenario, last) == _metric_inputs(scenario, other):
         return "has no effect: the quantity is 0 or not used"
     return None
 
