@@ -301,11 +301,12 @@ MAX_LISTED_COLUMNS = 12
 class ColumnLabel(NamedTuple):
     """Label of a column in a file: the text as written, and the name and unit in it.
 
-    `is_unit_certain` is false where the unit may be a comment, as in `acc (filtered)`.
+    All are empty for a column without a label. `is_unit_certain` is false where the unit may be
+    a comment, as in `acc (filtered)`.
     """
 
-    text: str
-    name: str
+    text: str = ""
+    name: str = ""
     unit: str = ""
     is_unit_certain: bool = True
 
@@ -322,9 +323,7 @@ class Columns:
     display_path: str
     """Path of the file as messages show it."""
     labels: tuple[ColumnLabel, ...]
-    """Label of each column; empty if no column has a label."""
-    width: int
-    """Number of columns."""
+    """Label of each column."""
     word: str = "column"
     """Noun for a column in messages."""
     key: str = "column"
@@ -333,6 +332,11 @@ class Columns:
     """Where units are given: header or file."""
     normalised: bool = False
     """Whether samples are fractions of a full scale that the file does not contain."""
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.labels)
 
     def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
         """Return columns as finite numbers, NaN where a sample of `gap_column` is missing.
@@ -377,12 +381,17 @@ class Columns:
 
     def describe_column(self, index: int) -> str:
         """Return a column as messages show it."""
-        name = self.labels[index].quote if self.labels else ""
+        name = self.labels[index].quote
         return f"{self.word} {index + 1}" + (f" (`{name}`)" if name else "")
+
+    @property
+    def has_names(self) -> bool:
+        """Whether any column has a label."""
+        return any(label.text for label in self.labels)
 
     def names(self) -> str:
         """Return the list of columns for messages."""
-        if not any(label.text for label in self.labels):
+        if not self.has_names:
             return f"{self.width}, without names" + (
                 ": the file has no header" if self.place == "header" else ""
             )
@@ -577,11 +586,9 @@ def make_channels(
     normalised: bool = False,
 ) -> Channels:
     """Return the columns of a binary file."""
-    labels = tuple(channel.label for channel in found)
     return Channels(
         display_path=file.display_path,
-        labels=labels if any(label.text or label.unit for label in labels) else (),
-        width=len(found),
+        labels=tuple(channel.label for channel in found),
         word=word,
         key=key,
         normalised=normalised,
@@ -615,7 +622,7 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
         return others[0]
     if not others:
         raise columns.error(f"there is no {columns.word} besides the time")
-    remedy = "its name or number" if columns.labels else "its number"
+    remedy = "its name or number" if columns.has_names else "its number"
     raise columns.error(f"set `{columns.key}`, {remedy}; there are: {columns.names()}")
 
 
@@ -663,9 +670,9 @@ def column_factor(
 
 def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
     """Return the factor from a column to SI, for samples with a unit."""
-    label = columns.labels[index] if columns.labels else None
+    label = columns.labels[index]
     wanted = None if unit is None else _parse_unit(columns, index, unit, si)
-    if label is None or not label.unit:
+    if not label.unit:
         if wanted is not None:
             return wanted
         header = f", or `[{si}]` into the header" if columns.place == "header" else ""
@@ -686,7 +693,7 @@ def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place:
 
 def time_factor(columns: Columns, index: int) -> float:
     """Return the factor from a column of times to seconds; 1 without a unit."""
-    written = columns.labels[index].unit if columns.labels else ""
+    written = columns.labels[index].unit
     return _parse_unit(columns, index, written, "s") if written else 1.0
 
 

@@ -333,7 +333,7 @@ def wav_columns(file: RecordFile) -> Channels:
         partial(_read_samples, file, start, form, number) for number in range(form.channels)
     ]
     samples = [partial(LazySamples, read, 0, size // each) for read in reads]
-    found = [Channel(ColumnLabel("", ""), load, 1 / form.rate) for load in samples]
+    found = [Channel(ColumnLabel(), load, 1 / form.rate) for load in samples]
     return make_channels(file, found, normalised=form.code == PCM)
 
 

@@ -206,11 +206,10 @@ def _summarise(columns: Columns, index: int, x: Floats) -> ColumnSummary:
     """Return the statistics of a column."""
     there = x[~np.isnan(x)]
     mean, rms = mean_and_std(there) if len(there) else (np.nan, np.nan)
-    label = columns.labels[index] if columns.labels else None
     return ColumnSummary(
         index,
-        label.name if label else "",
-        label.unit if label else "",
+        columns.labels[index].name,
+        columns.labels[index].unit,
         mean,
         rms,
         float(there.min(initial=np.inf)),
@@ -222,7 +221,7 @@ def _summarise(columns: Columns, index: int, x: Floats) -> ColumnSummary:
 def _identify(columns: Columns, index: int) -> str | int:
     """Return the name of a column, or its number from 1 if that alone is unique."""
     names = [label.name for label in columns.labels]
-    name = names[index] if names else ""
+    name = names[index]
     return name if name and names.count(name) == 1 else index + 1
 
 
@@ -258,9 +257,7 @@ def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
 
 def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
     """Return the keys for a column of times: `time`, or `rate` where it cannot be used."""
-    name, unit = columns.describe_column(column), ""
-    if columns.labels:
-        unit = columns.labels[column].unit
+    name, unit = columns.describe_column(column), columns.labels[column].unit
     if len(t) < MIN_ROWS:
         return Times(column, None, [Proposal("rate", None, "there is only one row")])
     step = float(np.nanmedian(np.diff(t)))
@@ -305,12 +302,11 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
 def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
     """Return the column whose unit or name is one of time; else the first that always rises."""
     for index in values:
-        label = columns.labels[index] if columns.labels else None
-        of_time = label and (
-            is_common_unit(label.unit, "s")
-            if label.unit
-            else NAMES_OF_TIME.fullmatch(label.name)
-        )
+        label = columns.labels[index]
+        if label.unit:
+            of_time = is_common_unit(label.unit, "s")
+        else:
+            of_time = NAMES_OF_TIME.fullmatch(label.name) is not None
         if of_time and not np.isnan(values[index]).all():
             return index
     rising = (index for index, x in values.items() if len(values) > 1 and _always_rises(x))

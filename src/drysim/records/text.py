@@ -461,6 +461,7 @@ def detect_table(file: TextFile) -> TextTable:
             )
         raise file.error(sentence, line)
     labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
+    labels = labels or (ColumnLabel(),) * width
     if units:
         labels = tuple(
             ColumnLabel(
@@ -471,7 +472,6 @@ def detect_table(file: TextFile) -> TextTable:
     return TextTable(
         display_path=file.display_path,
         labels=labels,
-        width=width,
         file=file,
         delimiter=delimiter,
         header=tuple(header),
@@ -697,7 +697,7 @@ def at2_columns(file: RecordFile) -> Channels:
     require_memory_to_load(file.display_path, len(file.reader))
     text = open_text(file)
     header = _read_at2_header(text)
-    label = ColumnLabel("", "", header.unit)
+    label = ColumnLabel(unit=header.unit)
     series = Channel(label, partial(_read_at2_samples, text, header), header.dt)
     return make_channels(file, [series], word="series")
 
