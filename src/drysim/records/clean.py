@@ -81,6 +81,10 @@ class TimeGrid(NamedTuple):
     spread: tuple[float, float] | None = None
     """Smallest and greatest step [s] of uneven times; None for an even grid."""
 
+    def positions(self, n: int) -> Floats:
+        """Return the positions [dt] of all n samples from the first."""
+        return np.arange(float(n)) if self.at is None else self.at
+
 
 class Series(NamedTuple):
     """Evenly spaced samples in SI, their time step [s] and first time [s]."""
@@ -362,7 +366,7 @@ def fill_gaps(
     there = ~np.isnan(values)
     if grid.at is None and there.all():
         return FilledRecord(values, grid, len(values))
-    positions = np.arange(float(len(values))) if grid.at is None else grid.at
+    positions = grid.positions(len(values))
     at, rows, known = positions[there], np.flatnonzero(there), values[there]
     steps = np.diff(at)
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
@@ -559,7 +563,7 @@ def resample_onto(
     """Interpolate samples onto the refined grid, which ends where the record does."""
     fine, after = target.step / target.refinement, values
     if grid.at is not None or abs(fine / grid.dt - 1) > STEP_TOLERANCE:
-        at = np.arange(float(len(values))) if grid.at is None else grid.at
+        at = grid.positions(len(values))
         length = float(at[-1]) * grid.dt
         count = floor(length / fine * (1 + STEP_TOLERANCE)) + 1
         require_memory_to_load(display_path, 8 * count)

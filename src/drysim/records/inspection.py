@@ -459,7 +459,7 @@ def _propose_clean_up(
     """Return the keys that fill gaps and remove gravity, offset and drift."""
     proposals = []
     if grid is not None:
-        at = (np.arange(float(len(x))) if grid.at is None else grid.at)[~np.isnan(x)]
+        at = grid.positions(len(x))[~np.isnan(x)]
         longest = float(np.diff(at).max(initial=0.0)) * grid.dt
         if longest > MIN_GAP_STEPS * grid.dt:
             at_most = ceil(min(longest, SHORT_GAP) * 1e3 * (1 - 1e-9))

@@ -198,8 +198,7 @@ def read_samples(record: Recorded) -> tuple[Floats, Floats]:
     with np.errstate(all="ignore"):
         signal, grid, _ = _read_series(record, member.columns(replace(file, skip=record.skip)))
         values = np.array(signal[:], dtype=np.float64)
-        at = np.arange(len(values), dtype=np.float64) if grid.at is None else grid.at
-    t = grid.first + grid.dt * at
+    t = grid.first + grid.dt * grid.positions(len(values))
     low, high = (-np.inf, np.inf) if record.window is None else record.window.ends
     used = np.isfinite(values) & (t >= low) & (t <= high)
     _check_range(values[used], grid.dt, str(record.path), "a sample")
