@@ -48,11 +48,11 @@ from drysim.records.formats import open_with_format
 from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
+    check_gravity,
     clipping_warnings,
     displacement_warnings,
     filling_warnings,
     force_warnings,
-    gravity_errors,
     interpolation_warnings,
     mean_warnings,
     resampling_warnings,
@@ -114,8 +114,7 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
         motion = cut_window(motion, first, last, len(series.values))
         _check_range(motion.u_dd, motion.dt, display_path)
         level = mean_and_std(motion.u_dd)
-        for sentence in gravity_errors(record, level[0]):
-            raise record_error(display_path, sentence)
+        check_gravity(record, level[0])
         wrong_unit = tuple(unit_warnings(record, level_before or level))
         warnings = (
             *seen,

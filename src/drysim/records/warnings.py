@@ -12,7 +12,7 @@ displacement-ends      displacement that depends on how the record is continued
 =====================  ===========================================================
 
 Each warning proposes a remedy in terms of scenario keys. A mean near 9.81 m/s² is an error
-(`gravity_errors`) unless the scenario keeps it.
+(`check_gravity`) unless the scenario keeps it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from drysim.core.model import BLOCK_SIZE, Samples, Signal, blocks, mean_and_std
 from drysim.errors import WarningMessage
 from drysim.records import SI
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
-from drysim.records.columns import Floats
+from drysim.records.columns import Floats, record_error
 from drysim.records.options import (
     LARGE_MEAN,
     SUGGESTED_HIGH_PASS,
@@ -160,17 +160,17 @@ def unit_warnings(
             yield WarningMessage("record-unit", f"{record.named}: {found}", numbers)
 
 
-def gravity_errors(record: RecordedMotion, mean: float) -> Iterator[str]:
-    """Yield an error message if the mean of ü looks like gravity that is not to be kept."""
+def check_gravity(record: RecordedMotion, mean: float) -> None:
+    """Raise RecordError if the mean of ü looks like gravity that is not to be kept."""
     means = {mean, mean / record.scale if record.scale else mean}  # before or after scaling
     if any(map(is_gravity, means)) and record.gravity == "refuse":
-        trend = _trend_to_remove(record)
-        yield (
+        sentence = (
             f"the mean of ü is {mean:.4g} m/s², which looks like gravity: remove it with "
-            f"{record.remove.yaml_with(trend=trend)} or a high-pass, "
+            f"{record.remove.yaml_with(trend=_trend_to_remove(record))} or a high-pass, "
             f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}, or keep it with "
             "`gravity: keep`"
         )
+        raise record_error(str(record.path), sentence)
 
 
 def _trend_to_remove(record: RecordedMotion) -> str:
