@@ -351,11 +351,10 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
         LAWS[name].model_validate(law_arguments(friction, name) | {LAW_KEY: name})
     except ValidationError as fault:
         for error in fault.errors(include_url=False):
-            cause = error.get("ctx", {}).get("error")
-            at = [*error["loc"], *(cause.at if isinstance(cause, InvalidValue) else ())]
-            message = str(cause) if cause is not None else validation_message(error)
+            at = (*error["loc"], *_blamed_path(error))
             own = bool(at) and at[0] in law_options(friction, name)
             keys = ("friction", *([name] if own else []), *at)
+            message = validation_message(error)
             sentence = f"friction as {name}: {'.'.join(map(str, at))} {message}"
             yield ".".join(map(str, keys)), sentence
 
@@ -626,12 +625,8 @@ def validation_faults(
     for error in fault.errors(include_url=False):
         if error["type"] in ALREADY_REPORTED:
             continue
-        keys = _without_tags((*at, *error["loc"]), words)
-        cause = error.get("ctx", {}).get("error")
-        if isinstance(cause, InvalidValue):
-            keys = (*keys, *cause.at)
-        text = str(cause) if cause is not None else validation_message(error)
-        yield keys, with_subject(keys, text)
+        keys = (*_without_tags((*at, *error["loc"]), words), *_blamed_path(error))
+        yield keys, with_subject(keys, validation_message(error))
 
 
 def with_subject(keys: KeyPath, text: str) -> str:
@@ -651,9 +646,17 @@ def _without_tags(loc: KeyPath, words: Any) -> KeyPath:
     return tuple(keys)
 
 
+def _blamed_path(error: ErrorDetails) -> KeyPath:
+    """Return the path of the key that our exception blames, relative to its block."""
+    cause = error.get("ctx", {}).get("error")
+    return cause.at if isinstance(cause, InvalidValue) else ()
+
+
 def validation_message(error: ErrorDetails) -> str:
     """Return the message for a pydantic error, without subject."""
     value, context = error["input"], error.get("ctx", {})
+    if "error" in context:  # our exception
+        return str(context["error"])
     if error["type"] == "literal_error":
         expected = str(context["expected"]).replace("'", "")
         words = expected.replace(" or ", ", ").split(", ")
