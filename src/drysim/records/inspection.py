@@ -32,10 +32,11 @@ from drysim.records.text import (
     TIME_OF_DAY,
     TextTable,
     end_of_rows,
+    is_number,
     split_cells,
 )
 from drysim.records.warnings import describe_wrong_unit, is_gravity
-from drysim.units import NUMBER_PATTERN, conversion_factor, is_common_unit
+from drysim.units import conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
 
 MAX_BYTES = 1 << 26
@@ -172,15 +173,10 @@ def _has_numbers(columns: Columns) -> bool:
     if not rows or any(len(cells) != columns.width for cells in rows):
         return False
     first, last = (
-        {i for i, cell in enumerate(cells) if _is_number_or_missing(cell.text)}
+        {i for i, cell in enumerate(cells) if is_number(cell) or MISSING.fullmatch(cell.text)}
         for cells in (rows[0], rows[-1])
     )
     return bool(last) and last <= first
-
-
-def _is_number_or_missing(text: str) -> bool:
-    number = NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1))
-    return number is not None or MISSING.fullmatch(text) is not None
 
 
 def _first_part(columns: Columns) -> tuple[Columns, bool]:

@@ -209,7 +209,7 @@ def find_delimiter_below(header: str, row: str) -> str:
         return mark
     cells = split_cells(row, "")
     fits = len(header_cells(header, "", len(cells))) == len(cells)
-    return "" if fits and all(map(_is_number, cells)) else mark
+    return "" if fits and all(map(is_number, cells)) else mark
 
 
 def has_decimal_commas(file: TextFile) -> bool:
@@ -274,17 +274,18 @@ def find_header(file: TextFile) -> int:
             below = first[at + 2][1]
             mark = find_delimiter_below(text, below)
             row = split_cells(below, mark)
-        if len(row) == len(head) and all(map(_is_number, row)):
+        if len(row) == len(head) and all(map(is_number, row)):
             if is_header(head):
                 # If the top row is a header, words between it and the numbers are an error.
                 cells = header_cells(first[0][1], mark, len(row))
                 return top if len(cells) == len(row) > 1 and is_header(cells) else line
-            if all(map(_is_number, head)):
+            if all(map(is_number, head)):
                 return 0
     return 0
 
 
-def _is_number(cell: Cell) -> bool:
+def is_number(cell: Cell) -> bool:
+    """Return whether a cell contains a number, with a decimal point or comma."""
     return NUMBER_PATTERN.fullmatch(cell.text.replace(",", ".", 1)) is not None
 
 
@@ -607,7 +608,7 @@ def _describe_fault(cell: Cell, decimal: str, hint: str) -> str:
         return f"`{cell.quote}` has a decimal point; write commas throughout"
     if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER_PATTERN.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {INFINITE_HINT}"
-    if NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
+    if is_number(cell) and decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     if TIME_OF_DAY.fullmatch(text):
         instead = "set `rate` or `step` instead of `time`"
