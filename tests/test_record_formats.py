@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from drysim import system
 from drysim.errors import RecordError, ScenarioError
 from drysim.excitation.recorded import Record
+from drysim.records.inspection import inspect_record
 from drysim.scenario.load import load
 
 # Records from files that other programs write: WAV, MAT and AT2.
@@ -552,6 +553,13 @@ def test_channel_is_found_by_name_and_number_with_its_unit_and_step(tmp_path, fi
         assert motion.dt == DT
     assert np.array_equal(motion_of(tmp_path, file, channel=1).u_dd, series()["acc"])
     assert motion.inputs[0].size == (tmp_path / file).stat().st_size
+
+
+def test_draft_counts_in_the_unit_of_the_times_of_a_universal_file(tmp_path):
+    t = 1e3 * DT * np.arange(300.0)
+    uff(tmp_path / "r.uff", t=t, abscissa_axis_units_lab="ms")
+    layout = inspect_record(tmp_path / "r.uff").layout
+    assert f"300 samples at {1 / DT:g} Hz, {300 * DT:.4g} s" in layout
 
 
 @pytest.mark.parametrize(("file", "write"), WRITERS.items())

@@ -238,8 +238,8 @@ def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
         if (spacing := columns.file_spacing(index)) is not None:
             return Times(None, TimeGrid(*spacing), [])
         if (found := columns.time_column(index)) is not None:
-            times = columns.numbers([found])[0][:]
-            return Times(found, fit_grid(times, 1.0, columns, found, may_jitter=True), [])
+            times, second = columns.numbers([found])[0][:], time_factor(columns, found)
+            return Times(found, fit_grid(times, second, columns, found, may_jitter=True), [])
     column = _find_times(columns, values)
     if column is not None:
         return _propose_time_column(columns, column, values[column])
