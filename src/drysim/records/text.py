@@ -164,13 +164,14 @@ def _make_cell(part: str, at: int) -> Cell:
     return Cell(text, at + part.find(stripped) + 1 + quoted)
 
 
-def name_and_unit(text: str) -> tuple[str, str, bool]:
-    """Return name and unit of a header cell, and whether the unit is in square brackets."""
+def read_label(text: str) -> ColumnLabel:
+    """Return a header cell as a label; only a unit in square brackets is certain."""
     match = NAME_WITH_UNIT.fullmatch(text) if len(text) <= MAX_NAME_LENGTH else None
     if not match:
-        return text, "", False
+        return ColumnLabel(text, text)
     square = match["square"] is not None
-    return match["name"], (match["square"] if square else match["round"]).strip(), square
+    unit = match["square"] if square else match["round"]
+    return ColumnLabel(text, match["name"], unit.strip(), square)
 
 
 # Header and row of units.
@@ -252,7 +253,7 @@ def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
 def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
     """Return whether a row of words contains units, below a header without any."""
     fits = len(cells) == len(header) and is_header(cells)
-    if not fits or any(name_and_unit(cell.text)[1] for cell in header):
+    if not fits or any(read_label(cell.text).unit for cell in header):
         return False
     words = (cell.text.strip("[]()") for cell in cells)
     return any(is_common_unit(word, si) for word in words for si in ("s", *SI.values()))
@@ -461,8 +462,7 @@ def detect_table(file: TextFile) -> TextTable:
                 "semicolons as delimiter"
             )
         raise file.error(sentence, line)
-    labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
-    labels = labels or (ColumnLabel(),) * width
+    labels = tuple(read_label(cell.text) for cell in header) or (ColumnLabel(),) * width
     if units:
         labels = tuple(
             ColumnLabel(
