@@ -53,6 +53,8 @@ from drysim.units import (
     InvalidValue,
     Quantity,
     Time,
+    closest_match,
+    did_you_mean,
     format_value,
     name_hint,
 )
@@ -397,13 +399,22 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
         if one and key.partition(".")[0] in FITTED_BLOCKS and "normal_record" not in key
     ]
     fitted += [DELAY_KEY, OFFSET_KEY]
+    # The options of all other laws would be too many to list.
+    listed = ", ".join(key for key in fitted if key.split(".")[1] not in LAWS)
     found = {}
     for key, options in free.items():
-        if key not in known or (known[key] is None and key != OFFSET_KEY):
-            what = "is no numeric key" if key in known else "is no key of this scenario"
-            name = str(key).removeprefix("friction.")
-            hint = "" if key in known else other_laws_hint(name) or name_hint(str(key), fitted)
-            reading.fault(f"{format_value(key)} {what}{hint}", (*at, key), at_key=True)
+        if key not in known:
+            hint = (
+                other_laws_hint(str(key).removeprefix("friction."))
+                or did_you_mean(closest_match(str(key), fitted))
+                or f"; use one of {listed}"
+            )
+            sentence = f"{format_value(key)} is no key of this scenario{hint}"
+            reading.fault(sentence, (*at, key), at_key=True)
+            continue
+        if known[key] is None and key != OFFSET_KEY:
+            sentence = f"{format_value(key)} is no numeric key"
+            reading.fault(sentence, (*at, key), at_key=True)
             continue
         if key.partition(".")[0] not in FITTED_BLOCKS:
             sentence = f"{key} cannot be fitted, only keys of {join_words(FITTED_BLOCKS, 'or')}"
