@@ -174,6 +174,20 @@ def test_path_of_the_record_can_be_told_from_another_folder(tmp_path):
 # the quick and the careful pass
 
 
+@pytest.mark.parametrize("size", [1, 5, 8, 1000])
+def test_lines_are_numbered_whatever_ends_them_and_is_read_at_a_time(monkeypatch, size):
+    monkeypatch.setattr(cells_module, "LINES_SIZE", size)
+    text = cells_module.TextFile("r.csv", b"\xef\xbb\xbft,a\r\n1,2\r3,4\n\r\n5,6", begin=3)
+    assert [*cells_module.raw_lines(text)] == [
+        (1, 3, b"t,a"),
+        (2, 8, b"1,2"),
+        (3, 12, b"3,4"),
+        (4, 16, b""),
+        (5, 18, b"5,6"),
+    ]
+    assert [*cells_module.raw_lines(text, 18, 5)] == [(5, 18, b"5,6")]
+
+
 @pytest.mark.parametrize("mark", [",", ";", "\t", " "])
 def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
     monkeypatch.setattr(cells_module, "PARSE_SIZE", 64)

@@ -72,6 +72,9 @@ QUOTED = re.compile("`([^`]+)`")
 DELIMITERS = "\t;,"
 """Tried in this order on the first row of numbers; a row without any is split at blanks."""
 
+LINES_SIZE = 1 << 16
+"""Bytes split into lines at a time; often only the first lines of a file are needed."""
+
 MAX_QUOTED_LINES = 100
 """Lines at the top of a file that messages may quote besides the faulty one."""
 
@@ -99,12 +102,12 @@ def raw_lines(
     """Yield line number, offset and bytes of every line; parameters as in `content_lines`."""
     text, start, line = file.text, max(start, file.begin), line or file.line
     while start < len(text):
-        end = text.find(b"\n", start)
-        end = end if end >= 0 else len(text)
-        for part in text[start:end].removesuffix(b"\r").split(b"\r"):
-            yield line, start, part
-            start, line = start + len(part) + 1, line + 1
-        start = end + 1
+        end = start + text[start : start + LINES_SIZE].rfind(b"\n") + 1
+        if end == start:  # one long line, or the last one
+            end = text.find(b"\n", start) + 1 or len(text)
+        for part in text[start:end].splitlines(keepends=True):
+            yield line, start, part.rstrip(b"\r\n")
+            start, line = start + len(part), line + 1
 
 
 def _decode_line(part: bytes) -> str:
