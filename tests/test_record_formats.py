@@ -562,6 +562,16 @@ def test_draft_counts_in_the_unit_of_the_times_of_a_universal_file(tmp_path):
     assert f"300 samples at {1 / DT:g} Hz, {300 * DT:.4g} s" in layout
 
 
+@pytest.mark.parametrize("write", [uff, mdf])
+def test_draft_resamples_uneven_times_of_a_file(tmp_path, write):
+    file = "r.uff" if write is uff else "r.mf4"
+    t = DT * (np.arange(300) + 0.2 * np.random.default_rng(3).uniform(-1, 1, 300))
+    write(tmp_path / file, {"acc": series()["acc"]}, t=t)
+    words = {one.key: one.value for one in inspect_record(tmp_path / file).proposals}
+    assert words["resample"] == {"rate": "200 Hz", "by": "spline"}
+    assert motion_of(tmp_path, file, unit="m/s2", resample=words["resample"]).dt == DT
+
+
 @pytest.mark.parametrize(("file", "write"), WRITERS.items())
 def test_window_counts_on_the_times_of_the_file(tmp_path, file, write):
     write(tmp_path / file)

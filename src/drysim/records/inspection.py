@@ -239,7 +239,8 @@ def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
             return Times(None, TimeGrid(*spacing), [])
         if (found := columns.time_column(index)) is not None:
             times, second = columns.numbers([found])[0][:], time_factor(columns, found)
-            return Times(found, fit_grid(times, second, columns, found, may_jitter=True), [])
+            grid = fit_grid(times, second, columns, found, may_jitter=True)
+            return Times(found, grid, _propose_resampling(grid))
     column = _find_times(columns, values)
     if column is not None:
         return _propose_time_column(columns, column, values[column])
@@ -282,17 +283,20 @@ def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
         rate = Proposal("rate", f"{1 / mean:.6g} Hz", reason, False)
         return Times(column, TimeGrid(mean, 0.0), [rate])
     span = f"{t[0]:.6g} to {t[-1]:.6g} {unit or 's'}{'' if unit else ', taken as seconds'}"
-    proposals = [Proposal("time", _identify(columns, column), span, bool(unit))]
-    if grid.spread is not None:
-        low, high = grid.spread
-        reason = (
-            f"steps vary from {low * 1e3:.4g} to {high * 1e3:.4g} ms; the mean rate, rounded"
-        )
-        if f"{low:.4g}" == f"{high:.4g}":
-            reason = "the times start anew beside the grid behind a gap; the rate of the rest"
-        resample = {"rate": f"{mean_rate(grid.dt):.6g} Hz", "by": "spline"}
-        proposals.append(Proposal("resample", resample, reason))
-    return Times(column, grid, proposals)
+    proposal = Proposal("time", _identify(columns, column), span, bool(unit))
+    return Times(column, grid, [proposal, *_propose_resampling(grid)])
+
+
+def _propose_resampling(grid: TimeGrid) -> list[Proposal]:
+    """Return the key that makes uneven times even."""
+    if grid.spread is None:
+        return []
+    low, high = grid.spread
+    reason = f"steps vary from {low * 1e3:.4g} to {high * 1e3:.4g} ms; the mean rate, rounded"
+    if f"{low:.4g}" == f"{high:.4g}":
+        reason = "the times start anew beside the grid behind a gap; the rate of the rest"
+    resample = {"rate": f"{mean_rate(grid.dt):.6g} Hz", "by": "spline"}
+    return [Proposal("resample", resample, reason)]
 
 
 def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
