@@ -329,11 +329,11 @@ def wav_columns(file: RecordFile) -> Channels:
         raise file.error("the WAV contains no samples")
     if size % each:
         raise _wav_error(file, "its last sample is incomplete")
-    reads = [
-        partial(_read_samples, file, start, form, number) for number in range(form.channels)
-    ]
-    samples = [partial(LazySamples, read, 0, size // each) for read in reads]
-    found = [Channel(ColumnLabel(), load, 1 / form.rate) for load in samples]
+    found = []
+    for number in range(form.channels):
+        read = partial(_read_samples, file, start, form, number)
+        load = partial(LazySamples, read, 0, size // each)
+        found.append(Channel(ColumnLabel(), load, 1 / form.rate))
     return make_channels(file, found, normalised=form.code == PCM)
 
 

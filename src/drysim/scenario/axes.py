@@ -28,12 +28,10 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from drysim.scenario.sampling import LazySequence, SampledValues, Uniform
+from drysim.scenario.sampling import Floats, LazySequence, SampledValues, Uniform
 from drysim.units import Block
 from drysim.wording import format_unit
 from drysim.yaml_document import KeyPath
-
-Floats = NDArray[np.float64]
 
 SWEEP_KEY = "sweep"
 """Key of the sweep block; the keys in it are dotted keys of the scenario."""
