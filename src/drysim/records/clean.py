@@ -402,30 +402,46 @@ def fill_gaps(
         sentence = f"used from {t[0]:.6g} s to {t[1]:.6g} s, between the gaps around the window"
         numbers = {"first": float(t[0]), "last": float(t[1])}
         reports.append(make_report("window", sentence, known, known[used], unit, numbers))
-    at, known, holes = at[used], known[used], holes[(first <= holes) & (holes < last)] - first
-    steps, missing = np.diff(at), np.rint(np.diff(at)[holes]).astype(int) - 1
+    at, known = at[used], known[used]
+    filled = known
+    if gaps is not None:
+        at, filled, report = _interpolate_gaps(at, known, gaps, (low, high), grid.dt, unit)
+        reports += [report] if report else []
+    inside = int(((low - tolerance <= at) & (at <= high + tolerance)).sum())
+    origin = grid.first + float(at[0]) * grid.dt
+    is_even = grid.spread is None and len(filled) == len(known)
+    grid = grid._replace(first=origin, at=None if is_even else at - at[0])
+    return FilledRecord(filled, grid, inside, tuple(reports))
+
+
+def _interpolate_gaps(
+    at: Floats, known: Floats, gaps: Gaps, window: tuple[float, float], dt: float, unit: str
+) -> tuple[Floats, Floats, CleaningReport | None]:
+    """Return positions [dt] and samples without gaps, and the report on those in the window.
+
+    `window` are the positions of its ends. The report is None if no gap is filled in it.
+    """
+    steps = np.diff(at)
+    holes = np.flatnonzero(steps > MIN_GAP_STEPS)
+    missing = np.rint(steps[holes]).astype(int) - 1
     behind = np.repeat(holes, missing)
     share = np.concatenate([[], *(np.arange(1, n + 1) / (n + 1) for n in missing.tolist())])
     new = at[behind] + share * steps[behind]
-    filled, low, high = known, low - tolerance, high + tolerance
-    is_new = (low <= new) & (new <= high)
-    if gaps is not None and len(new):
-        filled = np.insert(known, behind + 1, interpolate(at, known, new, gaps.fill))
-        at = np.insert(at, behind + 1, new)
-    if gaps is not None and is_new.any():
-        lengths = steps[np.unique(behind[is_new])]
-        longest, count = float(lengths.max()) * grid.dt, int(is_new.sum())
-        numbers = {"gaps": len(lengths), "samples": count, "longest": longest}
-        sentence = (
-            f"{format_count(len(lengths), 'gap')} ({format_count(count, 'sample')}) "
-            f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
-        )
-        reports.append(make_report("gaps", sentence, known, filled, unit, numbers))
-    inside = int(((low <= at) & (at <= high)).sum())
-    origin = grid.first + float(at[0]) * grid.dt
-    is_even = grid.spread is None and not len(new)
-    grid = grid._replace(first=origin, at=None if is_even else at - at[0])
-    return FilledRecord(filled, grid, inside, tuple(reports))
+    if not len(new):
+        return at, known, None
+    filled = np.insert(known, behind + 1, interpolate(at, known, new, gaps.fill))
+    everywhere = np.insert(at, behind + 1, new)
+    is_used = (window[0] - EDGE_TOLERANCE <= new) & (new <= window[1] + EDGE_TOLERANCE)
+    if not is_used.any():
+        return everywhere, filled, None
+    lengths = steps[np.unique(behind[is_used])]
+    longest, count = float(lengths.max()) * dt, int(is_used.sum())
+    numbers = {"gaps": len(lengths), "samples": count, "longest": longest}
+    sentence = (
+        f"{format_count(len(lengths), 'gap')} ({format_count(count, 'sample')}) "
+        f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
+    )
+    return everywhere, filled, make_report("gaps", sentence, known, filled, unit, numbers)
 
 
 def _is_off_grid(steps: Floats) -> NDArray[np.bool_]:
