@@ -522,40 +522,49 @@ def begin_segment(scene, state, length):
             mode = Mode(contact, d, end_stop, origin, poised, entry)
             equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
             motion = start_segment(equation, waves, xi, v_r)
-    left = min(length - s, ramp.left)
-    if mode.direction == AT_REST:
-        return ModeSegment(mode, x_0, motion, False, base, ramp, left)
-    # The acceleration, where it is known without cancellation.
-    a, creeps, known = motion.a, False, carried == carried
+    creeps = False
+    if mode.direction != AT_REST:
+        if law.k_t == 0.0 and waves.size == 0:
+            force = abs(equation.g + base.u_0) + equation.w * abs(xi)
+            creeps = abs(v_r) <= cancellation_speed(equation.c, equation.w) * force
+        motion = with_known_acceleration(scene, mode, motion, ramp, creeps, carried)
+    return ModeSegment(mode, x_0, motion, creeps, base, ramp, min(length - s, ramp.left))
+
+
+@merged
+def with_known_acceleration(scene, mode, motion, ramp, creeps, carried):
+    """Return a motion whose acceleration at the start is not the difference of large forces.
+
+    ====================================  ====================  ============================
+    motion                                acceleration          because
+    ====================================  ====================  ============================
+    away from a rigid stop, at first      0                     no force presses it there
+    slip after a break-away               d (F_fs - F_fk) N/m   F_L = -d F_fs N
+    creep                                 `carried`             the sum of forces cancels
+    on an elastic contact, after an       `carried`             its force is continuous
+    event that took no time
+    from rest, as an elastic contact      0, not outwards       else it would yield again by
+    has just ceased to yield                                    rounding
+    ====================================  ====================  ============================
+    """
+    plant, law, waves, _, _ = scene
+    v_r, a, known = motion.v_r, motion.a, carried == carried
     if mode.entry == LEAVING:
-        # The sum of forces is zero, and its rate leads away from the stop.
         a = 0.0
     if mode.poised != 0 and is_rigid_slip(law, mode):
-        # At a break-away F_L = ±F_fs N.
         limits = side_of(law, mode.contact)
         load = load_at(law, waves, ramp, 0.0)[0]
         a = mode.contact * (limits.F_fs - limits.F_fk) * load / plant.m
-    if law.k_t == 0.0:
-        c, w, g, r = equation
-        force = abs(g + base.u_0) + w * abs(xi)
-        creeps = waves.size == 0 and abs(v_r) <= cancellation_speed(c, w) * force
-        if creeps and known:
-            v_r, a = rescale(v_r, carried)
-            motion = Segment(equation, xi, v_r, a, r - c * a - w * v_r, motion.k)
-    elif known:
-        # The force of an elastic contact is continuous over events that take no time.
+    if creeps and known:
+        c, w, _, r = motion.equation
+        v_r, a = rescale(v_r, carried)
+        j = r - c * a - w * v_r
+        motion = Segment(motion.equation, motion.x_r, v_r, a, j, motion.k)
+    elif law.k_t > 0.0 and known:
         a = carried
-    elif v_r == 0.0 and mode.poised * a > 0.0 and ceases_to_yield(mode):
-        # It does not yield again by rounding of forces.
-        a = 0.0
-    motion = with_acceleration(motion, a)
-    return ModeSegment(mode, x_0, motion, creeps, base, ramp, left)
-
-
-@compiled
-def ceases_to_yield(mode):
-    """Return whether an elastic contact has just ceased to yield and is still at its limit."""
-    return mode.contact == HOLD and mode.poised != 0 and mode.entry != LEAVING
+    elif law.k_t > 0.0 and v_r == 0.0 and mode.contact == HOLD and mode.entry != LEAVING:
+        a = 0.0 if mode.poised * a > 0.0 else a
+    return with_acceleration(motion, a)
 
 
 # The first exit from a mode.
@@ -671,69 +680,119 @@ def enter_next_mode(scene, part, leave, state, segments, log):
     segments, log : Segments, EventLog
         Written: the events, and the velocity of an arrival at a stop.
     """
-    plant, law, waves, _, _ = scene
-    n, s, xi, v_r, a, x_0, mode, at, count = state
-    u = base_motion(waves, part.base.u_0, part.base.slope, leave.s)[0]
+    law, waves, base = scene.law, scene.waves, part.base
+    u_dd = base_motion(waves, base.u_0, base.slope, leave.s)[0]
     load, load_d = load_at(law, waves, part.ramp, leave.s)
-    load = max(load, 0.0)
-    x_r = origin_of(law, mode.origin) + xi
-    F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
+    now = Instant(base.t + leave.s, u_dd, max(load, 0.0))
+    if leave.kind == STOP_EXIT and state.mode.end_stop == APART:
+        rate = force_rate_bound(scene.plant, law, waves, base.slope, part.ramp)
+        state = arrive_at_stop(scene, now, rate, state, segments, log)
+    elif leave.kind == STOP_EXIT:
+        state = pass_stage(scene, now, leave.after, state, log)
+    elif leave.kind == TURN:
+        mode = state.mode
+        mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
+        state = with_mode(state, mode)
+    else:
+        return change_contact(scene, now, load_d, leave, state, log)
+    if state.v_r == 0.0 and state.mode.direction != AT_REST:
+        state = settle_at_rest(scene, now, state, log)
+    return state
+
+
+@compiled
+def with_mode(state, mode):
+    """Return a `MarchState` with another mode."""
+    n, s, xi, v_r, a, x_0, _, used, events = state
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+
+
+@compiled
+def static_force(scene, mode, xi, u_dd):
+    """Return x_r [m] and F_L [N], the force of a bumper at v_r = 0 included."""
+    x_r = origin_of(scene.law, mode.origin) + xi
+    return x_r, limit_force(scene.plant, x_r, u_dd) + bumper_force(scene.law, mode, xi, 0.0)
+
+
+@merged
+def arrive_at_stop(scene, now, rate, state, segments, log):
+    """Return the state after an arrival at a stop, from which xi is measured then.
+
+    `rate` bounds the rate of the force per mass [m/s³].
+    """
+    plant, law, _, _, _ = scene
+    n, s, xi, v_r, a, x_0, mode, used, events = state
+    contact, d = mode.contact, mode.direction
+    # Record the arrival with its velocity, which has the sign of the side even if zero.
+    arrival = xi, math.copysign(max(d * v_r, 0.0), d), x_0
+    used = record_segment(segments, used, (n, s), arrival, ARRIVAL)
+    x_r = origin_of(law, d)
+    F_L = limit_force(plant, x_r, now.u_dd)
+    if law.k_s[0] > 0.0:
+        events = record_event(log, events, n, s, d * CONTACT, x_r, F_L)
+        mode = mode_of(contact, d, d, d)
+    else:
+        events = record_event(log, events, n, s, -d * IMPACT, x_r, F_L)
+        if law.k_t > 0.0 and abs(contact) == 1:
+            f = contact_force(law, mode, x_r, x_0, now.load)
+            x_0, contact = x_r - f / law.k_t, HOLD
+        hit = ModeState(mode_of(contact, d, APART, d), 0.0, v_r, x_0)
+        v_r, mode = rebound(plant, law, hit, now, rate)
+    return MarchState(n, s, 0.0, v_r, a, x_0, mode, used, events)
+
+
+@merged
+def pass_stage(scene, now, after, state, log):
+    """Return the state after another stage of a bumper, or its end, is reached."""
+    n, s, xi, v_r, a, x_0, mode, used, events = state
+    x_r, F_L = static_force(scene, mode, xi, now.u_dd)
+    xi, mode, kind = pass_end_stop(mode, after, xi)
+    if kind != 0:
+        events = record_event(log, events, n, s, kind, x_r, F_L)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+
+
+@merged
+def settle_at_rest(scene, now, state, log):
+    """Return the state after v_r = 0: the mass stays at rest, or moves on."""
+    plant, law, _, _, _ = scene
+    n, s, xi, v_r, a, x_0, mode, used, events = state
+    if abs(mode.end_stop) > RELEASED:
+        touching = mode.end_stop - sign(mode.end_stop) * RELEASED
+        mode = mode_of(mode.contact, mode.direction, touching, mode.origin)
+    mode = mode_from_rest(plant, law, mode, x_0, xi, now.u_dd, now.load)
+    if law.k_t == 0.0 or mode.direction == AT_REST:
+        kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
+        x_r, F_L = static_force(scene, mode, xi, now.u_dd)
+        events = record_event(log, events, n, s, kind, x_r, F_L)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+
+
+@merged
+def change_contact(scene, now, load_d, leave, state, log):
+    """Return the state after the contact changes: it yields, holds, separates or closes."""
+    plant, law, _, _, _ = scene
+    n, s, xi, v_r, a, x_0, mode, used, events = state
     contact, d, end_stop, origin, _, _ = mode
-    if leave.kind == STOP_EXIT or leave.kind == TURN:
-        if leave.kind == TURN:
-            mode = mode_of(contact, d, end_stop, origin)
-        elif end_stop != APART:
-            xi, mode, kind = pass_end_stop(mode, leave.after, xi)
-            if kind != 0:
-                count = record_event(log, count, n, s, kind, x_r, F_L)
-        else:
-            # Record the arrival with its velocity, which has the sign of the side even if zero;
-            # then measure xi from the stop.
-            arrival = xi, math.copysign(max(d * v_r, 0.0), d), x_0
-            at = record_segment(segments, at, (n, s), arrival, ARRIVAL)
-            xi, x_r = 0.0, origin_of(law, d)
-            F_L = limit_force(plant, x_r, u)
-            rigid = law.k_s[0] == 0.0
-            kind = -d * IMPACT if rigid else d * CONTACT
-            count = record_event(log, count, n, s, kind, x_r, F_L)
-            if not rigid:
-                mode = mode_of(contact, d, d, d)
-            else:
-                if law.k_t > 0.0 and abs(contact) == 1:
-                    f = contact_force(law, mode, x_r, x_0, load)
-                    x_0, contact = x_r - f / law.k_t, HOLD
-                hit = ModeState(mode_of(contact, d, APART, d), xi, v_r, x_0)
-                rate = force_rate_bound(plant, law, waves, part.base.slope, part.ramp)
-                now = Instant(part.base.t + leave.s, u, load)
-                v_r, mode = rebound(plant, law, hit, now, rate)
-        if v_r == 0.0 and mode.direction != AT_REST:
-            if abs(mode.end_stop) > RELEASED:
-                touching = mode.end_stop - sign(mode.end_stop) * RELEASED
-                mode = mode_of(contact, d, touching, mode.origin)
-            mode = mode_from_rest(plant, law, mode, x_0, xi, u, load)
-            if law.k_t == 0.0 or mode.direction == AT_REST:
-                kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
-                x_r = origin_of(law, mode.origin) + xi
-                F_L = limit_force(plant, x_r, u) + bumper_force(law, mode, xi, 0.0)
-                count = record_event(log, count, n, s, kind, x_r, F_L)
-        return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+    x_r, F_L = static_force(scene, mode, xi, now.u_dd)
     if leave.kind == CONTACT_EXIT:
         if leave.after == HOLD:
-            x_0 = x_r - contact_force(law, mode, x_r, x_0, load) / law.k_t
+            x_0 = x_r - contact_force(law, mode, x_r, x_0, now.load) / law.k_t
         poised = contact if leave.after == HOLD else 0
         mode = Mode(leave.after, d, end_stop, origin, poised, REGULAR)
         kind = STICK if leave.after == HOLD else leave.after * SLIP
     elif leave.kind == BREAK_AWAY:
-        mode, kind = leave_rest(law, mode, leave.after, x_r - x_0, load)
+        mode, kind = leave_rest(law, mode, leave.after, x_r - x_0, now.load)
         if abs(kind) == SLIP:
-            F_L = -leave.after * side_of(law, leave.after).F_fs * load
+            F_L = -leave.after * side_of(law, leave.after).F_fs * now.load
     elif leave.kind == ZERO_LOAD:
         x_0 = x_r
-        mode, kind = pass_zero_load(plant, law, ModeState(mode, xi, v_r, x_0), u, load_d)
+        before = ModeState(mode, xi, v_r, x_0)
+        mode, kind = pass_zero_load(plant, law, before, now.u_dd, load_d)
     else:
         mode, kind = mode_of(contact, AT_REST, APART, origin), STICK
-    count = record_event(log, count, n, s, kind, x_r, F_L)
-    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+    events = record_event(log, events, n, s, kind, x_r, F_L)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
 
 
 # Whole samples at a time.
