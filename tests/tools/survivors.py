@@ -23,9 +23,10 @@ EXPLAINED = {
         "if stalled >= MAX_STALLED_EVENTS:",
     ): "a hundred events do as well",
     ("roots.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
-    ("roots.py", "return h - h * h * h * k / (6.0 * a - (6.0 * j + 3.0 * k * h) * h)"): (
-        "a part of fourth order, and the search ends where all of that order is nothing"
-    ),
+    (
+        "roots.py",
+        "return h - h * h * h * third / (6.0 * rate - (6.0 * curvature + 3.0 * third * h) * h)",
+    ): "a part of fourth order, and the search ends where all of that order is nothing",
     ("roots.py", "max_omega = 1.0"): "a step that is shorter than it might be is as safe",
     (
         "compile.py",

@@ -224,52 +224,51 @@ the safe step may be a millionth of it."""
 
 
 @compiled
-def safe_step(v, a, j, snap, growth, max_step):
-    """Return a step within which a velocity provably stays above zero.
+def safe_step(y, rate, curvature, bound, growth, max_step):
+    """Return a step within which a smooth function provably stays above zero.
 
     Parameters
     ----------
-    v, a, j : float
-        Velocity, at least 0, and its first two derivatives now.
-    snap, growth : float
-        Bound on the third derivative: at most snap + growth·h in magnitude at any time h from
+    y, rate, curvature : float
+        Value, at least 0, and first two derivatives now.
+    bound, growth : float
+        Bound on the third derivative: at most bound + growth·h in magnitude at any time h from
         now.
     max_step : float
         Longest step that is tried.
 
     Notes
     -----
-    v stays above the envelope P(h) = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. If j <= 0, P
-    is concave: the chord between a point with P > 0 and one with P <= 0 lies below P, and its
-    zero is a safe step. If j > 0, P stays above v + a h until the remainder exceeds j h²/2.
-
-    The function serves any observable; v, a, j stand for its value and derivatives.
+    y stays above the envelope P(h) = y + rate h + curvature h²/2 - bound h³/6 - growth h⁴/24.
+    If the curvature is not above zero, P is concave: the chord between a point with P > 0 and
+    one with P <= 0 lies below P, and its zero is a safe step. Else P stays above y + rate h
+    until the remainder exceeds curvature h²/2.
     """
-    third, twelfth = snap * (1.0 / 3.0), growth * (1.0 / 12.0)
-    if j > 0.0:
-        # Largest h up to which j h²/2 outweighs the remainder, so that P >= v + a h.
-        divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
-        safe = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
-        return safe if a >= 0.0 else min(safe, -v / a)
+    third, twelfth = bound * (1.0 / 3.0), growth * (1.0 / 12.0)
+    if curvature > 0.0:
+        # Largest h up to which curvature h²/2 outweighs the remainder, so that P >= y + rate h.
+        divisor = third + math.sqrt(third * third + 4.0 * twelfth * curvature)
+        safe = min(2.0 * curvature / divisor, max_step) if divisor > 0.0 else max_step
+        return safe if rate >= 0.0 else min(safe, -y / rate)
     # P is concave and below the quadratic, whose root bounds the step from above.
-    outer = min(parabola_root(v, a, -j), max_step)
-    low = lower_envelope(v, a, j, third, twelfth, outer)
+    outer = min(parabola_root(y, rate, -curvature), max_step)
+    low = lower_envelope(y, rate, curvature, third, twelfth, outer)
     if low > 0.0:
         return outer
     for _ in range(MAX_HALVINGS):
         inner = 0.5 * outer
-        high = lower_envelope(v, a, j, third, twelfth, inner)
+        high = lower_envelope(y, rate, curvature, third, twelfth, inner)
         if high > 0.0:
             return inner + (outer - inner) * high / (high - min(low, 0.0))
         outer, low = inner, high
     # The remainder up to `outer`, as a bound on the second derivative.
-    return min(outer, parabola_root(v, a, (third + twelfth * outer) * outer - j))
+    return min(outer, parabola_root(y, rate, (third + twelfth * outer) * outer - curvature))
 
 
 @inlined
-def lower_envelope(v, a, j, third, twelfth, h):
+def lower_envelope(y, rate, curvature, third, twelfth, h):
     """Return the envelope P of `safe_step` at h."""
-    return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
+    return y + h * (rate + 0.5 * h * (curvature - h * (third + twelfth * h)))
 
 
 SQUARE_UNDERFLOW = 1e-140
@@ -277,44 +276,48 @@ SQUARE_UNDERFLOW = 1e-140
 
 
 @inlined
-def parabola_root(v, a, curvature):
-    """Return the largest h up to which v + a h - curvature h²/2 stays at or above zero."""
-    square = a * a + 2.0 * curvature * v
+def parabola_root(y, rate, curvature):
+    """Return the largest h up to which y + rate h - curvature h²/2 stays at or above zero."""
+    square = rate * rate + 2.0 * curvature * y
     if square < 0.0:
         return NEVER
     root = math.sqrt(square)
-    if root < SQUARE_UNDERFLOW and v > 0.0 and curvature > 0.0:
-        root = math.hypot(a, math.sqrt(2.0 * curvature) * math.sqrt(v))
-    if a > 0.0:
-        return (a + root) / curvature if curvature > 0.0 else NEVER
-    if root > a:
-        return 2.0 * v / (root - a)
+    if root < SQUARE_UNDERFLOW and y > 0.0 and curvature > 0.0:
+        root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(y))
+    if rate > 0.0:
+        return (rate + root) / curvature if curvature > 0.0 else NEVER
+    if root > rate:
+        return 2.0 * y / (root - rate)
     return 0.0 if curvature > 0.0 else NEVER
 
 
 @inlined
-def is_monotone_to_zero(v, a, j, snap, growth):
-    """Return whether a velocity provably decreases to zero within 1.5 quadratic Taylor roots.
+def is_monotone_to_zero(y, rate, curvature, bound, growth):
+    """Return whether a function provably decreases to zero within 1.5 quadratic Taylor roots.
 
-    Parameters as in `safe_step`; the velocity may be below zero, which returns False.
+    Parameters as in `safe_step`; the value may be below zero, which returns False.
     """
-    if not a < 0.0 < v:
+    if not rate < 0.0 < y:
         return False
-    far = 1.5 * parabola_root(v, a, -j)
-    return -a >= MONOTONE_FACTOR * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
+    far = 1.5 * parabola_root(y, rate, -curvature)
+    rise = max(curvature, 0.0) + (0.5 * bound + growth * far / 6.0) * far
+    return -rate >= MONOTONE_FACTOR * rise * far
 
 
 @inlined
-def cubic_taylor_root(v, a, j, k):
-    """Return the root of v + a h + j h²/2 + k h³/6: one Newton step from the quadratic root."""
-    h = parabola_root(v, a, -j)
-    return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
+def cubic_taylor_root(y, rate, curvature, third):
+    """Return the root of y + rate h + curvature h²/2 + third h³/6.
+
+    It is one Newton step from that of the quadratic part.
+    """
+    h = parabola_root(y, rate, -curvature)
+    return h - h * h * h * third / (6.0 * rate + (6.0 * curvature + 3.0 * third * h) * h)
 
 
 @inlined
-def has_converged(h, a, fourth, s):
+def has_converged(h, rate, fourth, s):
     """Return whether the error of the cubic, at most fourth·h⁴/24, is below rounding."""
-    return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
+    return fourth * h * h * h * h <= -24.0 * rate * RESOLUTION * s or h == 0.0
 
 
 # Any linear observable under waves.
