@@ -88,6 +88,7 @@ from drysim.core.modes import (
     leave_rest,
     load_at,
     mode_equation,
+    mode_forces,
     mode_from_rest,
     mode_of,
     next_end_stop_transition,
@@ -710,8 +711,9 @@ def with_mode(state, mode):
 @compiled
 def static_force(scene, mode, xi, u_dd):
     """Return x_r [m] and F_L [N], the force of a bumper at v_r = 0 included."""
-    x_r = origin_of(scene.law, mode.origin) + xi
-    return x_r, limit_force(scene.plant, x_r, u_dd) + bumper_force(scene.law, mode, xi, 0.0)
+    plant, law, _, _, _ = scene
+    x_r, forces = origin_of(law, mode.origin) + xi, mode_forces(plant, law, mode, 0.0)
+    return x_r, limit_force(plant, x_r, u_dd) + bumper_force(forces, xi, 0.0)
 
 
 @merged
@@ -734,7 +736,7 @@ def arrive_at_stop(scene, now, rate, state, segments, log):
     else:
         events = record_event(log, events, n, s, -d * IMPACT, x_r, F_L)
         if law.k_t > 0.0 and abs(contact) == 1:
-            f = contact_force(law, mode, x_r, x_0, now.load)
+            f = contact_force(mode_forces(plant, law, mode, x_0), x_r, now.load)
             x_0, contact = x_r - f / law.k_t, HOLD
         hit = ModeState(mode_of(contact, d, APART, d), 0.0, v_r, x_0)
         v_r, mode = rebound(plant, law, hit, now, rate)
@@ -777,7 +779,8 @@ def change_contact(scene, now, load_d, leave, state, log):
     x_r, F_L = static_force(scene, mode, xi, now.u_dd)
     if leave.kind == CONTACT_EXIT:
         if leave.after == HOLD:
-            x_0 = x_r - contact_force(law, mode, x_r, x_0, now.load) / law.k_t
+            f = contact_force(mode_forces(plant, law, mode, x_0), x_r, now.load)
+            x_0 = x_r - f / law.k_t
         poised = contact if leave.after == HOLD else 0
         mode = Mode(leave.after, d, end_stop, origin, poised, REGULAR)
         kind = STICK if leave.after == HOLD else leave.after * SLIP

@@ -277,23 +277,16 @@ def mode_equation(plant, law, waves, mode, x_0, base):
     base : SegmentBase
     """
     t, u_0, slope = base
-    m = plant.m
-    effective, x_origin = effective_plant(plant, law, mode), origin_of(law, mode.origin)
+    forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
+    m, k_x, b = forces.plant
     d = mode.contact if abs(mode.contact) == 1 else 0
-    limits, ramp = coulomb_limits(law, d), load_ramp_at(law, t)
-    g, r = -u_0, -slope
-    if d != 0:
-        f = d * limits.F_fk / m
-        g -= f * ramp.load
-        r -= f * ramp.rate
-    elif mode.contact == HOLD:
-        g -= law.k_t * (x_origin - x_0) / m
-    if x_origin != 0.0:
-        g -= plant.k_x / m * x_origin
-    if touches_bumper(law, mode):
-        g += sign(mode.end_stop) * bumper_line(law, abs(mode.end_stop))[1] / m
+    ramp, f = load_ramp_at(law, t), forces.F / m
+    g = -u_0 - f * ramp.load - forces.k_t * (x_origin - x_0) / m
+    g += forces.offset / m - k_x / m * x_origin
+    r = -slope - f * ramp.rate
+    effective = Plant(m, k_x + forces.k_t + forces.k_s, b + forces.b_s)
     w = effective.k_x / m
-    set_phases(waves, effective, limits, t, d)
+    set_phases(waves, effective, coulomb_limits(law, d), t, d)
     if law.k_t > 0.0:
         for i in range(waves.size):
             at = WAVE_COLUMNS * i
@@ -305,32 +298,47 @@ def mode_equation(plant, law, waves, mode, x_0, base):
     return Equation(effective.b / m, w, g, r), ramp
 
 
-@compiled
-def effective_plant(plant, law, mode):
-    """Return the oscillator of a mode: contact and bumper add to spring and damper."""
-    k, b = plant.k_x, side_of(law, mode.direction).b
-    if mode.contact == HOLD:
-        k += law.k_t
-    if touches_bumper(law, mode):
-        k += bumper_line(law, abs(mode.end_stop))[0]
-        b += law.b_s
-    return Plant(plant.m, k, b)
+class Forces(NamedTuple):
+    """Forces on the mass in a mode, linear in its motion.
+
+    The friction force is k_t (x_r - x_0) + F N, with N the relative normal force, and the force
+    of a stop k_s xi - offset + b_s v_r.
+
+    Attributes
+    ----------
+    plant : Plant
+        Oscillator, with the damper of this direction of motion.
+    k_t, x_0, F : float
+        Stiffness of a contact that holds [N/m], displacement at which it carries no force [m],
+        and friction force of a contact that slides [N].
+    k_s, offset, b_s : float
+        Stiffness [N/m], offset [N] and damping [N·s/m] of a bumper in contact.
+    reference : float
+        Friction force by which the work done on the contact is divided [N].
+    """
+
+    plant: Any
+    k_t: float
+    x_0: float
+    F: float
+    k_s: float
+    offset: float
+    b_s: float
+    reference: float
 
 
 @compiled
-def contact_force(law, mode, x_r, x_0, load):
-    """Return the force of a contact that is not stuck [N]; `load` is the normal force [-]."""
-    if mode.contact == HOLD:
-        return law.k_t * (x_r - x_0)
-    if mode.contact == FREE:
-        return 0.0
-    return mode.contact * side_of(law, mode.contact).F_fk * load
-
-
-@compiled
-def touches_bumper(law, mode):
-    """Return whether a bumper exerts a force."""
-    return 0 < abs(mode.end_stop) <= RELEASED and law.k_s[0] > 0.0
+def mode_forces(plant, law, mode, x_0):
+    """Return the `Forces` of a mode; `x_0` is x_r where a contact carries no force [m]."""
+    damped = Plant(plant.m, plant.k_x, side_of(law, mode.direction).b)
+    k_t = law.k_t if mode.contact == HOLD else 0.0
+    F = mode.contact * side_of(law, mode.contact).F_fk if abs(mode.contact) == 1 else 0.0
+    k_s, offset, b_s = 0.0, 0.0, 0.0
+    if 0 < abs(mode.end_stop) <= RELEASED and law.k_s[0] > 0.0:
+        k_s, offset = bumper_line(law, abs(mode.end_stop))
+        offset, b_s = sign(mode.end_stop) * offset, law.b_s
+    reference = max(law.up.F_fk, law.down.F_fk)
+    return Forces(damped, k_t, x_0, F, k_s, offset, b_s, reference)
 
 
 @compiled
@@ -345,7 +353,13 @@ def bumper_line(law, stage):
 
 
 @compiled
-def bumper_force(law, mode, xi, v_r):
+def contact_force(forces, x_r, load):
+    """Return the force of a contact that is not stuck [N]; `load` is the normal force [-]."""
+    return forces.k_t * (x_r - forces.x_0) + forces.F * load
+
+
+@compiled
+def bumper_force(forces, xi, v_r):
     """Return the force of a bumper on the mass [N], positive at the positive stop.
 
     Notes
@@ -354,10 +368,7 @@ def bumper_force(law, mode, xi, v_r):
     times the velocity; it cannot pull. Where the mass moves away faster than the bumper
     relaxes, contact is lost beyond the limit, and found again if the mass slows down there.
     """
-    if not touches_bumper(law, mode):
-        return 0.0
-    stiffness, offset = bumper_line(law, abs(mode.end_stop))
-    return stiffness * xi - sign(mode.end_stop) * offset + law.b_s * v_r
+    return forces.k_s * xi - forces.offset + forces.b_s * v_r
 
 
 @compiled
@@ -375,9 +386,10 @@ def friction_and_stop_forces(plant, law, state, u_dd, load):
     """
     mode, xi, v_r, x_0 = state
     x_r = origin_of(law, mode.origin) + xi
-    stop = bumper_force(law, mode, xi, v_r)
+    forces = mode_forces(plant, law, mode, x_0)
+    stop = bumper_force(forces, xi, v_r)
     sticks = mode.direction == AT_REST and mode.contact == HOLD and law.k_t == 0.0
-    friction = 0.0 if sticks else contact_force(law, mode, x_r, x_0, load)
+    friction = 0.0 if sticks else contact_force(forces, x_r, load)
     if mode.direction != AT_REST:
         return friction, stop
     F_L = limit_force(plant, x_r, u_dd) + stop
@@ -472,10 +484,11 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
     unless it rests against a rigid stop, which carries any force towards it.
     """
     x_r = origin_of(law, mode.origin) + xi
-    pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
+    forces = mode_forces(plant, law, mode, x_0)
+    pull = plant.k_x * x_r + bumper_force(forces, xi, 0.0)
     sticks = law.k_t == 0.0 and mode.contact != FREE
     if not sticks:
-        pull += contact_force(law, mode, x_r, x_0, load)
+        pull += contact_force(forces, x_r, load)
     F_L = plant.m * u_dd + pull
     hold, wall = 0.0, wall_side(law, mode, xi)
     if sticks:
@@ -702,12 +715,13 @@ def rest_exit_time(plant, law, waves, state, base, ramp, left):
     mode, xi, _, x_0 = state
     _, u_0, slope = base
     x_r = origin_of(law, mode.origin) + xi
-    pull = plant.k_x * x_r + bumper_force(law, mode, xi, 0.0)
+    forces = mode_forces(plant, law, mode, x_0)
+    pull = plant.k_x * x_r + bumper_force(forces, xi, 0.0)
     wall = wall_side(law, mode, xi)
     hold_up, hold_down = law.up.F_fs, law.down.F_fs
     if law.k_t > 0.0 or mode.contact == FREE:
         hold_up = hold_down = 0.0
-        pull += contact_force(law, mode, x_r, x_0, 0.0)
+        pull += contact_force(forces, x_r, 0.0)
     elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
         # F_L stays 0, and no limit is exceeded even where it vanishes.
         return NEVER, 0
@@ -818,7 +832,7 @@ def return_accelerations(plant, law, mode, x_0, u_dd, load):
     F_L = limit_force(plant, x_r, u_dd)
     away, back = side_of(law, -side).F_fk * load, side_of(law, side).F_fk * load
     if law.k_t > 0.0 or mode.contact == FREE:
-        F_L += contact_force(law, mode, x_r, x_0, load)
+        F_L += contact_force(mode_forces(plant, law, mode, x_0), x_r, load)
         away = back = 0.0
     return (-side * F_L + away) / plant.m, (-side * F_L - back) / plant.m
 

@@ -50,28 +50,26 @@ from drysim.core.forcing import (
     set_phases,
     slip_equation,
 )
-from drysim.core.model import FOUR_NODES, FOUR_WEIGHTS, Plant
+from drysim.core.model import FOUR_NODES, FOUR_WEIGHTS
 from drysim.core.modes import (
     APART,
     ARRIVAL,
     AT_REST,
     CHATTERING,
-    HOLD,
+    Forces,
     LoadRamp,
     ModeState,
     SegmentBase,
-    bumper_line,
     chatter_mean_square,
     decode_mode,
     friction_and_stop_forces,
     is_rigid_slip,
     load_at,
     mode_equation,
+    mode_forces,
     mode_of,
     origin_of,
     return_accelerations,
-    side_of,
-    touches_bumper,
 )
 from drysim.core.oscillator import (
     flow,
@@ -149,35 +147,6 @@ class ResumedSegment(NamedTuple):
     slope: float
 
 
-class Forces(NamedTuple):
-    """Forces on the mass in a mode, linear in its motion.
-
-    The friction force is k_t (x_r - x_0) + F N, with N the relative normal force, and the force
-    of a stop k_s xi - offset + b_s v_r.
-
-    Attributes
-    ----------
-    plant : Plant
-        Oscillator, with the damper of this direction of motion.
-    k_t, x_0, F : float
-        Stiffness of a contact that holds [N/m], displacement at which it carries no force [m],
-        and friction force of a contact that slides [N].
-    k_s, offset, b_s : float
-        Stiffness [N/m], offset [N] and damping [N·s/m] of a bumper in contact.
-    reference : float
-        Friction force by which the work done on the contact is divided [N].
-    """
-
-    plant: Any
-    k_t: float
-    x_0: float
-    F: float
-    k_s: float
-    offset: float
-    b_s: float
-    reference: float
-
-
 @inlined
 def segment_base(u_dd, dt, segments, i):
     """Return the `SegmentBase` of segment i."""
@@ -231,20 +200,6 @@ def resume_segment(solution, i):
     forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
     xi, v_r = segments.x_r[i], segments.v_r[i]
     return ResumedSegment(mode, equation, ramp, forces, x_origin, xi, v_r, base.u_0, base.slope)
-
-
-@compiled
-def mode_forces(plant, law, mode, x_0):
-    """Return the `Forces` of a mode; `x_0` is x_r where a contact carries no force [m]."""
-    damped = Plant(plant.m, plant.k_x, side_of(law, mode.direction).b)
-    k_t = law.k_t if mode.contact == HOLD else 0.0
-    F = mode.contact * side_of(law, mode.contact).F_fk if abs(mode.contact) == 1 else 0.0
-    k_s, offset, b_s = 0.0, 0.0, 0.0
-    if touches_bumper(law, mode):
-        k_s, offset = bumper_line(law, abs(mode.end_stop))
-        offset, b_s = sign(mode.end_stop) * offset, law.b_s
-    reference = max(law.up.F_fk, law.down.F_fk)
-    return Forces(damped, k_t, x_0, F, k_s, offset, b_s, reference)
 
 
 @compiled
@@ -908,14 +863,14 @@ extremum."""
 @compiled
 def peak_bumper_force(solution, begin, end):
     """Return the greatest force of a bumper between `begin` and `end` [N]."""
-    (_, law, waves, _, dt), segments = solution
+    (_, _, waves, _, dt), segments = solution
     greatest = 0.0
     for i in range(len(segments.n)):
         s, hi = segment_window(segments, dt, i, begin, end)
         if hi < s or segments.d[i] == ARRIVAL:
             continue
         part = resume_segment(solution, i)
-        if not touches_bumper(law, part.mode):
+        if part.forces.k_s == 0.0:
             continue
         force, rate = bumper_force_and_rate(waves, part, s)
         greatest = max(greatest, force)

@@ -119,8 +119,7 @@ def coulomb_rows(
 
 def piecewise_rows(trajectory: Any) -> Iterator[tuple[int, Floats, Rows]]:
     """Yield the segments of an elastic contact or of a motion between end stops."""
-    from drysim.core.modes import ARRIVAL, AT_REST, CHATTERING, decode_mode
-    from drysim.core.trajectory import mode_forces
+    from drysim.core.modes import ARRIVAL, AT_REST, CHATTERING, decode_mode, mode_forces
 
     (n, s, xi, v_r, x_0, codes), law = trajectory.segments, trajectory.solution.scene.law
     origin, k, b, force = np.zeros((4, len(n)))
