@@ -460,3 +460,15 @@ def test_mass_that_the_base_moves_slowly_at_first_goes_where_it_is_pushed(law, s
     )
     assert np.abs(found.at(t).x_r - near.at(t).x_r).max() < 1e-7
     assert np.abs(found.path.x_r).max() == pytest.approx(np.abs(near.path.x_r).max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_friction_in_one_direction_only_is_friction(side):
+    one_way = (0.0, 0.0), (40.0, 48.0)
+    up, down = one_way[::-1] if side > 0.0 else one_way
+    law, motion = PiecewiseLaw(*up, compression=down), Sines((side * 1.5,), (1.6,), (0.0,))
+    response = StickSlip().solve(PAPER, law, motion, REST, 2.5e-3, 5.0)
+    assert len(response.events) > 10
+    assert response.numerics.approach == "stick-slip"
+    assert response.trajectory.closest_decision < 1.0
+    assert (response.d == 0).any() == (response.trajectory.totals(0.0, 5.0).stuck > 0.0)

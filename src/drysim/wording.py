@@ -23,6 +23,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     StrokeLimits,
+    has_friction,
 )
 
 SIGNIFICANT_DIGITS = 4
@@ -481,7 +482,7 @@ def describe_friction(
     ratios : mapping, optional
         As in `describe_oscillator`.
     """
-    if law.F_fs == 0 and kinetic and static:
+    if not has_friction(law) and kinetic and static:
         return "no dry friction"
     limit = static and (not terms or law.F_fs > law.F_fk)
     F_fk, F_fs = law.compression or (law.F_fk, law.F_fs)

@@ -35,6 +35,7 @@ from drysim.core.model import (
     Samples,
     Sines,
     Totals,
+    has_friction,
 )
 
 NOT_REACHED = "the end stops are never reached"
@@ -89,11 +90,13 @@ def response_on_grid(trajectory: Trajectory, step: float) -> Response:
         numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
         return replace(response, law=law, numerics=numerics, trajectory=trajectory)
     response = solver_module(law).response_on_grid(trajectory, step)
-    return response if law.F_fs > 0.0 or law.stops is not None else without_friction(response)
+    if has_friction(law) or law.stops is not None:
+        return response
+    return without_friction(response)
 
 
 def without_friction(response: Response) -> Response:
-    """Return the response of a scene with F_fs = 0, where turning points are no events."""
+    """Return the response of a scene without friction, where turning points are no events."""
     events, grid = response.events, response.grid
     begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
     why = "no dry friction: closed form in each step"

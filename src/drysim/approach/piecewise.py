@@ -71,6 +71,7 @@ from drysim.core.model import (
     Sines,
     State,
     Totals,
+    has_friction,
     limit_force,
 )
 from drysim.core.modes import (
@@ -119,7 +120,7 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     points = count_grid_points(trajectory.end, dt)
     part = partial(points_of_trajectory, trajectory, dt)
     approach = "stick-slip"
-    if law.stops is not None and law.F_fs == 0.0:
+    if law.stops is not None and not has_friction(law):
         # As without stops, turning points are no events here; rest at a stop is one.
         kind, at_stop = np.abs(events.kind), law.stops.limits.side(events.x_r) != 0
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
@@ -358,12 +359,12 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
 
 def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
     """Return the smallest relative margin of a decision between stick and slip [-]."""
-    if law.is_elastic or law.F_fs == 0.0:
+    if law.is_elastic or not has_friction(law):
         return math.inf
-    F_fs, F_L = law.F_fs * law.load(events.t), np.abs(events.F_L)
-    if law.compression is not None:
-        # F_L above zero pushes the mass towards v_r < 0.
-        F_fs[events.F_L > 0.0] *= law.compression[1] / law.F_fs
+    # F_L above zero pushes the mass towards v_r < 0.
+    limit = law.F_fs if law.compression is None else law.compression[1]
+    F_fs = np.where(events.F_L > 0.0, limit, law.F_fs) * law.load(events.t)
+    F_L = np.abs(events.F_L)
     decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
     decided[0] &= law.stops is not None
     if law.stops is not None and law.stops.rigid:

@@ -54,6 +54,7 @@ from drysim.core.model import (
     Plant,
     Sines,
     State,
+    has_friction,
 )
 from drysim.errors import SolverError
 
@@ -430,7 +431,7 @@ def event_counts(law: AnyLaw, trajectory: Any) -> tuple[int, ...]:
     """
     kinds = event_kinds(trajectory)
     stops = reversals = 0
-    if law.F_fs > 0.0 and not (isinstance(law, DynamicLaw) and not law.can_stick):
+    if has_friction(law) and not (isinstance(law, DynamicLaw) and not law.can_stick):
         stops = int((kinds == STICK).sum())
         reversals = 0 if law.is_elastic else int((kinds == REVERSAL).sum())
     return stops, reversals, int(np.isin(kinds, (CONTACT, IMPACT)).sum())

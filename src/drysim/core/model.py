@@ -363,6 +363,11 @@ AnyLaw = CoulombLaw | DynamicLaw | PiecewiseLaw
 """Any friction law, with or without end stops."""
 
 
+def has_friction(law: AnyLaw) -> bool:
+    """Return whether there is dry friction, in one direction at least."""
+    return law.F_fs > 0.0 or (law.compression is not None and law.compression[1] > 0.0)
+
+
 # State of a motion and its integrals.
 
 

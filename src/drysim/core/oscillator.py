@@ -430,8 +430,8 @@ def chebyshev_stop(q, h):
 
 FINE_STEP = 3.0
 """Largest characteristic rate times dt of a fine step. Extrema of v_r are at least π apart in
-these units, so that a fine step holds at most one; and what decays within it keeps a
-twentieth, far above rounding."""
+these units, so that a fine step holds at most one; and what decays within it keeps more than
+a thousandth, far above rounding."""
 
 CANCELLATION_SHARE = 1e-6
 """Share of the force balance below which the affine map has lost the digits of v_r, which is

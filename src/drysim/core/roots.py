@@ -358,7 +358,7 @@ class Derivatives(NamedTuple):
 
 @compiled
 def first_stop(segment, waves, law, d, h):
-    """Return the first time in (0, h] at which v_r is zero, or infinity, and x_r there.
+    """Return the first time up to h at which v_r is zero, or infinity, and x_r there.
 
     `d` is the direction of motion; 0 for a mass that does not move. Other parameters as in
     `first_root`.
@@ -377,7 +377,7 @@ def first_stop(segment, waves, law, d, h):
 
 @compiled
 def first_root(segment, waves, law, observable, zeros, h):
-    """Return the first time in [0, h] at which an observable is zero, and the state.
+    """Return the first time before h at which an observable is zero, and the state.
 
     Parameters
     ----------

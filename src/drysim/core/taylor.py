@@ -838,7 +838,7 @@ def curve_valid_length(law, series, n, d, h, slow):
     """Return the length [s], at most h, over which a series represents the Stribeck curve.
 
     Far above v_s the rise of the curve is beyond the last term, so a series ends where the
-    speed falls to the rise. A series of a creeping mass ends at the speed `slow` [m/s].
+    speed falls to the rise. A series of a creeping mass ends at twice the speed `slow` [m/s].
     """
     if law.F_fs == law.F_fk:
         return h

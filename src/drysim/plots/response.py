@@ -19,7 +19,14 @@ import numpy as np
 
 from drysim import wording
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import AnyLaw, DynamicLaw, PiecewiseLaw, StrokeLimits, acceleration_at
+from drysim.core.model import (
+    AnyLaw,
+    DynamicLaw,
+    PiecewiseLaw,
+    StrokeLimits,
+    acceleration_at,
+    has_friction,
+)
 from drysim.plots import style
 from drysim.plots.style import Style
 from drysim.study.outcome import Outcome
@@ -94,7 +101,7 @@ def _draw_interval(
     if begin < _settling_time(outcome) < end:
         mark_settling_end(above, below, _settling_time(outcome))
     shown = closed_curve(shown, motion)
-    if motion.law.F_fs == 0 or not np.ptp(shown.v_r):
+    if not has_friction(motion.law) or not np.ptp(shown.v_r):
         draw_loop(figure.add_subplot(grid[-2:, 1]), shown, motion, unit)
         return
     draw_loop(figure.add_subplot(grid[-2, 1]), shown, motion, unit)
@@ -342,7 +349,7 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")
-    if motion.law.F_fs == 0:
+    if not has_friction(motion.law):
         axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
         damping = motion.law.damping
         b = motion.plant.b if damping is None else np.where(shown.v_r > 0.0, *damping)
@@ -592,7 +599,7 @@ def zoom_slice(response: Response, begin: float) -> slice:
 def stuck_intervals(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
     """Return begin and length [s] of every stick phase in an interval."""
     never_sticks = isinstance(response.law, DynamicLaw) and not response.law.can_stick
-    if response.law.F_fs == 0 or never_sticks:
+    if not has_friction(response.law) or never_sticks:
         return []
     events = response.events
     until = np.append(events.t[1:], time_bounds(response, slice(None))[1])

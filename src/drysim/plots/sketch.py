@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drysim import wording
+from drysim.core.model import has_friction
 from drysim.plots.style import Style
 from drysim.wording import format_number
 
@@ -107,7 +108,7 @@ def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[Part]
         yield Part("spring", _label("$k_x$", "stiffness", scenario, varied))
     if plant.b > 0 or law.damping or _names(("damping", "damping_ratio"), varied):
         yield Part("damper", _label("$b$", "damping", scenario, varied))
-    if law.F_fs > 0 or any(key.startswith("friction.") for key in varied):
+    if has_friction(law) or any(key.startswith("friction.") for key in varied):
         name = "elastic contact" if law.is_elastic else "contact"
         yield Part(name, _friction_label(law, varied))
     if law.stops is not None:

@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 
 import drysim
 from drysim.approach.stick_slip import ExactApproach
-from drysim.core.model import CoulombLaw, Sines
+from drysim.core.model import CoulombLaw, Sines, has_friction
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.excitation.random import RandomMotion
@@ -198,7 +198,7 @@ def is_random(scenario: Scenario) -> bool:
 def require_rates(scenario: Scenario) -> None:
     """Raise ScenarioError where the break-aways of a random motion cannot be counted."""
     law = scenario.law()
-    if law.F_fs == 0.0 and scenario.active_friction is None:
+    if not has_friction(law) and scenario.active_friction is None:
         sentence = (
             "under random base motion a map shows how often friction breaks away; state it"
         )
