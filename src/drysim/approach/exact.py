@@ -89,7 +89,7 @@ def response_on_grid(trajectory: Trajectory, step: float) -> Response:
         response = response_on_grid(trajectory.unstopped, step)
         numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
         return replace(response, law=law, numerics=numerics, trajectory=trajectory)
-    response = solver_module(law).response_on_grid(trajectory, step)
+    response: Response = solver_module(law).response_on_grid(trajectory, step)
     if has_friction(law) or law.stops is not None:
         return response
     return without_friction(response)
