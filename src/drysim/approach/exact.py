@@ -86,10 +86,10 @@ def response_on_grid(trajectory: Trajectory, step: float) -> Response:
     """Return the response of a solution on a grid; samples have their own step."""
     law = trajectory.law
     if isinstance(trajectory, UnreachedStopsTrajectory):
-        response = response_on_grid(trajectory.unstopped, step)
+        response: Response = response_on_grid(trajectory.unstopped, step)
         numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
         return replace(response, law=law, numerics=numerics, trajectory=trajectory)
-    response: Response = solver_module(law).response_on_grid(trajectory, step)
+    response = solver_module(law).response_on_grid(trajectory, step)
     if has_friction(law) or law.stops is not None:
         return response
     return without_friction(response)
