@@ -71,7 +71,6 @@ from drysim.core.modes import (
     HOLD,
     LEAVING,
     REGULAR,
-    RELEASED,
     Hold,
     Instant,
     Mode,
@@ -100,6 +99,7 @@ from drysim.core.modes import (
     return_accelerations,
     separation_time,
     side_of,
+    stop_stage,
 )
 from drysim.core.oscillator import (
     FINE_STEP,
@@ -618,7 +618,11 @@ def exit_from_rest(scene, part, lift):
 
 @merged
 def exit_from_motion(scene, part, lift):
-    """Return the first exit of a moving mass; the normal force is zero at time `lift` [s]."""
+    """Return the first exit of a moving mass; the normal force is zero at time `lift` [s].
+
+    Of exits at the same time a change of the contact comes first, then one at a stop, then a
+    zero of v_r, which an exit at a stop includes, and a zero of the normal force last.
+    """
     _, law, waves, _, _ = scene
     mode, x_0, motion, creeps, _, ramp, left = part
     equation, xi, v_r, a, j, _ = motion
@@ -759,9 +763,9 @@ def settle_at_rest(scene, now, state, log):
     """Return the state after v_r = 0: the mass stays at rest, or moves on."""
     plant, law, _, _, _ = scene
     n, s, xi, v_r, a, x_0, mode, used, events = state
-    if abs(mode.end_stop) > RELEASED:
-        touching = mode.end_stop - sign(mode.end_stop) * RELEASED
-        mode = mode_of(mode.contact, mode.direction, touching, mode.origin)
+    side, stage, released = stop_stage(mode.end_stop)
+    if released:
+        mode = mode_of(mode.contact, mode.direction, side * stage, mode.origin)
     mode = mode_from_rest(plant, law, mode, x_0, xi, now.u_dd, now.load)
     if law.k_t == 0.0 or mode.direction == AT_REST:
         kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction

@@ -223,6 +223,14 @@ def mode_of(contact, direction, end_stop, origin):
 
 
 @compiled
+def stop_stage(end_stop):
+    """Return side, stage and whether the mass is released from it, of `Mode.end_stop`."""
+    side, stage = sign(end_stop), abs(end_stop)
+    released = stage > RELEASED
+    return side, stage - RELEASED if released else stage, released
+
+
+@compiled
 def side_of(law, d):
     """Return the constants of a direction of motion, or of a side."""
     return law.up if d > 0 else law.down
@@ -334,9 +342,10 @@ def mode_forces(plant, law, mode, x_0):
     k_t = law.k_t if mode.contact == HOLD else 0.0
     F = mode.contact * side_of(law, mode.contact).F_fk if abs(mode.contact) == 1 else 0.0
     k_s, offset, b_s = 0.0, 0.0, 0.0
-    if 0 < abs(mode.end_stop) <= RELEASED and law.k_s[0] > 0.0:
-        k_s, offset = bumper_line(law, abs(mode.end_stop))
-        offset, b_s = sign(mode.end_stop) * offset, law.b_s
+    side, stage, released = stop_stage(mode.end_stop)
+    if stage > 0 and not released and law.k_s[0] > 0.0:
+        k_s, offset = bumper_line(law, stage)
+        offset, b_s = side * offset, law.b_s
     reference = max(law.up.F_fk, law.down.F_fk)
     return Forces(damped, k_t, x_0, F, k_s, offset, b_s, reference)
 
@@ -656,9 +665,7 @@ def bumper_zero_time(segment, waves, law, mode, side, h):
     h : float
         Length of the segment [s].
     """
-    own, stage = sign(mode.end_stop), abs(mode.end_stop)
-    if stage > RELEASED:
-        stage -= RELEASED
+    own, stage, _ = stop_stage(mode.end_stop)
     stiffness, offset = bumper_line(law, stage)
     at_zero = mode.entry == BUMPER_AT_ZERO
     constant = -side * own * offset
@@ -684,15 +691,13 @@ def next_end_stop_transition(segment, waves, law, mode, until):
         if distance == NEVER:
             return NEVER, APART
         return arrival_time(segment, waves, d, distance, until), d
-    side, stage = sign(mode.end_stop), abs(mode.end_stop)
+    side, stage, released = stop_stage(mode.end_stop)
     if side == d:
-        begin = law.begins[stage] if stage < MAX_STAGES else NEVER
+        begin = law.begins[stage] if stage < MAX_STAGES and not released else NEVER
         if begin == NEVER:
             return NEVER, mode.end_stop
         return arrival_time(segment, waves, d, begin, until), side * (stage + 1)
     # A released bumper is ahead of a mass that moves outwards, so this one moves inwards.
-    released = stage > RELEASED
-    stage -= RELEASED if released else 0
     force, passed = NEVER, NEVER
     if released or law.b_s > 0.0:
         lost = -side if released else side
@@ -752,8 +757,10 @@ def leave_rest(law, mode, d, stretch, load):
 def pass_end_stop(mode, after, xi):
     """Return xi and mode after a change of the state at a bumper, and the event kind or 0."""
     d, kind = mode.direction, 0
-    touched, touches = 0 < abs(mode.end_stop) <= RELEASED, 0 < abs(after) <= RELEASED
-    if abs(after) > RELEASED and d * xi >= 0.0:
+    _, stage, released = stop_stage(mode.end_stop)
+    _, next_stage, releases = stop_stage(after)
+    touched, touches = stage > 0 and not released, next_stage > 0 and not releases
+    if releases and d * xi >= 0.0:
         after = APART
     if touched and not touches:
         kind = d * RELEASE
