@@ -8,8 +8,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from drysim.plots import style
-from drysim.plots.style import PEAK_STROKE, T_A, PlottedMetric, Style, stroke_metric
-from drysim.plots.sweep import axis_label, set_ticks
+from drysim.plots.style import (
+    PEAK_STROKE,
+    T_A,
+    PlottedMetric,
+    Style,
+    axis_label,
+    set_ticks,
+    set_title,
+    stroke_metric,
+)
 from drysim.study.branches import (
     Branch,
     BranchesResult,
@@ -24,6 +32,9 @@ if TYPE_CHECKING:
 
 COLORS = ("#1f4e79", "#b4540a", "#2e7d32", "#6a3d9a", "#a6761d", "#c2185b", "#00838f")
 """Colours of the branches; they are told apart in grey by their places and marks."""
+
+PANEL_HEIGHT = 3.4
+"""Height of a panel [inch]."""
 
 LINE_WIDTHS = {True: 2.0, False: 1.2}
 
@@ -44,13 +55,12 @@ def draw(result: BranchesResult) -> Figure:
     """Draw the branches of a scenario."""
     peak = max((float(one.metrics["x_r_peak"].max()) for one in result.branches), default=0.0)
     panels = (T_A, stroke_metric(peak))
-    figure, grid = style.panel_grid(len(panels), 1, row_height=3.4)
+    figure, grid = style.panel_grid(len(panels), 1, PANEL_HEIGHT * len(panels))
     axes: list[Axes] = []
     for i, metric in enumerate(panels):
         axes.append(figure.add_subplot(grid[i, 0], sharex=axes[0] if axes else None))
         draw_panel(axes[-1], result, metric)
-        axes[-1].set_title(metric.full_title)
-        axes[-1].set_ylabel(metric.symbol)
+        set_title(axes[-1], metric.full_title)
     axes[-1].set_xlabel(axis_label(result.axis))
     for panel in axes:
         set_ticks(panel.xaxis)

@@ -118,8 +118,8 @@ def _draw_acceleration(
     words = f"acceleration of the mass ẍ [m/s²]: {point_label(result.shown, result.table.axes)}"
     room = style.HEADING_WIDTH
     if result.of_laws:  # the loops take the last column
-        room *= 1 - 1 / sweep.column_count(axes)
-    sweep.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=sweep.TITLE_SIZE))
+        room *= 1 - 1 / style.column_count(axes)
+    style.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=style.TITLE_SIZE))
     axes.set_xlabel("time $t$ [s]")
     if last > first:
         axes.set_xlim(first, last)
@@ -136,7 +136,7 @@ def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]
         axes.plot(
             shown.x_r * unit.units_per_metre, shown.F_f, **{**line_styles[name], "marker": ""}
         )
-    sweep.set_title(axes, "friction force $F_f$ [N]")
+    style.set_title(axes, "friction force $F_f$ [N]")
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]")
 
 
@@ -237,7 +237,7 @@ def draw_curves(
         right.axhline(0.0, **sweep.UNITY_STYLE)
         sweep.mark_gaps(left, view, panel)
         for axes in (left, right):
-            sweep.set_x_axis(axes, view, named=at == len(view.panels))
+            sweep.set_x_axis(axes, view)
     if left and right:
         left.set_ylim(bottom=0.0)
         _set_deviation_scale(right, values)
@@ -260,7 +260,7 @@ def _draw_metric_curves(
             sweep.draw_curve(
                 axes, x, y, _curve_style(view, line_styles[line.label]), line.label
             )
-        sweep.set_x_axis(axes, view, named=at == len(view.panels))
+        sweep.set_x_axis(axes, view)
     if axes is not None:
         axes.set_ylim(bottom=0.0)
 
@@ -294,7 +294,7 @@ def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
     steps = DEVIATION_TICKS[:: 1 if decades <= MAX_DENSE_DECADES else 3]
     below, above = ([tick for tick in steps if tick <= end] for end in reversed(ends))
     ticks = [*(-tick for tick in below), 0, *above]
-    axes.set_yticks(ticks, labels=[sweep.tick_label(tick) for tick in ticks])
+    axes.set_yticks(ticks, labels=[style.tick_label(tick) for tick in ticks])
     for panel in axes.get_shared_y_axes().get_siblings(axes):
         panel.minorticks_off()
         panel.set_ylabel(f"logarithmic beyond ±{AGREEMENT_BAND:g} %", size=8, color="#606060")
@@ -342,7 +342,7 @@ def _draw_metric_bars(
         value = metric.of(row)
         axes.barh(-at, value or 0.0, color=line_styles[name]["color"], height=0.6)
         _label_bar(axes, value or 0.0, -at, wording.format_number(value))
-    sweep.set_title(axes, metric.symbol)
+    style.set_title(axes, metric.symbol)
     axes.set_yticks([-at for at in range(len(rows))], labels=[])
     axes.set_ylim(-len(rows) + 0.4, 0.6)
     _widen_for_labels(axes)
@@ -352,7 +352,7 @@ def _draw_metric_bars(
 def _widen_for_labels(axes: Axes) -> None:
     """Extend the x-axis for the numbers at the bars, on each side of zero that has bars."""
     low, high = axes.dataLim.intervalx
-    margin = BAR_LABEL_SHARE * sweep.column_count(axes) * (max(high, 0.0) - min(low, 0.0))
+    margin = BAR_LABEL_SHARE * style.column_count(axes) * (max(high, 0.0) - min(low, 0.0))
     axes.set_xlim(low - margin * (low < 0.0), high + margin)
 
 

@@ -30,14 +30,12 @@ from drysim.plots.style import (
     T_X,
     X_DD,
     Style,
+    axis_label,
+    set_axis,
+    set_ticks,
     stroke_metric,
 )
-from drysim.plots.sweep import (
-    BEST_STYLE,
-    EMPTY_COLOR,
-    axis_label,
-    set_ticks,
-)
+from drysim.plots.sweep import BEST_STYLE, EMPTY_COLOR
 from drysim.scenario.axes import KeyRange
 from drysim.study.design import (
     Candidate,
@@ -63,6 +61,12 @@ if TYPE_CHECKING:
 
 CURVE_POINTS, MAP_POINTS = 400, 120
 """Points of a curve, and along one side of a map."""
+
+MAP_HEIGHT = 5.125
+"""Height of a map [inch]."""
+
+KEY_MARGIN = 0.02
+"""Margin beyond the range of a key, as a share of it."""
 
 SHOWN_RANGE = 3.0
 """Largest objective that is shown, as a multiple of the median of the evaluated designs; that
@@ -117,9 +121,8 @@ def draw(result: DesignResult) -> Figure:
     if len(result.design.minimise) > 1:
         figure = draw_front(result)
     elif len(result.design.vary) == 2:
-        figure, grid = style.panel_grid(1, 1)
+        figure, grid = style.panel_grid(1, 1, MAP_HEIGHT)
         draw_map(result, figure.add_subplot(grid[0, 0]))
-        figure.set_figheight(1.25 * figure.get_figheight())
     else:
         count = len(result.design.vary)
         columns = 1 if count == 1 else 2
@@ -178,13 +181,8 @@ def values_of(result: DesignResult, name: str) -> Floats:
 
 def set_key_axis(axes: Axes, one: KeyRange, which: str = "x") -> None:
     """Set scale, limits and label of the axis of a varied key."""
-    getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
-    margin = 0.02
-    low, high = np.log([one.low, one.high]) if one.is_log else np.array([one.low, one.high])
-    ends = np.array([low - margin * (high - low), high + margin * (high - low)])
-    getattr(axes, f"set_{which}lim")(*(np.exp(ends) if one.is_log else ends))
-    set_ticks(axes.xaxis if which == "x" else axes.yaxis)
-    getattr(axes, f"set_{which}label")(axis_label(one))
+    low, high = one.value(np.array([-KEY_MARGIN, 1.0 + KEY_MARGIN])).tolist()
+    set_axis(axes, which, axis_label(one), low, high, one.is_log)
 
 
 def draw_curve(result: DesignResult, axes: Axes, one: KeyRange, alone: bool) -> None:
@@ -245,7 +243,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
 
     one, other = result.design.vary
     set_key_axis(axes, one)
-    set_key_axis(axes, other, "y")  # first, as labels of lines are placed by their distance
+    set_key_axis(axes, other, "y")
     scale, label = metric_scale(result, result.design.minimise[0])
     if (surrogate := surrogate_of(result)) is not None:
         side = np.linspace(0.0, 1.0, MAP_POINTS)

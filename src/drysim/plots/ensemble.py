@@ -9,7 +9,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.approach.solution import Floats
-from drysim.plots import response, style, sweep
+from drysim.plots import response, style
 from drysim.plots.style import PEAK_STROKE, SEAT, T_A, PlottedMetric, Style, stroke_metric
 from drysim.study.ensemble import Ensemble
 from drysim.study.statistics import QUANTILES, Statistic, stopping_rule, student_t
@@ -59,7 +59,7 @@ def draw(result: Ensemble) -> Figure:
         _draw_distribution(left, values, found, metric, last)
         _draw_running_mean(right, values, metric, last)
         _draw_check_limits(left, right, result, values, metric)
-        sweep.set_ticks(left.xaxis)
+        style.set_ticks(left.xaxis)
     style.finish_figure(figure, _heading(result))
     return figure
 
@@ -79,7 +79,7 @@ def _draw_distribution(
     axes: Axes, values: Floats, found: Statistic, metric: PlottedMetric, last: bool
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
-    sweep.set_title(axes, f"{metric.symbol}: cumulative distribution [%]")
+    style.set_title(axes, f"{metric.symbol}: cumulative distribution [%]")
     ordered, n = np.sort(values), len(values)
     marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
     mean, half_width = found.mean * metric.scale, (found.half_width or 0.0) * metric.scale
@@ -97,7 +97,7 @@ def _draw_distribution(
 
 def _draw_running_mean(axes: Axes, values: Floats, metric: PlottedMetric, last: bool) -> None:
     """Draw the mean of the first n seeds and its confidence interval over n."""
-    sweep.set_title(axes, f"{metric.symbol}: running mean")
+    style.set_title(axes, f"{metric.symbol}: running mean")
     n = np.arange(1, len(values) + 1)
     if len(values) <= MAX_MARKED_SEEDS:
         axes.plot(n, values, "o", markersize=3, color=SEEDS_STYLE["color"], label="single seed")

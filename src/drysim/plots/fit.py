@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ROW_HEIGHT = 0.62
+UNIT_HEIGHT = 0.62
 """Height of a unit of the height ratios [inch]."""
 
 OVERVIEW, CHANNEL, RESIDUAL, SQUARE = 1.4, 2.8, 2.0, 4.6
@@ -125,11 +125,10 @@ def draw_fit(result: FitResult) -> Figure:
     part = shown_part(result)
     zoomed = part.stop - part.start < len(t)
     heights = [OVERVIEW] * zoomed + [CHANNEL] * len(channels) + [RESIDUAL] * len(channels)
-    total = sum(heights) + SQUARE
+    height = UNIT_HEIGHT * (sum(heights) + SQUARE)
     figure, grid = style.panel_grid(
-        len(heights) + 1, 2, ROW_HEIGHT, height_ratios=[*heights, SQUARE]
+        len(heights) + 1, 2, height, height_ratios=[*heights, SQUARE]
     )
-    figure.set_figheight(total * ROW_HEIGHT)
     rows = [figure.add_subplot(grid[i, :]) for i in range(len(heights))]
     if zoomed:
         draw_overview(rows.pop(0), result, part)
@@ -420,8 +419,7 @@ def draw_profiles(result: FitResult) -> Figure:
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
     heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
-    figure, grid = style.panel_grid(upper + lower, columns, height_ratios=heights)
-    figure.set_figheight(sum(heights))
+    figure, grid = style.panel_grid(upper + lower, columns, sum(heights), height_ratios=heights)
     for i, one in enumerate(drawn):
         axes = figure.add_subplot(grid[i // columns, i % columns])
         draw_profile(axes, one, known[one.key], i % columns == 0)

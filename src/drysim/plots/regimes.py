@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim.plots import style
-from drysim.plots.style import Style
-from drysim.plots.sweep import axis_label, set_ticks
+from drysim.plots.style import Style, axis_label, set_axis
 from drysim.study.boundaries import LOCKED, REGIME
 from drysim.study.break_aways import FIRST, RICE, level_between
 from drysim.study.regimes import (
@@ -78,10 +77,10 @@ MAX_OUTSIDE = 14
 
 def draw(result: RegimeMap) -> Figure:
     """Return the figure of a regime map."""
-    figure, grid = style.panel_grid(1, 1)
-    figure.set_figheight(PANEL_HEIGHT)
+    figure, grid = style.panel_grid(1, 1, PANEL_HEIGHT)
     axes = figure.add_subplot(grid[0, 0])
-    set_axes(axes, result)
+    for which, one in zip("xy", result.axes, strict=True):
+        set_axis(axes, which, axis_label(one), one.low, one.high, one.is_log)
     tint(axes, result)
     hatch(axes, result)
     for line in sorted(result.boundaries, key=lambda line: line.field != REGIME):
@@ -132,15 +131,6 @@ def heading(result: RegimeMap) -> style.Heading:
     base = scenario.excitation.describe_swept(keys)
     fixed = "; ".join(text for _, text in describe_fixed(result.case, keys))
     return style.make_heading(scenario, words, fixed, base)
-
-
-def set_axes(axes: Axes, result: RegimeMap) -> None:
-    """Set scales, limits and labels of both axes."""
-    for which, one in zip("xy", result.axes, strict=True):
-        getattr(axes, f"set_{which}scale")("log" if one.is_log else "linear")
-        getattr(axes, f"set_{which}lim")(one.low, one.high)
-        set_ticks(axes.xaxis if which == "x" else axes.yaxis)
-        getattr(axes, f"set_{which}label")(axis_label(one))
 
 
 def tint_of(label: int) -> str:

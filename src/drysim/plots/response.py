@@ -57,7 +57,8 @@ def draw(outcome: Outcome) -> Figure:
     """Return the figure of a response."""
     motion = outcome.response
     zoomed = len(motion) > MAX_LINE_POINTS or len(motion.events) > MAX_EVENTS_WITHOUT_ZOOM
-    figure, grid = style.panel_grid(4 if zoomed else 2, 2, ROW_HEIGHT, width_ratios=(1.5, 1))
+    rows = 4 if zoomed else 2
+    figure, grid = style.panel_grid(rows, 2, rows * ROW_HEIGHT, width_ratios=(1.5, 1))
     if zoomed:
         _draw_zoomed(figure, grid, outcome)
     else:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drysim import wording
 from drysim.metrics.spectra import BANDS, Spectra, viscous_transmissibility
-from drysim.plots import style, sweep
+from drysim.plots import style
 from drysim.plots.response import BASE_STYLE, MARKED_POINTS, mass_style
 from drysim.plots.style import Style
 from drysim.study.outcome import Outcome
@@ -76,7 +76,7 @@ def draw(outcome: Outcome) -> Figure | None:
         if excited.any():
             low, high = found.f[0], 2.0 * found.f[excited][-1]
             axes.set_xlim(low, high)
-            sweep.set_ticks(axes.xaxis)
+            style.set_ticks(axes.xaxis)
     heading = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
     method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
@@ -126,7 +126,7 @@ def _draw_transmissibility(
     values = values[values > 0]
     low, high = 0.5 * max(values.min(), 1e-3), 2.0 * values.max()
     axes.set_ylim(low, high)
-    sweep.set_ticks(axes.yaxis)
+    style.set_ticks(axes.yaxis)
 
 
 def _draw_coherence(axes: Axes, found: Spectra, excited: NDArray[np.bool_]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from drysim.plots import style, sweep
+from drysim.plots import style
 from drysim.plots.style import Style
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def draw(bench: Bench) -> Figure:
         for column, (words, error) in enumerate(ERRORS):
             axes = figure.add_subplot(grid[row, column])
             _draw_panel(axes, panel, error)
-            sweep.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
+            style.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
     title = bench.cases[0].scenario.name if alone else "speed against error"
     style.finish_figure(figure, style.Heading(title, (CAPTION,)))
     return figure

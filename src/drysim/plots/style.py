@@ -1,4 +1,4 @@
-"""Canvas, layout, heading and legend of all pictures.
+"""Canvas, layout, axes, heading and legend of all pictures.
 
 Pictures are `matplotlib.figure.Figure` objects without pyplot, which would share state. A
 picture has a heading (title, scene, main results), rows of panels and one legend below them;
@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drysim import wording
-from drysim.scenario.axes import axis_groups
+from drysim.scenario.axes import FILE_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
-from drysim.study.compare import Comparison, describe_coinciding
+from drysim.study.compare import FREQUENCY_KEY, Comparison, describe_coinciding
 from drysim.study.outcome import Outcome, format_metric_ranges
 from drysim.study.statistics import OK, Row
 from drysim.study.table import Table
@@ -98,20 +98,24 @@ def picture_style() -> Iterator[None]:
 
 
 SINGLE_ROW_HEIGHT, ROW_HEIGHT, LEGEND_LINE_HEIGHT = 4.1, 2.95, 0.21
-"""Heights of a single row of panels and of one row of several, with titles and tick labels, and
-of a line of the legend [inch]."""
+"""Usual heights of a single row of panels and of one row of several, with titles and tick
+labels, and height of a line of the legend [inch]."""
 
 HANDLE_WIDTH, LETTER_WIDTH, LEGEND_WIDTH = 0.62, 0.077, 8.8
 """Widths in the legend [inch]: a line sample with its gaps, a character, the whole legend."""
 
 
 def panel_grid(
-    rows: int, columns: int, row_height: float = ROW_HEIGHT, **options: Any
+    rows: int, columns: int, height: float | None = None, **options: Any
 ) -> tuple[Figure, GridSpec]:
-    """Return an empty figure and the grid of its panels; further options are matplotlib's."""
+    """Return an empty figure and the grid of its panels.
+
+    `height` is that of all rows [inch]; further options are matplotlib's.
+    """
     from matplotlib.figure import Figure
 
-    height = SINGLE_ROW_HEIGHT if rows == 1 else rows * row_height
+    if height is None:
+        height = SINGLE_ROW_HEIGHT if rows == 1 else rows * ROW_HEIGHT
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
     return figure, figure.add_gridspec(rows, columns, **options)
 
@@ -167,6 +171,117 @@ def _legend_columns(widths: Sequence[float]) -> int:
 def _entry_width(label: str) -> float:
     """Return the approximate width of a legend entry [inch]."""
     return HANDLE_WIDTH + LETTER_WIDTH * len(re.sub(r"[$\\_{}]", "", label))
+
+
+# Panels: titles, scales, ticks and labels of axes.
+
+
+TITLE_SIZE = RC_PARAMS["axes.titlesize"]
+
+MAX_TICK_LETTERS, MAX_TICKS = 44, 99
+"""Characters of all tick labels that fit below a panel of half the width, with two per gap;
+maximum number of ticks."""
+
+FORCE_LABEL = "kinetic friction force $F_{fk}$ [N]"
+
+AXIS_LABELS = {
+    FREQUENCY_KEY: "frequency $f$ [Hz]",
+    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
+    "friction.kinetic": FORCE_LABEL,
+    FILE_KEY: FILE_KEY,
+}
+"""Labels of keys that are not the last word of the key with its symbol and unit."""
+
+SYMBOLS = {
+    FREQUENCY_KEY: "$f$",
+    "excitation.rms": "$a_u$",
+    "oscillator.mass": "$m$",
+    "oscillator.stiffness": "$k_x$",
+    "oscillator.natural_frequency": "$f_0$",
+    "oscillator.damping": "$b$",
+    "oscillator.damping_ratio": "$\\xi$",
+    "friction.kinetic": "$F_{fk}$",
+    "friction.static": "$F_{fs}$",
+    "friction.static_ratio": "$F_{fs}/F_{fk}$",
+    "friction.normal": "$F_N$",
+    "friction.mu_kinetic": "$\\mu_k$",
+}
+"""Symbols of keys in legends, from the paper."""
+
+
+def axis_label(axis: Axis | KeyRange) -> str:
+    """Return the label of a swept key, with the symbol of the paper where it has one."""
+    if axis.key in AXIS_LABELS:
+        return AXIS_LABELS[axis.key]
+    symbol = SYMBOLS.get(axis.key)
+    name = axis.key.rpartition(".")[2].replace("_", " ")
+    words = f"{name} {symbol}" if symbol else axis.key
+    return f"{words} [{wording.format_unit(axis.unit) or '–'}]"
+
+
+def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
+    """Set the title of a panel at its left end; a common power of ten is at the right.
+
+    A fixed position spares matplotlib the search for one.
+    """
+    axes.set_title(words, loc="left", pad=pad, y=1.0)
+    axes.yaxis.set_offset_position("right")
+
+
+def is_lowest(axes: Any) -> bool:
+    """Whether a panel is in the last row, which alone has labels at a shared x-axis."""
+    return bool(axes.get_subplotspec().is_last_row())
+
+
+def column_count(axes: Any) -> int:
+    """Return the number of columns of panels in the figure of a panel."""
+    return int(axes.get_gridspec().ncols)
+
+
+def spans_decade(values: Collection[float]) -> bool:
+    """Whether values are positive and span at least a decade."""
+    low, high = min(values, default=0.0), max(values, default=0.0)
+    return low > 0 and high >= 10.0 * low
+
+
+def set_axis(axes: Axes, which: str, label: str, low: float, high: float, is_log: bool) -> None:
+    """Set label, limits, scale and ticks of an axis: `which` is x or y.
+
+    An x-axis without a label is that of the panel below, which has the labels of the ticks.
+    """
+    scale = "log" if is_log else "linear"
+    axes.set(**{f"{which}scale": scale, f"{which}lim": (low, high), f"{which}label": label})
+    set_ticks(getattr(axes, f"{which}axis"))
+    if not label:
+        axes.tick_params(labelbottom=False)
+
+
+def set_ticks(axis: Any) -> None:
+    """Label an axis in full, without a common power of ten, and so that no labels touch.
+
+    A logarithmic axis has labels at 1, 2 and 5 of every decade, or only at 1 if they are dense.
+    """
+    from matplotlib.ticker import Locator, LogLocator, MaxNLocator
+
+    low, high = axis.get_view_interval()
+    room, locators = MAX_TICK_LETTERS, list[Locator]()
+    if axis.axis_name == "x":
+        room = 2 * MAX_TICK_LETTERS // column_count(axis.axes)
+        locators = [MaxNLocator(n, steps=[1, 2, 2.5, 5, 10]) for n in range(9, 1, -1)]
+    if axis.get_scale() == "log":
+        axis.minorticks_off()
+        locators = [LogLocator(subs=subs, numticks=MAX_TICKS) for subs in ((1, 2, 5), (1,))]
+    for locator in locators:
+        axis.set_major_locator(locator)
+        shown = [tick_label(x) for x in locator.tick_values(low, high) if low <= x <= high]
+        if sum(len(words) + 2 for words in shown) <= room:
+            break
+    axis.set_major_formatter(lambda x, _: tick_label(x))
+
+
+def tick_label(x: float) -> str:
+    """Return a tick label, with a typographic minus sign."""
+    return wording.format_number(x, digits=8).replace("-", "\N{MINUS SIGN}")
 
 
 # Metrics in panels of many cases.

@@ -35,16 +35,26 @@ from drysim.approach.solution import Floats
 from drysim.plots import response, style
 from drysim.plots.style import (
     A_W,
+    FORCE_LABEL,
     IMPACT_SPEED,
     PEAK_STROKE,
     SEAT,
     STOP_FORCE,
+    SYMBOLS,
     T_A,
     T_X,
+    TITLE_SIZE,
     X_DD,
     PlottedMetric,
     Style,
+    axis_label,
+    column_count,
     escape_text,
+    is_lowest,
+    set_axis,
+    set_ticks,
+    set_title,
+    spans_decade,
     stroke_metric,
 )
 from drysim.scenario.axes import (
@@ -56,7 +66,6 @@ from drysim.scenario.axes import (
     UP,
     Axis,
     EvenlySpaced,
-    KeyRange,
     axis_groups,
     has_shock_spectrum,
     iter_points,
@@ -203,6 +212,9 @@ def _mark_violations(axes: Axes, view: View, panel: Panel, metric: PlottedMetric
 # Assignment of the swept keys to x-axis, lines and panels.
 
 
+FORCE_KEYS = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
+"""Keys drawn over the resulting kinetic friction force."""
+
 MIN_FREQUENCIES = 5
 """Number of frequencies from which on the frequency is the x-axis, whatever varies fastest."""
 
@@ -337,6 +349,13 @@ def file_labels(files: Sequence[str]) -> list[str]:
     return [escape_text(name) for name in names]
 
 
+def file_ticks(files: Sequence[str]) -> tuple[list[int], list[str]]:
+    """Return positions and labels of files along an axis; of many, an evenly spaced part."""
+    labels = file_labels(files)
+    places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
+    return places, [labels[at] for at in places]
+
+
 def _shared_words(names: Sequence[str]) -> int:
     """Return the number of characters of the whole words with which all names begin."""
     shared = takewhile(lambda signs: len({*signs}) == 1, zip(*names, strict=False))
@@ -360,7 +379,8 @@ def _split_axes(
         return "", "", (), groups
     linked_keys = {axis.key for group in groups if x_axis in group for axis in group}
     others = [g for g in groups if x_axis not in g and g[0].key != DIRECTION_KEY]
-    return x_axis.key, AXIS_LABELS.get(x_axis.key) or axis_label(x_axis), linked_keys, others
+    label = FORCE_LABEL if x_axis.key in FORCE_KEYS else axis_label(x_axis)
+    return x_axis.key, label, linked_keys, others
 
 
 def abscissa(axes: Sequence[Axis]) -> Axis | None:
@@ -440,45 +460,7 @@ def _make_panel(
     return Panel(point, panel_title(point, axes), lines, drawn)
 
 
-# Labels of swept keys, with the symbols of the paper where it has one.
-
-
-FORCE_KEYS = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
-"""Keys drawn over the resulting kinetic friction force."""
-
-AXIS_LABELS = {
-    FREQUENCY_KEY: "frequency $f$ [Hz]",
-    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
-    **dict.fromkeys(FORCE_KEYS, "kinetic friction force $F_{fk}$ [N]"),
-}
-
-SYMBOLS = {
-    FREQUENCY_KEY: "$f$",
-    "excitation.rms": "$a_u$",
-    "oscillator.mass": "$m$",
-    "oscillator.stiffness": "$k_x$",
-    "oscillator.natural_frequency": "$f_0$",
-    "oscillator.damping": "$b$",
-    "oscillator.damping_ratio": "$\\xi$",
-    "friction.kinetic": "$F_{fk}$",
-    "friction.static": "$F_{fs}$",
-    "friction.static_ratio": "$F_{fs}/F_{fk}$",
-    "friction.normal": "$F_N$",
-    "friction.mu_kinetic": "$\\mu_k$",
-}
-"""Symbols of keys in legends, from the paper."""
-
-
-def axis_label(axis: Axis | KeyRange) -> str:
-    """Return the label of a swept key with the key's own unit, not that of the force."""
-    if axis.key in AXIS_LABELS and axis.key not in FORCE_KEYS[1:]:
-        return AXIS_LABELS[axis.key]
-    symbol = SYMBOLS.get(axis.key)
-    name = axis.key.rpartition(".")[2].replace("_", " ")
-    words = f"{name} {symbol}" if symbol else axis.key
-    if axis.key == FILE_KEY:
-        return axis.key
-    return f"{words} [{wording.format_unit(axis.unit) or '–'}]"
+# Labels of points of the sweep.
 
 
 def point_label(point: Point, axes: Sequence[Axis]) -> str:
@@ -551,8 +533,6 @@ JUMP_STYLE: Style = {
 EMPTY_COLOR = "#d9d9d9"
 """Colour of the cells of a map without cases."""
 
-TITLE_SIZE = style.RC_PARAMS["axes.titlesize"]
-
 MAX_ROW_TITLE = 0.35
 """Part of the width of a column of panels up to which the title of the row stands in each."""
 
@@ -591,7 +571,7 @@ def draw_panels(
             name = metric.full_title if len(metrics) <= MAX_NAMED_METRICS else metric.symbol
             words = metric.symbol if panel.title else name
             set_row_title(axes, panel.title, words, pad=15)
-            set_x_axis(axes, view, named=at == count - 1)
+            set_x_axis(axes, view)
             draw_curves(axes, view, panel, metric)
             extra(axes, panel, metric)
             mark_gaps(axes, view, panel)
@@ -686,9 +666,8 @@ def _draw_colorbar(figure: Figure, view: View) -> None:
     bar = figure.colorbar(mappable, ax=figure.axes, aspect=25, pad=0.02)
     bar.set_label(axis_label(view.line))
     if view.line.key == FILE_KEY:
-        labels = file_labels(view.line.values)
-        places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
-        bar.set_ticks(places, labels=[labels[at] for at in places])
+        places, labels = file_ticks(view.line.values)
+        bar.set_ticks(places, labels=labels)
         bar.ax.tick_params(labelsize=8)
     else:
         set_colorbar_ticks(bar)
@@ -868,12 +847,6 @@ def mark_gaps(axes: Axes, view: View, panel: Panel) -> None:
         )
 
 
-def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
-    """Set the title of a panel; a fixed position spares matplotlib the search for one."""
-    axes.set_title(words, loc="left", pad=pad, y=1.0)
-    axes.yaxis.set_offset_position("right")
-
-
 def set_row_title(axes: Axes, row: str, words: str, pad: float = 6.0) -> None:
     """Set the title of a panel in a row of panels with a common title.
 
@@ -889,82 +862,26 @@ def set_row_title(axes: Axes, row: str, words: str, pad: float = 6.0) -> None:
     set_title(axes, words, pad)
 
 
-def column_count(axes: Any) -> int:
-    """Return the number of columns of panels in the figure of a panel."""
-    return int(axes.get_gridspec().ncols)
-
-
-# Axes and tick labels.
-
-
-MAX_TICK_LETTERS, MAX_TICKS = 44, 99
-"""Characters of all tick labels that fit below a panel of half the width, with two per gap;
-maximum number of ticks."""
-
 NATURAL_FREQUENCY_STYLE: Style = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
 }  # fmt: skip
 
 
-def set_x_axis(axes: Axes, view: View, named: bool) -> None:
+def set_x_axis(axes: Axes, view: View) -> None:
     """Set scale, limits and label of the x-axis; logarithmic from a decade on."""
-    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
-    x = [value for row in rows if not isnan(value := view.x(row))]
     if view.files:
+        places, labels = file_ticks(view.files)
+        tilt = {"rotation": 30, "ha": "right"} if len(labels) <= FEW_FILES else {"rotation": 90}
         axes.set_xlim(-0.5, len(view.files) - 0.5)
-        labels = file_labels(view.files)
-        places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
-        shown = [labels[at] for at in places]
-        tilt = {"rotation": 30, "ha": "right"} if len(shown) <= FEW_FILES else {"rotation": 90}
-        axes.set_xticks(places, shown, size=8, **tilt)
-        axes.tick_params(labelbottom=named)
+        axes.set_xticks(places, labels, size=8, **tilt)
+        axes.tick_params(labelbottom=is_lowest(axes))
         return
-    if spans_decade(x):
-        axes.set_xscale("log")
-    if x:
-        low, high = min(x), max(x)
-        margin = 0.0 if low < high else 0.5 * abs(low) or 1.0
-        axes.set_xlim(low - margin, high + margin)
-    set_ticks(axes.xaxis)
-    axes.tick_params(labelbottom=named)
-    if named:
-        axes.set_xlabel(view.label)
-
-
-def spans_decade(values: Iterable[float]) -> bool:
-    """Whether values are positive and span at least a decade."""
-    low, high = inf, -inf
-    for value in values:
-        low, high = min(low, value), max(high, value)
-    return low > 0 and high >= 10.0 * low
-
-
-def set_ticks(axis: Any) -> None:
-    """Label an axis in full, without a common power of ten, and so that no labels touch.
-
-    A logarithmic axis has labels at 1, 2 and 5 of every decade, or only at 1 if they are dense.
-    """
-    from matplotlib.ticker import Locator, LogLocator, MaxNLocator
-
-    low, high = axis.get_view_interval()
-    room, locators = MAX_TICK_LETTERS, list[Locator]()
-    if axis.axis_name == "x":
-        room = 2 * MAX_TICK_LETTERS // column_count(axis.axes)
-        locators = [MaxNLocator(n, steps=[1, 2, 2.5, 5, 10]) for n in range(9, 1, -1)]
-    if axis.get_scale() == "log":
-        axis.minorticks_off()
-        locators = [LogLocator(subs=subs, numticks=MAX_TICKS) for subs in ((1, 2, 5), (1,))]
-    for locator in locators:
-        axis.set_major_locator(locator)
-        shown = [tick_label(x) for x in locator.tick_values(low, high) if low <= x <= high]
-        if sum(len(words) + 2 for words in shown) <= room:
-            break
-    axis.set_major_formatter(lambda x, _: tick_label(x))
-
-
-def tick_label(x: float) -> str:
-    """Return a tick label, with a typographic minus sign."""
-    return wording.format_number(x, digits=8).replace("-", "\N{MINUS SIGN}")
+    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
+    x = [value for row in rows if not isnan(value := view.x(row))] or [0.0, 1.0]
+    low, high = min(x), max(x)
+    margin = 0.0 if low < high else 0.5 * abs(low) or 1.0
+    label = view.label if is_lowest(axes) else ""
+    set_axis(axes, "x", label, low - margin, high + margin, spans_decade(x))
 
 
 # Many cases: quantile bands along a swept key and a map of the mean.
@@ -1018,7 +935,7 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
             axes, histograms[i], reference_histograms[i] if references else None, metric.scale
         )
         draw_reference_level(axes, table, metric)
-        set_bin_axis(axes, bins, named=across is None)
+        set_bin_axis(axes, "x", bins)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {words}")
@@ -1060,14 +977,10 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 
 
-def set_bin_axis(axes: Axes, bins: Bins, named: bool) -> None:
-    """Set scale, limits and label of an x-axis over bins."""
-    axes.set_xscale("log" if bins.is_log else "linear")
-    axes.set_xlim(bins.edges[0], bins.edges[-1])
-    set_ticks(axes.xaxis)
-    axes.tick_params(labelbottom=named)
-    if named:
-        axes.set_xlabel(axis_label(bins.axis))
+def set_bin_axis(axes: Axes, which: str, bins: Bins) -> None:
+    """Set scale, limits and label of an axis over bins."""
+    label = axis_label(bins.axis) if which == "y" or is_lowest(axes) else ""
+    set_axis(axes, which, label, bins.edges[0], bins.edges[-1], bins.is_log)
 
 
 def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> None:
@@ -1079,11 +992,8 @@ def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> Non
     if np.ma.is_masked(values):
         axes.set_facecolor(EMPTY_COLOR)
         axes.plot([], [], "s", color=EMPTY_COLOR, markersize=9, label="no case with a value")
-    set_bin_axis(axes, found.along, named=True)
-    axes.set_yscale("log" if found.across.is_log else "linear")
-    axes.set_ylim(y[0], y[-1])
-    set_ticks(axes.yaxis)
-    axes.set_ylabel(axis_label(found.across.axis))
+    set_bin_axis(axes, "x", found.along)
+    set_bin_axis(axes, "y", found.across)
     axes.grid(visible=False)
     bar = figure.colorbar(
         mesh, cax=axes.inset_axes((1.015, 0.0, 0.025 * column_count(axes), 1.0))
