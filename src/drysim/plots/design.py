@@ -56,7 +56,6 @@ from drysim.wording import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
 CURVE_POINTS, MAP_POINTS = 400, 120
@@ -74,9 +73,6 @@ of negative ones is as far above the median."""
 
 LEVELS, SHOWN_SHARE = 20, 0.98
 """Levels of a map, and the share of the admissible values between them."""
-
-LABEL_DISTANCE, EDGE_DISTANCE = 60.0, 20.0
-"""Least distance between the labels of a map, and from its edge [pt]."""
 
 SYMBOLS = {one.name: one.symbol for one in (T_X, T_A, X_DD, A_W, IMPACT_SPEED, STOP_FORCE)}
 """Labels of objectives that have a symbol, with units."""
@@ -268,7 +264,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
             if inside.any():
                 part = np.ma.masked_where(~inside, values)
                 lines = axes.contour(x, y, part, levels[::2], colors=color, linewidths=0.6)
-                label_lines(axes, lines)
+                axes.clabel(lines, fontsize=8)
         if (excess > 0.0).any():
             axes.contour(x, y, excess, levels=[0.0], colors="black", linewidths=1.4)
         bar = axes.figure.colorbar(filled, ax=axes, aspect=25, pad=0.02, ticks=levels[::2])
@@ -281,19 +277,6 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
     axes.plot(*pairs(given, one, other), **GIVEN_STYLE)
     mark_shown(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
     axes.grid(visible=False)
-
-
-def label_lines(axes: Axes, lines: QuadContourSet) -> None:
-    """Label the lines of a map, except at its edge and where labels would pile up."""
-    kept: list[Any] = []
-    per_pixel = 72.0 / axes.figure.dpi
-    for text in axes.clabel(lines, fontsize=8, inline=False):
-        place = axes.transData.transform(text.get_position())
-        inside = axes.bbox.padded(-EDGE_DISTANCE / per_pixel).contains(*place)
-        if inside and all(np.hypot(*(place - at)) * per_pixel > LABEL_DISTANCE for at in kept):
-            kept.append(place)
-        else:
-            text.remove()
 
 
 def draw_designs(
