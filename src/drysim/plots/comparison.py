@@ -9,9 +9,9 @@ both readable.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from math import inf, log10, nan, pi, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,23 +58,19 @@ def draw(result: Comparison) -> Figure:
     """Return the figure of a comparison."""
     line_styles, view = approach_styles(result), comparison_view(result)
     known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
-    swept, bars = known and bool(view.key), known and not view.key
+    swept = known and bool(view.key)
     ends = [tally.ends for tally in result.table.tallies.values()]
     weighted = [one for one in (SEAT, A_W) if any(one.name in known for known in ends)][:1]
-    figure, grid = style.panel_grid(1 + known * len(view.panels), 2 + len(weighted))
+    columns: Columns = (T_A, DEVIATION, *weighted)
+    figure, grid = style.panel_grid(1 + known * len(view.panels), len(columns))
     above = figure.add_subplot(grid[0, :-1] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
         _draw_loops(figure.add_subplot(grid[0, -1]), result, line_styles)
     if swept:
-        draw_curves(figure, grid, result, view, line_styles)
-    elif bars:
-        draw_bars(figure, grid, result, line_styles)
-    for metric in weighted if known else ():
-        if swept:
-            _draw_metric_curves(figure, grid, metric, view, line_styles)
-        else:
-            _draw_metric_bars(figure.add_subplot(grid[1, 2]), metric, result, line_styles)
+        draw_curves(figure, grid, result, view, columns, line_styles)
+    elif known:
+        draw_bars(figure, grid, result, columns, line_styles)
     style.finish_figure(figure, style.comparison_heading(result, view.left_out))
     return figure
 
@@ -198,7 +194,14 @@ SAMPLE_STYLE: Style = {"linestyle": "none", "marker": ".", "markersize": 4}
 """Style of random samples, which no line connects."""
 
 LABEL_BOX: Style = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-AGREEMENT_STYLE: Style = {"facecolor": "#e8efe6", "edgecolor": "none", "zorder": 0}
+AGREEMENT_STYLE: Style = {
+    "facecolor": "#e8efe6", "edgecolor": "none", "zorder": 0,
+    "label": f"within ±{AGREEMENT_BAND:g} %",
+}  # fmt: skip
+
+DEVIATION = None
+Columns = Sequence[PlottedMetric | None]
+"""What the columns of panels show: a metric, or the deviation of T_a from the reference."""
 
 
 def draw_curves(
@@ -206,63 +209,61 @@ def draw_curves(
     grid: GridSpec,
     result: Comparison,
     view: View,
+    columns: Columns,
     line_styles: Mapping[str, Style],
 ) -> None:
-    """Draw T_a and its deviation over the swept key, with the same y-axes in all rows."""
-    left, right = None, None
-    values: list[float] = []
+    """Draw every column over the swept key, with the same y-axis in all rows."""
+    shared: list[Axes | None] = [None] * len(columns)
+    deviations: list[float] = []
     for at, panel in enumerate(view.panels, 1):
-        left = figure.add_subplot(grid[at, 0], sharey=left)
-        right = figure.add_subplot(grid[at, 1], sharey=right)
-        _set_titles(left, right, grid, result.yardstick, panel.title)
-        for line in panel.lines:
-            style = _curve_style(view, line_styles[line.label])
-            x, y = sweep.line_series(view, line, T_A.of)
-            sweep.draw_curve(left, x, y, style, line.label)
-            sweep.draw_interval(
-                left, x, y, sweep.line_series(view, line, T_A.half_width)[1], style
+        for column, metric in enumerate(columns):
+            axes = figure.add_subplot(grid[at, column], sharey=shared[column])
+            shared[column] = axes
+            sweep.set_row_title(
+                axes, panel.title, _column_title(grid, result, metric, panel.title)
             )
-            if line.label != result.yardstick:
-                x, y, width = _deviations(result, view, panel, line.label)
-                sweep.draw_curve(right, x, y, style, line.label)
-                sweep.draw_interval(right, x, y, width, style)
-                values += y
-        left.axhline(1.0, **sweep.UNITY_STYLE)
-        right.axhspan(
-            -AGREEMENT_BAND,
-            AGREEMENT_BAND,
-            **AGREEMENT_STYLE,
-            label=f"within ±{AGREEMENT_BAND:g} %",
-        )
-        right.axhline(0.0, **sweep.UNITY_STYLE)
-        sweep.mark_gaps(left, view, panel)
-        for axes in (left, right):
+            for line in panel.lines:
+                if metric is not None:
+                    x, y = sweep.line_series(view, line, metric.of)
+                    _, width = sweep.line_series(view, line, metric.half_width)
+                elif line.label != result.yardstick:
+                    x, y, width = _deviations(result, view, panel, line.label)
+                    deviations += y
+                else:
+                    continue
+                curve_style = _curve_style(view, line_styles[line.label])
+                sweep.draw_curve(axes, x, y, curve_style, line.label)
+                sweep.draw_interval(axes, x, y, width, curve_style)
+            _mark_agreement(metric, axes.axhline, axes.axhspan)
+            if metric is T_A:
+                sweep.mark_gaps(axes, view, panel)
             sweep.set_x_axis(axes, view)
-    if left and right:
-        left.set_ylim(bottom=0.0)
-        _set_deviation_scale(right, values)
+            if at == len(view.panels):  # all curves of the column are drawn
+                if metric is not None:
+                    axes.set_ylim(bottom=0.0)
+                else:
+                    _set_deviation_scale(axes, deviations)
 
 
-def _draw_metric_curves(
-    figure: Figure,
-    grid: GridSpec,
-    metric: PlottedMetric,
-    view: View,
-    line_styles: Mapping[str, Style],
+def _column_title(
+    grid: GridSpec, result: Comparison, metric: PlottedMetric | None, row_title: str = ""
+) -> str:
+    """Return the title of a column of panels, which names the reference if there is room."""
+    if metric is not None:
+        return metric.symbol
+    beside = "" if row_title or grid.ncols > WIDE_COLUMNS else f" from {result.yardstick}"
+    return f"deviation of $T_a${beside} [%]"
+
+
+def _mark_agreement(
+    metric: PlottedMetric | None, line: Callable[..., Any], span: Callable[..., Any]
 ) -> None:
-    """Draw a metric over the swept key in the last column."""
-    axes = None
-    for at, panel in enumerate(view.panels, 1):
-        axes = figure.add_subplot(grid[at, -1], sharey=axes)
-        sweep.set_row_title(axes, panel.title, metric.symbol)
-        for line in panel.lines:
-            x, y = sweep.line_series(view, line, metric.of)
-            sweep.draw_curve(
-                axes, x, y, _curve_style(view, line_styles[line.label]), line.label
-            )
-        sweep.set_x_axis(axes, view)
-    if axes is not None:
-        axes.set_ylim(bottom=0.0)
+    """Mark T_a = 1, or no deviation with the agreement band, by methods of the axes."""
+    if metric is T_A:
+        line(1.0, **sweep.UNITY_STYLE)
+    elif metric is DEVIATION:
+        span(-AGREEMENT_BAND, AGREEMENT_BAND, **AGREEMENT_STYLE)
+        line(0.0, **sweep.UNITY_STYLE)
 
 
 def _curve_style(view: View, line_style: Style) -> Style:
@@ -301,52 +302,37 @@ def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
 
 
 def draw_bars(
-    figure: Figure, grid: GridSpec, result: Comparison, line_styles: Mapping[str, Style]
+    figure: Figure,
+    grid: GridSpec,
+    result: Comparison,
+    columns: Columns,
+    line_styles: Mapping[str, Style],
 ) -> None:
-    """Draw T_a and its deviation of a single case as labelled bars."""
-    left, right = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
-    _set_titles(left, right, grid, result.yardstick)
-    rows = {row.approach: row for row in result.table.rows}
-    positions = {name: -at for at, name in enumerate(rows)}
-    for name, row in rows.items():
-        value, color = T_A.of(row), line_styles[name]["color"]
-        left.barh(positions[name], value or 0.0, color=color, height=0.6)
-        _label_bar(left, value or 0.0, positions[name], wording.format_number(value))
-        off = result.deviation(row)
-        if name != result.yardstick and off is not None:
-            right.barh(positions[name], 100.0 * off, color=color, height=0.6)
-            _label_bar(right, 100.0 * off, positions[name], f"{100.0 * off:+.3g} %")
-    left.axvline(1.0, **sweep.UNITY_STYLE)
-    right.axvspan(
-        -AGREEMENT_BAND,
-        AGREEMENT_BAND,
-        **AGREEMENT_STYLE,
-        label=f"within ±{AGREEMENT_BAND:g} %",
-    )
-    right.axvline(0.0, **sweep.UNITY_STYLE)
-    for axes in (left, right):
-        axes.set_yticks(
-            list(positions.values()), labels=list(positions) if axes is left else []
-        )
+    """Draw every column of a single case as labelled bars."""
+    rows = result.table.rows
+    for column, metric in enumerate(columns):
+        axes = figure.add_subplot(grid[1, column])
+        style.set_title(axes, _column_title(grid, result, metric))
+        for at, row in enumerate(rows):
+            if metric is not None:
+                value = metric.of(row)
+                words = wording.format_number(value)
+            elif (
+                row.approach != result.yardstick and (off := result.deviation(row)) is not None
+            ):
+                value = 100.0 * off
+                words = f"{value:+.3g} %"
+            else:
+                continue
+            color = line_styles[row.approach]["color"]
+            axes.barh(-at, value or 0.0, color=color, height=0.6)
+            _label_bar(axes, value or 0.0, -at, words)
+        _mark_agreement(metric, axes.axvline, axes.axvspan)
+        names = [row.approach if column == 0 else "" for row in rows]
+        axes.set_yticks([-at for at in range(len(rows))], labels=names)
         axes.set_ylim(-len(rows) + 0.4, 0.6)
         _widen_for_labels(axes)
         axes.grid(visible=False, axis="y")
-
-
-def _draw_metric_bars(
-    axes: Axes, metric: PlottedMetric, result: Comparison, line_styles: Mapping[str, Style]
-) -> None:
-    """Draw a metric of a single case as labelled bars, in the order of the other panels."""
-    rows = {row.approach: row for row in result.table.rows}
-    for at, (name, row) in enumerate(rows.items()):
-        value = metric.of(row)
-        axes.barh(-at, value or 0.0, color=line_styles[name]["color"], height=0.6)
-        _label_bar(axes, value or 0.0, -at, wording.format_number(value))
-    style.set_title(axes, metric.symbol)
-    axes.set_yticks([-at for at in range(len(rows))], labels=[])
-    axes.set_ylim(-len(rows) + 0.4, 0.6)
-    _widen_for_labels(axes)
-    axes.grid(visible=False, axis="y")
 
 
 def _widen_for_labels(axes: Axes) -> None:
@@ -363,15 +349,6 @@ def _label_bar(axes: Axes, value: float, position: float, words: str) -> None:
         words, (value, position), xytext=(margin, 0), textcoords="offset points",
         ha=side, va="center", size=9, bbox=LABEL_BOX,
     )  # fmt: skip
-
-
-def _set_titles(
-    left: Axes, right: Axes, grid: GridSpec, yardstick: str, title: str = ""
-) -> None:
-    """Set the titles of the panels of T_a and of its deviation."""
-    beside = "" if title or grid.ncols > WIDE_COLUMNS else f" from {yardstick}"
-    sweep.set_row_title(left, title, "$T_a$ [–]")
-    sweep.set_row_title(right, title, f"deviation of $T_a${beside} [%]")
 
 
 # Selection of the interval in which the responses are drawn.
