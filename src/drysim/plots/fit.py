@@ -24,7 +24,7 @@ from drysim.plots.response import (
     ZOOM_PERIODS,
     envelope,
 )
-from drysim.plots.style import Style
+from drysim.plots.style import Style, set_title
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.study.fit import (
     CHI_SQUARE_95,
@@ -142,8 +142,6 @@ def draw_fit(result: FitResult) -> Figure:
         axes.tick_params(labelbottom=False)
     draw_residuals_over_velocity(figure.add_subplot(grid[-1, 0]), result)
     draw_force(figure.add_subplot(grid[-1, 1]), result)
-    for axes in figure.axes:
-        axes.yaxis.set_offset_position("right")
     style.finish_figure(figure, heading(result))
     return figure
 
@@ -225,7 +223,7 @@ def draw_overview(axes: Axes, result: FitResult, part: slice) -> None:
     else:
         axes.plot(t, measured, color=MEASURED_STYLE["color"], linewidth=2.0)
         axes.plot(t, fitted, color=FITTED_STYLE["color"], linewidth=0.6)
-    axes.set_title(f"whole record: {SHORT_SYMBOLS[channel.name]} [{scale.unit}]", loc="left")
+    set_title(axes, f"whole record: {SHORT_SYMBOLS[channel.name]} [{scale.unit}]")
     axes.axvspan(t[part.start], t[part.stop - 1], **FRAME_STYLE)
     shade_held_out(axes, result)
     axes.set_xlim(t[0], t[-1])
@@ -235,7 +233,7 @@ def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice
     """Draw a measured and fitted channel over an interval, with shaded stick phases."""
     t, scale = result.measurement.t[part], scale_of(result, channel.name)
     error = format_percent(channel.error)
-    axes.set_title(f"{SYMBOLS[channel.name]} [{scale.unit}], fit error {error}", loc="left")
+    set_title(axes, f"{SYMBOLS[channel.name]} [{scale.unit}], fit error {error}")
     measured = scale.factor * measured_values(result, channel)[part]
     draw_dots(axes, t, measured, "measured", **MEASURED_STYLE)
     fitted = scale.factor * result.prediction.channels[channel.name][part]
@@ -290,7 +288,7 @@ def draw_residuals(axes: Axes, result: FitResult, channel: ChannelFit) -> None:
     words = f", {beyond} beyond the axis" if beyond else ""
     symbol = SHORT_SYMBOLS[channel.name]
     level = format_number(noise, scale.unit, 3)
-    axes.set_title(f"residual of {symbol} [{scale.unit}], noise {level}{words}", loc="left")
+    set_title(axes, f"residual of {symbol} [{scale.unit}], noise {level}{words}")
 
 
 def axis_limit(relative: Floats) -> tuple[float, int]:
@@ -329,7 +327,7 @@ def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
             )  # fmt: skip
     axes.set_ylim(-1.08 * limit, 1.08 * limit)
     axes.locator_params(axis="x", nbins=6)
-    axes.set_title("residual / noise [–]", loc="left")
+    set_title(axes, "residual / noise [–]")
     axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
 
 
@@ -361,7 +359,7 @@ def draw_force(axes: Axes, result: FitResult) -> None:
     dark: Style = {**DOT_STYLE, "color": FITTED_STYLE["color"]}
     draw_dots(axes, v_r, fitted, "fitted force", **dark)
     axes.locator_params(axis="x", nbins=6)
-    axes.set_title("friction force $F_f$ [N]", loc="left")
+    set_title(axes, "friction force $F_f$ [N]")
     axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
     size = float(np.abs(fitted).max())
     limit = max(1.3 * size, 1.1 * float(np.quantile(np.abs(measured), SHOWN_SHARE)))
@@ -430,7 +428,7 @@ def draw_profiles(result: FitResult) -> Figure:
         draw_note(axes, exact if one.deviation else unknown)
     for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
         value = format_interval(one.value, half_width(one), format_unit(one.unit))
-        axes.set_title(f"{style.escape_text(one.key)} {value}", loc="left")
+        set_title(axes, f"{style.escape_text(one.key)} {value}")
     style.finish_figure(figure, heading(result))
     return figure
 

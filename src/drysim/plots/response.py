@@ -28,7 +28,7 @@ from drysim.core.model import (
     has_friction,
 )
 from drysim.plots import style
-from drysim.plots.style import Style
+from drysim.plots.style import Style, set_title
 from drysim.study.outcome import Outcome
 from drysim.wording import LengthUnit
 
@@ -170,14 +170,12 @@ def response_panels(
     """Return empty panels of acceleration (upper) and relative displacement (lower)."""
     above = figure.add_subplot(places[0])
     below = figure.add_subplot(places[1], sharex=above)
-    above.set_title("acceleration [m/s²]", loc="left")
+    set_title(above, "acceleration [m/s²]")
     above.tick_params(labelbottom=False)
-    below.set_title(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
+    set_title(below, f"relative displacement $x_r$ [{unit.symbol}]")
     below.set_xlabel("time $t$ [s]")
     if end > begin:
         below.set_xlim(begin, end)
-    for axes in (above, below):
-        axes.yaxis.set_offset_position("right")
     return above, below
 
 
@@ -245,7 +243,7 @@ def _cut_off_base(axes: Axes, base: Any, mass: Any, peak: Any) -> None:
     """
     if base > MAX_BASE_RATIO * mass > 0:
         axes.set_ylim(-CUT_OFF_RATIO * peak, CUT_OFF_RATIO * peak)
-        axes.set_title("acceleration (base cut off) [m/s²]", loc="left")
+        set_title(axes, "acceleration (base cut off) [m/s²]")
 
 
 def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
@@ -349,15 +347,14 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     x_r = shown.x_r * unit.units_per_metre
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
-    axes.yaxis.set_offset_position("right")
     if not has_friction(motion.law):
-        axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
+        set_title(axes, "damping force $b\\,v_r$ [N]")
         damping = motion.law.damping
         b = motion.plant.b if damping is None else np.where(shown.v_r > 0.0, *damping)
         force = b * shown.v_r
         axes.plot(x_r, force, **mass_style(force))
         return
-    axes.set_title("friction force $F_f$ [N]", loc="left")
+    set_title(axes, "friction force $F_f$ [N]")
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
     axes.set_xlim(*_axis_limits(x_r))
@@ -373,10 +370,9 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
 def draw_friction_over_velocity(axes: Axes, shown: Curve, motion: Response) -> None:
     """Draw the friction force over the relative velocity, and the law's own characteristic."""
     unit = wording.length_unit(float(np.abs(shown.v_r).max()))
-    axes.set_title("friction force $F_f$ [N]", loc="left")
+    set_title(axes, "friction force $F_f$ [N]")
     axes.set_xlabel(f"relative velocity $v_r$ [{unit.symbol}/s]", loc="left")
     axes.locator_params(axis="x", nbins=5)
-    axes.yaxis.set_offset_position("right")
     v_r = shown.v_r * unit.units_per_metre
     # An impact on a rigid stop passes no velocity in between.
     steps = np.abs(np.diff(v_r)) > MIN_IMPACT_SHARE * np.abs(v_r).max()

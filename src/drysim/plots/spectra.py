@@ -15,7 +15,7 @@ from drysim import wording
 from drysim.metrics.spectra import BANDS, Spectra, viscous_transmissibility
 from drysim.plots import style
 from drysim.plots.response import BASE_STYLE, MARKED_POINTS, mass_style
-from drysim.plots.style import Style
+from drysim.plots.style import Style, set_title
 from drysim.study.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def draw_bands(outcome: Outcome) -> Figure | None:
     numbers, axes = np.arange(len(BANDS)), None
     for i, (what, base, mass) in enumerate(pairs):
         axes = figure.add_subplot(grid[0, i], sharey=axes)
-        axes.set_title(f"{what} in one-third octaves [m/s²]", loc="left")
+        set_title(axes, f"{what} in one-third octaves [m/s²]")
         axes.bar(numbers, np.nan_to_num(base), width=0.9, **BASE_BAR_STYLE, label="base ü")
         axes.bar(numbers, np.nan_to_num(mass), width=0.5, **MASS_BAR_STYLE, label="mass ẍ")
         axes.set_xticks(numbers[::3], [f"{f:g}" for f in BANDS[::3]])
@@ -101,7 +101,7 @@ def _excited_lines(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 def _draw_psd(axes: Axes, found: Spectra) -> None:
     """Draw the PSD of base and mass."""
-    axes.set_title("PSD of acceleration [(m/s²)²/Hz]", loc="left")
+    set_title(axes, "PSD of acceleration [(m/s²)²/Hz]")
     axes.plot(found.f, found.G_x, **mass_style(found.G_x), label="mass ẍ")
     axes.plot(found.f, found.G_u, **BASE_STYLE, label="base ü")
     peak = max(found.G_u.max(initial=0.0), found.G_x.max(initial=0.0))
@@ -114,7 +114,7 @@ def _draw_transmissibility(
     axes: Axes, found: Spectra, excited: NDArray[np.bool_], outcome: Outcome
 ) -> None:
     """Draw H1 at the excited lines, and T_a of the frictionless oscillator."""
-    axes.set_title("transmissibility H1 [–]", loc="left")
+    set_title(axes, "transmissibility H1 [–]")
     H1 = np.where(excited, np.abs(found.H1), np.nan)
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
     axes.plot(found.f, H1, **mass_style(H1), marker=mark, label="H1")
@@ -131,7 +131,7 @@ def _draw_transmissibility(
 
 def _draw_coherence(axes: Axes, found: Spectra, excited: NDArray[np.bool_]) -> None:
     """Draw the coherence at the excited lines."""
-    axes.set_title("coherence [–]", loc="left")
+    set_title(axes, "coherence [–]")
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
     coherence = np.where(excited, found.coherence, np.nan)
     axes.plot(found.f, coherence, **mass_style(coherence), marker=mark)
