@@ -10,7 +10,7 @@ both readable.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from math import inf, log10, nan, pi, sqrt
+from math import inf, log10, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from drysim.plots.response import (
     Curve,
     curve_with_events,
     grid_curve,
+    natural_period,
     stuck_intervals,
     stuck_label,
 )
@@ -458,5 +459,5 @@ def _reference_period(response: Response) -> float:
     """Return the longest period of a harmonic base motion, else the natural period [s]."""
     if isinstance(response.motion, Sines) and response.motion.f:
         return 1.0 / min(response.motion.f)
-    m, k_x, _ = response.plant
-    return 2 * pi * sqrt(m / k_x) if k_x > 0 else 1.0
+    period = natural_period(response.plant)
+    return period if period < inf else 1.0

@@ -9,7 +9,7 @@ acceleration the residual is differentiated, smoothed over part of a natural per
 from __future__ import annotations
 
 import textwrap
-from math import ceil
+from math import ceil, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,10 +19,13 @@ from drysim.plots import style
 from drysim.plots.response import (
     ENVELOPE_BINS,
     FRAME_STYLE,
+    LIMIT_STYLE,
     MASS_STYLE,
     STUCK_STYLE,
     ZOOM_PERIODS,
     envelope,
+    natural_period,
+    runs,
 )
 from drysim.plots.style import Style, set_title
 from drysim.scenario.fit import CHANNEL_UNITS
@@ -96,7 +99,6 @@ LEGEND_DOT = 5.0
 HELD_OUT_STYLE: Style = {
     "facecolor": "none", "edgecolor": "#b9b9b9", "hatch": "//", "linewidth": 0.0, "zorder": 0.5,
 }  # fmt: skip
-LIMIT_STYLE: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
 LINEAR_STYLE: Style = {"color": "#8a8a8a", "linewidth": 1.6, "linestyle": (0, (2, 1.5))}
 INTERVAL_STYLE: Style = {"facecolor": "#e3ebf5", "edgecolor": "none", "zorder": 0}
 
@@ -186,9 +188,8 @@ def scale_of(result: FitResult, name: str) -> Scale:
 def shown_part(result: FitResult) -> slice:
     """Return the fitted interval with the largest motion, or all samples of a short record."""
     n, dt = len(result.measurement.t), result.measurement.dt
-    m, k_x, _ = result.scenario.oscillator.plant()
     rig = result.source.fit is not None and result.source.fit.measured.is_rig
-    period = 2.0 * np.pi * np.sqrt(m / k_x) if k_x > 0.0 and not rig else np.inf
+    period = inf if rig else natural_period(result.scenario.oscillator.plant())
     count = max(ZOOM_PERIODS * period / dt, SHORTEST_SHOWN)
     if count > LONGEST_SHARE * n:
         return slice(0, n)
@@ -238,9 +239,7 @@ def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice
     draw_dots(axes, t, measured, "measured", **MEASURED_STYLE)
     fitted = scale.factor * result.prediction.channels[channel.name][part]
     axes.plot(t, fitted, **FITTED_STYLE, label="fitted")
-    stuck = np.concatenate(([0], (result.prediction.mode[part] == 0).astype(int), [0]))
-    edges = np.flatnonzero(np.diff(stuck))
-    for i, j in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for i, j in runs(result.prediction.mode[part] == 0):
         axes.axvspan(t[i], t[j - 1], **STUCK_STYLE, label="stuck, as fitted")
     axes.set_xlim(t[0], t[-1])
     if t[-1] > result.fitted_end:
@@ -248,8 +247,9 @@ def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice
 
 
 def draw_dots(axes: Axes, x: Floats, y: Floats, label: str, **dots: Any) -> None:
-    """Draw dots, which are larger in the legend."""
-    axes.plot(x, y, **dots)
+    """Draw dots, of very many an evenly spaced part; they are larger in the legend."""
+    every = ceil(len(x) / MAX_DOTS)
+    axes.plot(x[::every], y[::every], **dots)
     if label:
         axes.plot([], [], **{**dots, "markersize": LEGEND_DOT}, label=label)
 
@@ -271,15 +271,13 @@ def draw_residuals(axes: Axes, result: FitResult, channel: ChannelFit) -> None:
     fitted = np.zeros(len(t), dtype=bool)
     fitted[: len(result.selected)] = result.selected
     held_out = t > result.fitted_end
-    every = ceil(len(t) / MAX_DOTS)
     for mask, color, label in (
         (fitted, USED_COLOR, "residual"),
         (held_out, USED_COLOR, ""),
         (~fitted & ~held_out, UNUSED_COLOR, "next to an event: not fitted"),
     ):
-        at = np.flatnonzero(mask)[::every]
-        if len(at):
-            draw_dots(axes, t[at], shown[at], label, **DOT_STYLE, color=color)
+        if mask.any():
+            draw_dots(axes, t[mask], shown[mask], label, **DOT_STYLE, color=color)
     for side in (-NORMAL_95, NORMAL_95):
         axes.axhline(side * noise, **NOISE_STYLE, label="±1.96 times the noise")
     shade_held_out(axes, result)
@@ -294,31 +292,25 @@ def draw_residuals(axes: Axes, result: FitResult, channel: ChannelFit) -> None:
 def axis_limit(relative: Floats) -> tuple[float, int]:
     """Return the end of an axis of residuals in units of the noise, and how many are beyond."""
     size = np.abs(relative)
-    most = float(size.max())
-    limit = most
-    if most > USUAL:
-        limit = max(USUAL, 1.2 * float(np.quantile(size, SHOWN_SHARE)))
-    limit = min(max(limit, 1.1 * NORMAL_95), max(most, 1.1 * NORMAL_95))
+    usual = max(USUAL, 1.2 * float(np.quantile(size, SHOWN_SHARE)))
+    limit = max(min(float(size.max()), usual), 1.1 * NORMAL_95)
     return limit, int(np.sum(size > limit))
 
 
 def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
     """Draw the residuals of all channels, in units of the noise, over v_r, and their means."""
-    scale = Scale(*display_unit("m/s", float(np.abs(result.prediction.channels["v_r"]).max())))
-    v_r = scale.factor * result.prediction.channels["v_r"]
+    v_r = set_velocity_axis(axes, result)
     used = np.ones(len(v_r), dtype=bool)
     used[: len(result.selected)] = result.selected
-    at = np.flatnonzero(used)
-    dots = at[:: ceil(len(at) / MAX_DOTS)]
-    relative = [result.residuals(one)[at] / one.noise for one in result.channels]
+    relative = [result.residuals(one)[used] / one.noise for one in result.channels]
     limit, _ = axis_limit(np.concatenate(relative))
     for i, one in enumerate(result.channels):
         symbol = SHORT_SYMBOLS[one.name]
-        residuals = np.clip(result.residuals(one) / one.noise, -limit, limit)
+        residuals = np.clip(relative[i], -limit, limit)
         several = len(result.channels) > 1
         label = f"residual of {symbol} over $v_r$" if several else ""
-        draw_dots(axes, v_r[dots], residuals[dots], label, **CHANNEL_DOTS[i])
-        middle, mean = binned_means(v_r[at], residuals[at])
+        draw_dots(axes, v_r[used], residuals, label, **CHANNEL_DOTS[i])
+        middle, mean = binned_means(v_r[used], residuals)
         if len(middle):
             axes.plot(
                 middle, mean, **MEAN_STYLE, linestyle=MEAN_LINES[i],
@@ -326,9 +318,17 @@ def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
                 label=f"mean residual of {symbol}" if several else "mean residual",
             )  # fmt: skip
     axes.set_ylim(-1.08 * limit, 1.08 * limit)
-    axes.locator_params(axis="x", nbins=6)
     set_title(axes, "residual / noise [–]")
+
+
+def set_velocity_axis(axes: Axes, result: FitResult) -> Floats:
+    """Label the x-axis of a panel over v_r, and return v_r in its displayed unit."""
+    v_r = result.prediction.channels["v_r"]
+    scale = Scale(*display_unit("m/s", float(np.abs(v_r).max())))
+    axes.locator_params(axis="x", nbins=6)
     axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
+    shown: Floats = scale.factor * v_r
+    return shown
 
 
 def binned_means(at: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -346,21 +346,16 @@ def binned_means(at: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 def draw_force(axes: Axes, result: FitResult) -> None:
     """Draw the friction force over v_r, as measured and as fitted."""
-    channels = result.prediction.channels
-    scale = Scale(*display_unit("m/s", float(np.abs(channels["v_r"]).max())))
-    v_r, fitted = scale.factor * channels["v_r"], channels["F_f"]
+    v_r, fitted = set_velocity_axis(axes, result), result.prediction.channels["F_f"]
     measured = measured_force(result)
-    dots = slice(None, None, ceil(len(v_r) / MAX_DOTS))
     words = "measured force" if "F_f" in result.measurement.channels else (
         "force by the measured acceleration" if "x_dd" in result.measurement.channels
         else "force by the measured motion, smoothed"
     )  # fmt: skip
-    draw_dots(axes, v_r[dots], measured[dots], words, **{**MEASURED_STYLE, "markersize": 2.2})
+    draw_dots(axes, v_r, measured, words, **{**MEASURED_STYLE, "markersize": 2.2})
     dark: Style = {**DOT_STYLE, "color": FITTED_STYLE["color"]}
     draw_dots(axes, v_r, fitted, "fitted force", **dark)
-    axes.locator_params(axis="x", nbins=6)
     set_title(axes, "friction force $F_f$ [N]")
-    axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
     size = float(np.abs(fitted).max())
     limit = max(1.3 * size, 1.1 * float(np.quantile(np.abs(measured), SHOWN_SHARE)))
     if limit > 0.0:
@@ -373,17 +368,17 @@ def measured_force(result: FitResult) -> Floats:
     fitted = result.prediction.channels["F_f"]
     if "F_f" in by_name:
         return measured_values(result, by_name["F_f"])
-    m, k_x, _ = result.scenario.oscillator.plant()
+    plant = result.scenario.oscillator.plant()
     if "x_dd" in by_name:
-        return fitted - m * result.residuals(by_name["x_dd"])
+        return fitted - plant.m * result.residuals(by_name["x_dd"])
     from scipy.signal import savgol_filter
 
     name, order = ("v_r", 1) if "v_r" in by_name else ("x_r", 2)
     dt, residuals = result.measurement.dt, result.residuals(by_name[name])
-    period = 2.0 * np.pi * np.sqrt(m / k_x) if k_x > 0.0 else 1.0
+    period = natural_period(plant) if plant.k_x > 0.0 else 1.0
     width = max(3, min(round(0.5 * SMOOTHING * period / dt), (len(residuals) - 1) // 2))
     derived = savgol_filter(residuals, 2 * width + 1, 3, deriv=order, delta=dt)
-    force: Floats = fitted - m * derived
+    force: Floats = fitted - plant.m * derived
     return force
 
 

@@ -12,10 +12,12 @@ which the stroke limit is reached are marked. Other pictures use the curves and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim import wording
 from drysim.approach.solution import Floats, Response
@@ -23,6 +25,7 @@ from drysim.core.model import (
     AnyLaw,
     DynamicLaw,
     PiecewiseLaw,
+    Plant,
     StrokeLimits,
     acceleration_at,
     has_friction,
@@ -157,7 +160,10 @@ CHARACTERISTIC_STYLE: Style = {
     "linestyle": (0, (3, 2)),
     "zorder": 2.5,
 }
-VIOLATION_STYLE: Style = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
+VIOLATION_STYLE: Style = {
+    "color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3, "linestyle": "none",
+    "clip_on": False,
+}  # fmt: skip
 STUCK_STYLE: Style = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
 FRAME_STYLE: Style = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
 SETTLING_STYLE: Style = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
@@ -187,7 +193,6 @@ def draw_lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None
     _cut_off_base(above, np.std(shown.u_dd), np.std(shown.x_dd), np.abs(shown.x_dd).max())
     x_r = shown.x_r * unit.units_per_metre
     below.plot(shown.t, x_r, **MASS_STYLE, marker=mark)
-    below.set_ylim(*_axis_limits(x_r))
 
 
 def mass_style(series: Floats) -> Style:
@@ -274,14 +279,13 @@ def draw_limit(
     A limit above `max_ratio` times the peak would flatten the curve and is omitted.
     """
     peak = largest_magnitude(motion, "x_r").value
-    if min(limits) > max_ratio * peak > 0:
-        return
-    hits = stop_impacts(motion)
-    axes.autoscale(axis="y")
-    what = "end stops" if hits else "stroke limit"
     near = [
         level for level in (-limits.down, limits.up) if not abs(level) > max_ratio * peak > 0
     ]
+    if not near:
+        return
+    hits = stop_impacts(motion)
+    what = "end stops" if hits else "stroke limit"
     texts = [wording.format_number(level * unit.units_per_metre) for level in near]
     if limits.up == limits.down:
         texts = [f"±{texts[-1]}"]
@@ -296,12 +300,8 @@ def draw_limit(
     )
     if len(marked):
         label = "stop hit" if hits else "limit exceeded"
-        style = (
-            {**VIOLATION_STYLE, "markersize": 3.5}
-            if len(marked) > CROWDED_MARKERS
-            else VIOLATION_STYLE
-        )
-        axes.plot(*marked.T, **style, linestyle="none", clip_on=False, label=label)
+        crowded = {"markersize": 3.5} if len(marked) > CROWDED_MARKERS else {}
+        axes.plot(*marked.T, **{**VIOLATION_STYLE, **crowded}, label=label)
 
 
 def stop_impacts(response: Response) -> list[tuple[float, float]]:
@@ -309,14 +309,9 @@ def stop_impacts(response: Response) -> list[tuple[float, float]]:
     law, trajectory = response.law, cast("PiecewiseTrajectory", response.trajectory)
     if law.stops is None:
         return []
-    t, v_r = trajectory.hits()
-    return list(
-        zip(
-            t.tolist(),
-            np.where(v_r > 0.0, law.stops.limits.up, -law.stops.limits.down).tolist(),
-            strict=True,
-        )
-    )
+    (t, v_r), limits = trajectory.hits(), law.stops.limits
+    x_r = np.where(v_r > 0.0, limits.up, -limits.down)
+    return list(zip(t.tolist(), x_r.tolist(), strict=True))
 
 
 def excursions(response: Response, limits: StrokeLimits) -> list[tuple[float, float]]:
@@ -327,8 +322,7 @@ def excursions(response: Response, limits: StrokeLimits) -> list[tuple[float, fl
         x_r = response.points(part).x_r
         size = np.abs(x_r)
         beyond = limits.side(x_r) != 0.0
-        steps = np.flatnonzero(np.diff(beyond, prepend=False, append=False))
-        for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
+        for a, b in runs(beyond):
             at = a + int(size[a:b].argmax())
             peak = (part.start + at) * response.dt, float(x_r[at])
             if not (continues and a == 0):
@@ -357,7 +351,6 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     set_title(axes, "friction force $F_f$ [N]")
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
-    axes.set_xlim(*_axis_limits(x_r))
     if not has_varying_load(motion.law):
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
@@ -412,12 +405,6 @@ def characteristic(law: AnyLaw, low: float, high: float) -> tuple[Floats, Floats
 def has_varying_load(law: AnyLaw) -> bool:
     """Whether the normal force varies, so that no limit is constant."""
     return bool(law.variation) or law.force_record is not None
-
-
-def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
-    """Return axis limits for a mass that does not move, otherwise (None, None): automatic."""
-    low, high = float(x_r.min()), float(x_r.max())
-    return (low - 1, high + 1) if low == high else (None, None)
 
 
 # Curves of a response for drawing.
@@ -549,6 +536,17 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
     return side(np.nextafter(t, 0.0)), side(t)
 
 
+def runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Yield the first index of every run of true elements, and the index behind its last."""
+    steps = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
+    yield from zip(steps[::2], steps[1::2], strict=True)
+
+
+def natural_period(plant: Plant) -> float:
+    """Return the natural period [s], infinity without a spring."""
+    return 2.0 * pi * sqrt(plant.m / plant.k_x) if plant.k_x > 0.0 else inf
+
+
 def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:
     """Return centre [grid points], minimum and maximum of each bin of a long series.
 
@@ -585,9 +583,8 @@ def zoom_slice(response: Response, begin: float) -> slice:
     x_r = response.points(slice(0, 1)).x_r
     moves = any((response.points(part).x_r != x_r).any() for part in response.parts())
     peak = largest_magnitude(response, "x_r" if moves else "u_dd", settled).point
-    m, k_x, _ = response.plant
-    period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
-    points = min(max(ZOOM_PERIODS * period / response.dt, ZOOM_POINTS[0]), ZOOM_POINTS[1])
+    points = ZOOM_PERIODS * natural_period(response.plant) / response.dt
+    points = min(max(points, ZOOM_POINTS[0]), ZOOM_POINTS[1])
     points = min(points, max(MAX_ZOOM_SHARE * length, 2.0))
     first = int(min(max(peak - points / 2, 0), length - points))
     return slice(first, first + int(points))

@@ -23,8 +23,8 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby, takewhile
-from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, pi, sqrt
+from itertools import takewhile
+from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -199,14 +199,7 @@ def _mark_violations(axes: Axes, view: View, panel: Panel, metric: PlottedMetric
     rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
     if rows:
         x, y = [view.x(row) for row in rows], [metric.of(row) or nan for row in rows]
-        axes.plot(
-            x,
-            y,
-            **response.VIOLATION_STYLE,
-            linestyle="none",
-            clip_on=False,
-            label="limit exceeded",
-        )
+        axes.plot(x, y, **response.VIOLATION_STYLE, label="limit exceeded")
 
 
 # Assignment of the swept keys to x-axis, lines and panels.
@@ -603,11 +596,10 @@ def _mark_admissible(
     rows = [row for line in panel.lines for row in line.rows]
     if len(panel.lines) == 1 and rows and not view.files:
         rows.sort(key=view.x)
-        admissible = is_admissible(Batch.of(0, rows), table.scenario.checks)
-        for keeps, run in groupby(zip(rows, admissible, strict=True), key=lambda one: one[1]):
-            x = [view.x(row) for row, _ in run]
-            if keeps and x[0] < x[-1]:
-                axes.axvspan(x[0], x[-1], **ADMISSIBLE_STYLE)
+        x = [view.x(row) for row in rows]
+        for i, j in response.runs(is_admissible(Batch.of(0, rows), table.scenario.checks)):
+            if x[i] < x[j - 1]:
+                axes.axvspan(x[i], x[j - 1], **ADMISSIBLE_STYLE)
     for name, best in table.answers:
         if best.row and any(row.point == best.row.point for row in rows):
             _draw_best(axes, name, best, table, view.x(best.row), metric.of(best.row))
@@ -645,10 +637,9 @@ def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
     Only if all cases have the same natural frequency.
     """
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
-    plant = table.scenario.oscillator.plant()
-    if view.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS or plant.k_x <= 0:
+    if view.key != FREQUENCY_KEY or varied & NATURAL_FREQUENCY_KEYS:
         return
-    f_0 = sqrt(plant.k_x / plant.m) / (2 * pi)
+    f_0 = 1.0 / response.natural_period(table.scenario.oscillator.plant())
     low, high = axes.get_xlim()
     for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
         if low < f < high:
