@@ -5,8 +5,9 @@ For a scenario, the sketch has the elements that its scene has, with their value
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -47,11 +48,8 @@ SYMBOLS, VALUES = Layout(2.0, 2.0, 4.4), Layout(3.2, 3.6, 5.6)
 """Layouts without and with values, which are wider."""
 
 
-class Part(NamedTuple):
-    """An element between base and mass, with its label."""
-
-    name: str
-    label: str
+Draw = Callable[["Axes", float, str], None]
+"""Draws an element between base and mass, given its place and its label."""
 
 
 def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figure:
@@ -84,9 +82,8 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
     axes.add_patch(Rectangle((first - 1.2, 0.7), long + 0.8, 0.35, facecolor="#8a8a8a", **EDGE))
     rests = scenario is not None and scenario.excitation.kind == "rest"
     axes.text(middle, 0.32, "base at rest" if rests else "moving base", size=11, **CENTRED)
-    for at, part in enumerate(parts):
-        place = first + layout.spacing * (at + (count - len(parts)) / 2)
-        DRAWN[part.name](axes, place, part.label)
+    for at, (draw_part, label) in enumerate(parts):
+        draw_part(axes, first + layout.spacing * (at + (count - len(parts)) / 2), label)
     for symbol, foot in (("x", 4.65), ("u", 0.88))[: 1 if rests else 2]:
         axes.plot([right + 1.3, right + 1.9], [foot, foot], color="black", linewidth=1)
         tip = right + 1.6, foot + 0.95
@@ -97,26 +94,25 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
     return figure
 
 
-def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[Part]:
-    """Yield the elements of a scene."""
+def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[tuple[Draw, str]]:
+    """Yield what draws each element of a scene, with the label of the element."""
     if scenario is None:
-        yield from (Part("spring", "$k_x$"), Part("damper", "$b$"))
-        yield Part("contact", "friction $F_{fk}$, $F_{fs}$")
+        yield from ((_draw_spring, "$k_x$"), (_draw_damper, "$b$"))
+        yield _draw_contact, "friction $F_{fk}$, $F_{fs}$"
         return
     plant, law = scenario.oscillator.plant(), scenario.law()
     if plant.k_x > 0 or _names(("stiffness", "natural_frequency"), varied):
-        yield Part("spring", _label("$k_x$", "stiffness", scenario, varied))
+        yield _draw_spring, _label("$k_x$", "stiffness", scenario, varied)
     if plant.b > 0 or law.damping or _names(("damping", "damping_ratio"), varied):
-        yield Part("damper", _label("$b$", "damping", scenario, varied))
+        yield _draw_damper, _label("$b$", "damping", scenario, varied)
     if has_friction(law) or any(key.startswith("friction.") for key in varied):
-        name = "elastic contact" if law.is_elastic else "contact"
-        yield Part(name, _friction_label(law, varied))
+        yield partial(_draw_contact, elastic=law.is_elastic), _friction_label(law, varied)
     if law.stops is not None:
         peak = max(law.stops.limits)
         sides = wording.describe_limits(law.stops.limits, peak)
         kind = "rigid stops" if law.stops.rigid else "bumpers"
         swept = any(key.startswith("stroke.") for key in varied)
-        yield Part("stops", f"{kind}\n{'varied' if swept else sides}")
+        yield _draw_stops, f"{kind}\n{'varied' if swept else sides}"
 
 
 def _label(
@@ -130,17 +126,18 @@ def _label(
     if scenario is None:
         return symbol
     plant, damping = scenario.oscillator.plant(), scenario.law().damping
-    value = {
-        "mass": lambda: format_number(plant.m, "kg"),
-        "stiffness": lambda: format_number(plant.k_x, "N/m"),
-        "damping": lambda: (
-            format_number(plant.b, "N·s/m")
-            if damping is None
-            else f"{format_number(damping[0])} and\n{format_number(damping[1], 'N·s/m')}"
-        ),
-    }[key]()
-    swept = _is_varied(key, scenario, varied)
-    return f"{symbol}{separator}{'varied' if swept else value}"
+    if _is_varied(key, scenario, varied):
+        value = "varied"
+    elif key == "damping" and damping is not None:
+        value = f"{format_number(damping[0])} and\n{format_number(damping[1], 'N·s/m')}"
+    else:
+        number, unit = {
+            "mass": (plant.m, "kg"),
+            "stiffness": (plant.k_x, "N/m"),
+            "damping": (plant.b, "N·s/m"),
+        }[key]
+        value = format_number(number, unit)
+    return f"{symbol}{separator}{value}"
 
 
 FOLLOWS_FROM = {
@@ -214,23 +211,9 @@ def _draw_contact(axes: Axes, x: float, label: str, elastic: bool = False) -> No
     axes.text(x + 1.15, 2.6, label, size=11, **LEFT)
 
 
-def _draw_elastic_contact(axes: Axes, x: float, label: str) -> None:
-    _draw_contact(axes, x, label, elastic=True)
-
-
 def _draw_stops(axes: Axes, x: float, label: str) -> None:
     from matplotlib.patches import Rectangle
 
     axes.add_patch(Rectangle((x - 0.3, BASE), 0.6, 2.1, facecolor="white", **EDGE))
     axes.add_patch(Rectangle((x - 0.3, BASE + 2.1), 0.6, 0.35, facecolor="#444444", **EDGE))
     axes.text(x + 0.5, 2.3, label, size=11, **LEFT)
-
-
-DRAWN: dict[str, Any] = {
-    "spring": _draw_spring,
-    "damper": _draw_damper,
-    "contact": _draw_contact,
-    "elastic contact": _draw_elastic_contact,
-    "stops": _draw_stops,
-}
-"""What draws an element, given its place and its label."""
