@@ -75,7 +75,7 @@ def draw(bench: Bench) -> Figure:
             _draw_panel(axes, panel, error)
             style.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
     title = bench.cases[0].scenario.name if alone else "speed against error"
-    style.finish_figure(figure, style.Heading(title, (CAPTION,)))
+    style.finish_figure(figure, style.Heading(style.fit_title(title), (CAPTION,)))
     return figure
 
 

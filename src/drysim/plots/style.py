@@ -367,7 +367,7 @@ CLAUSE_BREAK = r"(?<=[,;]) "
 
 
 class Heading(NamedTuple):
-    """Title of a picture, and at most two lines below it, as matplotlib text."""
+    """Title of a picture and at most two lines below it, all as matplotlib text."""
 
     title: str
     lines: tuple[str, ...]
@@ -447,7 +447,7 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
     """
     symbols = [typeset(escape_text(text)) for text in (results, scene)]
     lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}".removeprefix("; "))
-    return Heading(_fit_title(scenario), tuple(fit_line(line) for line in lines if line))
+    return Heading(fit_title(scenario.name), tuple(fit_line(line) for line in lines if line))
 
 
 def escape_text(text: str) -> str:
@@ -464,24 +464,16 @@ def write_heading(figure: Figure, heading: Heading) -> None:
     """Write a heading at the top of a figure."""
     total_height = figure.get_figheight()
     place: dict[str, Any] = {"va": "top", "x": 0.02}
-    figure.text(
-        y=1 - 0.12 / total_height, s=heading.title, parse_math=False, **TITLE_FONT, **place
-    )
+    figure.text(y=1 - 0.12 / total_height, s=heading.title, **TITLE_FONT, **place)
     at = 0.42
     for line in heading.lines:
         figure.text(y=1 - at / total_height, s=line, size=HEADING_SIZE, **place)
         at += HEADING_LINE_HEIGHT
 
 
-def _fit_title(scenario: Scenario) -> str:
-    """Return the name of a scenario, shortened to the width of the picture."""
-    whole = wording.sanitise(scenario.name)
-    name = whole[:MAX_TITLE_LENGTH]
-    if name == whole and text_width(name.replace("$", r"\$"), **TITLE_FONT) <= HEADING_WIDTH:
-        return name
-    while text_width(f"{name} …".replace("$", r"\$"), **TITLE_FONT) > HEADING_WIDTH:
-        name = name[:-1]
-    return f"{name.rstrip()} …"
+def fit_title(name: str) -> str:
+    """Return a name as the title of a picture, shortened to its width."""
+    return fit_line(escape_text(name[:MAX_TITLE_LENGTH]), **TITLE_FONT)
 
 
 def _stroke_limit(table: Table, peak: float | None) -> str:
@@ -530,7 +522,7 @@ def fit_line(text: str, width: float = HEADING_WIDTH, **font: Any) -> str:
         clauses.pop()
     line = " ".join(clauses)
     while text_width(f"{line} …", **font) > width:  # a single clause
-        line = line[:-1]
+        line = line[:-1].removesuffix("\\")
         if len(re.findall(r"(?<!\\)\$", line)) % 2:  # within a symbol
             line = line.rpartition("$")[0]
     return f"{line.rstrip()} …"
