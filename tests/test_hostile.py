@@ -315,6 +315,16 @@ def test_scene_beyond_its_keys_is_refused_in_a_sentence(seat, words, sentence):
     assert sentence in problem.sentence
 
 
+@pytest.mark.parametrize("key", ["start\u2028\u2028", "start" + "1e999" * 500])
+def test_proposed_key_is_short_and_on_one_line(seat, key):
+    with pytest.raises(DrysimError) as fault:
+        drysim.load(seat, {f"{key}.x_r": 1, "start": None})
+    message = str(fault.value)
+    assert "did you mean `start" in message
+    assert max(map(len, message.splitlines())) < 400
+    assert all(message.splitlines())
+
+
 ANY = {0, 1, 2}
 """Contacts of an orbit whose peaks on either side rounding decides."""
 
