@@ -570,13 +570,9 @@ def closest_match(name: str, candidates: Iterable[str]) -> str | None:
     return best[-1] if best else None
 
 
-MAX_HINT = 80
-"""Characters of the longest name that a message proposes."""
-
-
 def did_you_mean(nearest: str | None) -> str:
     """Return the suffix `; did you mean …?` of an error message; empty without a suggestion."""
-    return f"; did you mean `{shorten(nearest, MAX_HINT)}`?" if nearest else ""
+    return f"; did you mean `{nearest}`?" if nearest else ""
 
 
 def name_hint(name: str, known: Collection[str]) -> str:

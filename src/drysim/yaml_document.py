@@ -736,7 +736,8 @@ def _set_node(
     elif new.value is not None:
         children[step] = new
     elif children.pop(step, None) is None:
-        hint = did_you_mean(closest_match(step, children))
+        nearest = closest_match(step, children)
+        hint = did_you_mean(nearest and shorten(nearest))
         raise location.unreadable(f"there is no `{shorten(step)}` to remove{hint}")
     if step in children:
         children[step] = children[step]._replace(
