@@ -86,6 +86,7 @@ from drysim.core.modes import (
     is_rigid_slip,
     leave_rest,
     load_at,
+    load_varies,
     mode_equation,
     mode_forces,
     mode_from_rest,
@@ -630,17 +631,18 @@ def exit_from_motion(scene, part, lift):
     d = mode.direction if mode.entry == LEAVING else motion_direction(v_r, a, j)
     if is_rigid_slip(law, mode):
         d = mode.contact
-    if d == 0 and waves.size > 0 and quiet_time(waves, equation) < until:
-        # The waves move the mass, but too slowly at first to tell where to.
+    if d == 0 and waves.size > 0:
         step = quiet_time(waves, equation)
-        x, v, _, _, _ = motion_at(equation, waves, xi, v_r, step)
-        return Exit(NO_EXIT, step, x, v, math.nan, d)
+        if step < until:
+            # The waves move the mass, but too slowly at first to tell where to.
+            x, v, _, _, _ = motion_at(equation, waves, xi, v_r, step)
+            return Exit(NO_EXIT, step, x, v, math.nan, d)
     turn, change, transition = NEVER, NEVER, NEVER
     contact, end_stop = HOLD, mode.end_stop
     x, v = xi, v_r
     yields = elastic and abs(mode.contact) == 1
     # Under a constant normal force the end of a yield is the zero of v_r.
-    if not yields or law.variation > 0.0 or law.step > 0.0:
+    if not yields or load_varies(law):
         turn = first_stop(motion, waves, law, d, until)[0]
     if yields:
         change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
@@ -694,22 +696,11 @@ def enter_next_mode(scene, part, leave, state, segments, log):
         state = arrive_at_stop(scene, now, rate, state, segments, log)
     elif leave.kind == STOP_EXIT:
         state = pass_stage(scene, now, leave.after, state, log)
-    elif leave.kind == TURN:
-        mode = state.mode
-        mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
-        state = with_mode(state, mode)
-    else:
+    elif leave.kind != TURN:
         return change_contact(scene, now, load_d, leave, state, log)
     if state.v_r == 0.0 and state.mode.direction != AT_REST:
         state = settle_at_rest(scene, now, state, log)
     return state
-
-
-@compiled
-def with_mode(state, mode):
-    """Return a `MarchState` with another mode."""
-    n, s, xi, v_r, a, x_0, _, used, events = state
-    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
 
 
 @compiled

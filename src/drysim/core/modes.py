@@ -566,7 +566,7 @@ def end_of_hold(hold, d, h):
     """
     side = d if d != 0 else 1
     s, x, v = hold_exit_time(hold, side, h)
-    if hold.law.variation > 0.0 or hold.law.step > 0.0:
+    if load_varies(hold.law):
         t, x_t, v_t = hold_exit_time(hold, -side, min(s, h))
         if t < s:
             return t, -side, x_t, v_t
@@ -611,7 +611,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
     It holds when v_r falls to the rate of the limit over k_t; with constant normal force, when
     the mass stops.
     """
-    if law.variation > 0.0 or law.step > 0.0:
+    if load_varies(law):
         if limit_outpaces_force(law, ramp, d, segment.v_r):
             return 0.0, segment.x_r, segment.v_r
         share = law.up.F_fk / law.k_t
@@ -894,6 +894,12 @@ class LoadRamp(NamedTuple):
     load: float
     rate: float
     left: float
+
+
+@compiled
+def load_varies(law):
+    """Return whether the normal force depends on time."""
+    return law.variation > 0.0 or law.step > 0.0
 
 
 @compiled
