@@ -97,7 +97,7 @@ demo: $(READY) ## compute and draw a seat on a recorded base motion, and the pap
 	@echo "a driver's seat on a recorded floor: drysim run scenarios/seat-on-em1.yaml"
 	@$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
 	@echo "its picture: out/seat-on-em1/response.png"
-	@echo "288 harmonic cases: drysim sweep scenarios/paper-low-friction.yaml (compiles first)"
+	@echo "288 harmonic cases: drysim sweep scenarios/paper-low-friction.yaml"
 	@$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
 	@echo "The pictures:"; ls out/seat-on-em1/*.png out/paper-low-friction/*.png
 
