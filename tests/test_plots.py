@@ -23,7 +23,7 @@ from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, save_picture, stroke_metric
+from drysim.plots.style import T_A, T_X, PlottedMetric, save_picture, stroke_metric
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -766,6 +766,16 @@ def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
     figure = sweep_plots.draw_quantiles(table(GRID), [stroke_metric(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
+
+
+def test_only_ratios_are_compared_with_one_over_many_cases(table):
+    acceleration = PlottedMetric("$a_x$ [m/s²]", "a_x")
+    metrics = [*BOTH, acceleration, stroke_metric(0.01)]
+    panels = sweep_plots.draw_quantiles(table(GRID), metrics).axes[::2]
+    for metric, panel in zip(metrics, panels, strict=True):
+        assert panel.get_title("left").endswith(metric.symbol)
+        heights = [list(curve.get_ydata()) for curve in panel.lines]
+        assert ([1, 1] in heights) == (metric in BOTH), metric.name
 
 
 def test_numbers_beside_a_map_are_within_the_picture(table):

@@ -325,6 +325,8 @@ T_X = PlottedMetric("$T_x$ [–]", "T_x", title="relative displacement transmiss
 T_A = PlottedMetric("$T_a$ [–]", "T_a", title="acceleration transmissibility")
 X_DD = PlottedMetric("peak |$\\ddot{x}$| [m/s²]", "x_dd_peak", title="acceleration:")
 SEAT = PlottedMetric("SEAT [–]", "SEAT", title="weighted transmissibility")
+RATIOS = (T_X, T_A, SEAT)
+"""Metrics that are 1 where the mass moves as the base does."""
 A_W = PlottedMetric("$a_w$ [m/s²]", "a_w", title="weighted acceleration")
 IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")
 STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops:")

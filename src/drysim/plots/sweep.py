@@ -38,6 +38,7 @@ from drysim.plots.style import (
     FORCE_LABEL,
     IMPACT_SPEED,
     PEAK_STROKE,
+    RATIOS,
     SEAT,
     STOP_FORCE,
     SYMBOLS,
@@ -104,7 +105,7 @@ def draw_transmissibility(table: Table) -> Figure:
     known = [one for one in metrics if any(True for _ in known_values(view, one.of))]
 
     def draw_unity(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
-        if metric is not A_W:
+        if metric in RATIOS:
             axes.axhline(1.0, **UNITY_STYLE)
 
     return draw_panels(table, view, known or [T_A], draw_unity)
@@ -957,9 +958,9 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
     """Draw the stroke limit shared by all cases, or the transmissibility 1."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
-    if metric.name != PEAK_STROKE:
+    if metric in RATIOS:
         axes.axhline(1.0, **UNITY_STYLE)
-    elif any(axis.key in LIMIT_KEYS for axis in table.axes):
+    elif metric.name != PEAK_STROKE or any(axis.key in LIMIT_KEYS for axis in table.axes):
         return
     elif stroke and min(stroke.limits) * metric.scale <= 2.0 * axes.get_ylim()[1]:
         limit = min(stroke.limits) * metric.scale
