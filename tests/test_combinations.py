@@ -472,3 +472,13 @@ def test_friction_in_one_direction_only_is_friction(side):
     assert response.numerics.approach == "stick-slip"
     assert response.trajectory.closest_decision < 1.0
     assert (response.d == 0).any() == (response.trajectory.totals(0.0, 5.0).stuck > 0.0)
+
+
+@pytest.mark.parametrize("start", [State(0.0054, 0.0), State(0.0054, 0.1), REST])
+def test_closest_decision_counts_the_start_under_every_rigid_law(start):
+    motion = Sines((0.5, 0.3), (1.6, 2.3), (0.3, 0.0))
+    laws = CoulombLaw(40.0, 48.0), PiecewiseLaw(40.0, 48.0, compression=(40.0, 48.0))
+    one, other = (
+        StickSlip().solve(PAPER, law, motion, start, 2.5e-3, 5.0).trajectory for law in laws
+    )
+    assert one.closest_decision == pytest.approx(other.closest_decision, rel=1e-9)

@@ -176,7 +176,7 @@ def compute_trajectory(
     events = events_from_log(log, state.events, dt)
     return PiecewiseTrajectory(
         plant, law, motion, waves, (u_dd, dt), segments, events, duration,
-        smallest_margin(law, events),
+        smallest_margin(law, events, float(start[1])),
     )  # fmt: skip
 
 
@@ -357,16 +357,21 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
 
 
-def smallest_margin(law: PiecewiseLaw, events: Events) -> float:
-    """Return the smallest relative margin of a decision between stick and slip [-]."""
+def smallest_margin(law: PiecewiseLaw, events: Events, v_r: float) -> float:
+    """Return the smallest relative margin of a decision between stick and slip [-].
+
+    `v_r` is that at the start [m/s]; a mass at rest there is decided about, too, unless no
+    force acts on it.
+    """
     if law.is_elastic or not has_friction(law):
         return math.inf
     # F_L above zero pushes the mass towards v_r < 0.
     limit = law.F_fs if law.compression is None else law.compression[1]
     F_fs = np.where(events.F_L > 0.0, limit, law.F_fs) * law.load(events.t)
     F_L = np.abs(events.F_L)
-    decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL)) & (F_fs > 0.0)
-    decided[0] &= law.stops is not None
+    decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL))
+    decided[0] = v_r == 0.0 and F_L[0] != 0.0
+    decided &= F_fs > 0.0
     if law.stops is not None and law.stops.rigid:
         decided &= law.stops.limits.side(events.x_r) == 0
     larger = np.maximum(F_fs, F_L)[decided]
