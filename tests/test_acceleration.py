@@ -94,7 +94,7 @@ def test_without_friction_the_peak_is_that_of_the_linear_shock_spectrum(f_0):
     k_x, m = 5 * (2 * pi * f_0) ** 2, 5.0
     plant, motion = Plant(m, k_x, 0.05 * 2 * sqrt(k_x * m)), Samples(u_dd, step)
     end = (len(u_dd) - 1) * step
-    trajectory = StickSlip().trajectory(plant, CoulombLaw(0.0, 0.0), motion, REST, step, end)
+    trajectory = StickSlip().trajectory(plant, CoulombLaw(0.0, 0.0), motion, REST, end)
     expected, _ = half_sine_spectrum(f_0, 0.05)
     assert peak_acceleration(trajectory, 0.0, end) == pytest.approx(expected, rel=1e-9)
 
@@ -110,7 +110,7 @@ def test_maxima_between_coarse_samples_are_not_missed(f_0, xi):
     u_dd = 20 * np.random.default_rng(3).standard_normal(31)
     plant, motion = Plant(1.0, w * w, 2 * xi * w), Samples(u_dd, dt)
     law = CoulombLaw(0.0, 0.0)
-    trajectory = StickSlip().trajectory(plant, law, motion, State(1e-3, 0.1), dt, 0.3)
+    trajectory = StickSlip().trajectory(plant, law, motion, State(1e-3, 0.1), 0.3)
     matrix = np.zeros((4, 4))
     matrix[0, 1], matrix[1], matrix[2, 3] = 1.0, (-w * w, -2 * xi * w, -1.0, 0.0), 1.0
     of_x_dd = np.array([-w * w, -2 * xi * w, 0.0, 0.0])
@@ -137,7 +137,7 @@ def test_peak_of_a_mass_that_breaks_away_is_its_friction_limit():
     # A soft mount: the spring adds nothing, and no sample lies where the mass breaks away.
     u_dd = HEIGHT * np.sin(pi / 110 * np.arange(111))
     plant, law, motion = Plant(5.0, 1e-9, 0.0), CoulombLaw(150.0, 180.0), Samples(u_dd, 1e-4)
-    trajectory = StickSlip().trajectory(plant, law, motion, REST, 1e-4, 110 * 1e-4)
+    trajectory = StickSlip().trajectory(plant, law, motion, REST, 110 * 1e-4)
     assert peak_acceleration(trajectory, 0.0, 110 * 1e-4) == pytest.approx(36.0, rel=1e-12)
 
 
@@ -168,7 +168,7 @@ def test_peak_in_a_window_is_the_limit_of_ever_finer_grids(law, dt):
     plant, start, end = Plant(5.0, 8000.0, 20.0), State(0.002, 0.3), 0.6
     motion = Samples(20 * np.random.default_rng(1).standard_normal(round(end / dt) + 1), dt)
     begin, until = 0.1234567, 0.5371
-    solved = StickSlip().trajectory(plant, law, motion, start, dt, until)
+    solved = StickSlip().trajectory(plant, law, motion, start, until)
     peak = peak_acceleration(solved, begin, until)
     finer = round(dt / 1e-5)
     grid = refine_motion(motion, finer)

@@ -64,7 +64,7 @@ def law_of(contact: str, load: str, stops: str) -> PiecewiseLaw:
 @pytest.mark.parametrize(("contact", "load", "stops"), COMBINATIONS)
 def test_forces_keep_their_limits_and_energy_is_conserved(contact, load, stops, motion):
     law = law_of(contact, load, stops)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN)
     values = measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT))
     assert values["contacts"] > 3
     assert values["energy_residual"] < 1e-11
@@ -89,10 +89,8 @@ def test_forces_keep_their_limits_and_energy_is_conserved(contact, load, stops, 
 @pytest.mark.parametrize(("contact", "load", "stops"), COMBINATIONS)
 def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
     law, motion, t = law_of(contact, load, stops), MOTIONS["sines"], np.linspace(0, SPAN, 999)
-    one = StickSlip().trajectory(PAPER, law, motion, State(1e-3, 0.02), 1e-3, SPAN).at(t)
-    other = StickSlip().trajectory(
-        PAPER, law, mirrored(motion), State(-1e-3, -0.02), 1e-3, SPAN
-    )
+    one = StickSlip().trajectory(PAPER, law, motion, State(1e-3, 0.02), SPAN).at(t)
+    other = StickSlip().trajectory(PAPER, law, mirrored(motion), State(-1e-3, -0.02), SPAN)
     assert (other.at(t).x_r == -one.x_r).all()
 
 
@@ -101,7 +99,7 @@ def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
 @pytest.mark.parametrize("load", LOADS)
 def test_elastic_contact_under_a_directed_damper_closes_its_energy(load, k_t, motion):
     law = PiecewiseLaw(45.0, 45.0, k_t, damping=(900.0, 300.0), **LOADS[load])
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN)
     values, t = (
         measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT)),
         np.linspace(0.0, SPAN, 20_001),
@@ -117,7 +115,7 @@ def test_elastic_contact_under_a_directed_damper_closes_its_energy(load, k_t, mo
 def test_long_hold_under_a_directed_damper_loses_what_its_direction_takes():
     law, plant = PiecewiseLaw(4500.0, 4500.0, 1e8, damping=(900.0, 100.0)), PAPER
     slow = Sines((3.0,), (0.1,), (0.0,))
-    trajectory = StickSlip().trajectory(plant, law, slow, State(0.0, 0.0), 1e-3, 40.0)
+    trajectory = StickSlip().trajectory(plant, law, slow, State(0.0, 0.0), 40.0)
     assert measure(trajectory, (0.0, 40.0), None)["energy_residual"] < 1e-11
 
 
@@ -127,7 +125,7 @@ def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
     """It arrived yielding: as it leaves, the contact holds from its very limit."""
     law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(StrokeLimits(0.005, 0.005), e=e))
     base, plant = Sines((8.0**0.5,), (f,), (0.0,)), Plant(2.0, 200.0, 10.0)
-    trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 1e-3, 6.0)
+    trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 6.0)
     assert (
         measure(trajectory, (0.0, 6.0), StrokeLimits(0.005, 0.005))["energy_residual"] < 1e-11
     )
@@ -139,7 +137,7 @@ def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
 def test_rigid_stops_refuse_an_elastic_contact_under_a_varying_force():
     law, base = law_of("elastic", "varying", "rigid"), MOTIONS["sines"]
     with pytest.raises(UsageError, match="does not go with rigid stops"):
-        StickSlip().trajectory(PAPER, law, base, State(2 * LIMIT, 0.0), 1e-3, SPAN)
+        StickSlip().trajectory(PAPER, law, base, State(2 * LIMIT, 0.0), SPAN)
 
 
 def directed(F_up, F_down, ratio=1.2, **further) -> PiecewiseLaw:
@@ -151,7 +149,7 @@ def test_free_decay_under_unequal_friction_turns_where_the_energy_says():
     """Half a swing in direction d turns about -d F_d/k: the closed form of every reversal."""
     plant, law = Plant(2.0, 800.0, 0.0), directed(3.0, 7.0, 1.0)
     still = Samples(np.zeros(401), 0.01)
-    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 0.01, 4.0)
+    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 4.0)
     turns, x, d = [0.1], 0.1, -1
     while abs(plant.k_x * x) > (7.0 if x > 0.0 else 3.0):
         x = 2.0 * (-d * (3.0 if d > 0 else 7.0) / plant.k_x) - x
@@ -170,7 +168,7 @@ def test_free_decay_under_unequal_friction_turns_where_the_energy_says():
 def test_free_decay_of_a_directed_damper_loses_each_half_swing_its_own_share():
     plant, still = Plant(1.0, 100.0, 1.2), Samples(np.zeros(801), 0.005)
     law = PiecewiseLaw(0.0, 0.0, damping=(2.0, 0.4))
-    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 0.005, 3.0)
+    trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 3.0)
     turns = [0.1]
     for n in range(len(trajectory.turning_points.x_r) - 1):
         c = (0.4, 2.0)[n % 2]
@@ -188,7 +186,7 @@ def test_exchanged_directions_in_the_mirrored_scene_give_the_mirrored_motion(loa
     one = directed(30.0, 55.0, damping=(200.0, 700.0), **further)
     other = directed(55.0, 30.0, damping=(700.0, 200.0), **further)
     seen, mirror = (
-        StickSlip().trajectory(PAPER, law, base, State(side * 1e-3, 0.0), 1e-3, SPAN)
+        StickSlip().trajectory(PAPER, law, base, State(side * 1e-3, 0.0), SPAN)
         for law, base, side in ((one, motion, 1), (other, mirrored(motion), -1))
     )
     assert (mirror.at(t).x_r == -seen.at(t).x_r).all()
@@ -202,7 +200,7 @@ def test_equal_directions_solve_as_one_value_does(stops, motion):
     pair = single._replace(compression=(45.0, 54.0), damping=(PAPER.b, PAPER.b))
     t = np.linspace(0.0, SPAN, 999)
     one, other = (
-        StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN).at(t)
+        StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN).at(t)
         for law in (single, pair)
     )
     assert (one.x_r == other.x_r).all()
@@ -225,7 +223,7 @@ def test_mean_displacement_under_directed_damping_is_that_of_small_steps():
         a_mid = rate(x + 0.5 * h * v, v_mid, u_dd[2 * i + 1])
         total += x * h if i * h >= 11.0 else 0.0
         x, v = x + h * v_mid, v + h * a_mid
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, span)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), span)
     mean = float(trajectory.at(11.0 + np.arange(10_000) * 1e-4).x_r.mean())
     assert mean == pytest.approx(total, rel=1e-4)
     assert abs(mean) > 1e-3
@@ -273,7 +271,7 @@ def stepped(law: PiecewiseLaw, motion: Sines | Samples, span: float, h: float) -
 def test_elastic_contact_between_bumpers_follows_small_steps(load, stops, motion):
     law, span, h = law_of("elastic", load, stops), 0.6, 4e-6
     coarse, fine = stepped(law, motion, span, 2 * h), stepped(law, motion, span, h)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), 1e-3, span)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), span)
     exact = trajectory.at(np.arange(len(fine)) * 1000 * h).x_r
     assert np.abs(exact).max() > LIMIT
     # Halving the steps shows their error, but for that of a step in which the mode changes.
@@ -288,8 +286,7 @@ def test_stages_that_continue_the_line_are_a_single_bumper():
     stages = ((0.0, 2e5), (1e-4, 0.0), (3e-4, 0.0))
     staged = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMITS, stages, 300.0))
     one, other = (
-        StickSlip().trajectory(PAPER, law, motion, start, 1e-3, SPAN)
-        for law in (single, staged)
+        StickSlip().trajectory(PAPER, law, motion, start, SPAN) for law in (single, staged)
     )
     assert np.abs(one.at(t).x_r - other.at(t).x_r).max() < 1e-13
     assert len(one.events) == len(other.events)
@@ -386,7 +383,7 @@ def test_integrals_of_whole_steps_are_those_of_their_parts(k_t, stops):
     if not law.is_elastic:
         law = law._replace(compression=(30.0, 30.0), damping=(300.0, 700.0))
     motion = MOTIONS["samples"]
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(1e-3, 0.0), 1e-3)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(1e-3, 0.0))
     whole, parts = trajectory.totals(0.0, trajectory.end), np.zeros(8)
     for n in range(len(motion.u_dd) - 1):
         t = n * motion.dt, (n + 0.4) * motion.dt, (n + 1) * motion.dt
@@ -425,7 +422,7 @@ def test_equal_dampers_by_direction_are_one_damper():
     one = PiecewiseLaw(100.0, 100.0, k_t=20.0)  # it never yields
     both = one._replace(damping=(0.4, 0.4))
     paths = [
-        StickSlip().trajectory(plant, law, motion, start, 0.1, 30.0).path for law in (one, both)
+        StickSlip().trajectory(plant, law, motion, start, 30.0).path for law in (one, both)
     ]
     assert paths[0].x_r.tolist() == paths[1].x_r.tolist()
     assert len(paths[0].x_r) > 5
@@ -454,7 +451,7 @@ def test_mass_that_the_base_moves_slowly_at_first_goes_where_it_is_pushed(law, s
     A, f, _ = FIRST_AT_REST
     found, near = (
         StickSlip().trajectory(
-            plant, law, Sines(tuple(side * a for a in A), f, (0.0, shift)), REST, 1.0, 2.0
+            plant, law, Sines(tuple(side * a for a in A), f, (0.0, shift)), REST, 2.0
         )
         for shift in (0.0, 1e-9)
     )

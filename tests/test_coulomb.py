@@ -723,7 +723,7 @@ def test_motion_under_sines_with_more_events_than_memory_holds_is_refused(monkey
     monkeypatch.setattr(scene, "MAX_EVENTS_PER_INTERVAL", 0)
     law, base = CoulombLaw(15.0, 15.0), Sines((2.0,), (1.6,), (0.0,))
     with pytest.raises(SolverError, match="too many events: "):
-        StickSlip().trajectory(Plant(75.0, 7500.0, 500.0), law, base, State(0.0, 0.0), 0.1, 2e3)
+        StickSlip().trajectory(Plant(75.0, 7500.0, 500.0), law, base, State(0.0, 0.0), 2e3)
 
 
 def test_limit_on_events_under_sines_grows_with_all_periods_of_a_long_motion(monkeypatch):

@@ -260,7 +260,7 @@ def test_a_long_motion_is_followed_anew_leg_by_leg_to_the_last_bit(law, motion, 
 
     def seen(cached):
         monkeypatch.setattr(taylor, "MAX_CACHED_BLOCKS", cached)
-        trajectory = StickSlip().trajectory(PAPER, law, motion, REST, STEP, 4.0)
+        trajectory = StickSlip().trajectory(PAPER, law, motion, REST, 4.0)
         found = (
             trajectory.at(t),
             trajectory.totals(0.3, 3.7),
@@ -276,7 +276,7 @@ def test_a_long_motion_is_followed_anew_leg_by_leg_to_the_last_bit(law, motion, 
         assert (one == two).all()
     assert few[1:] == all_of_them[1:]
     monkeypatch.undo()
-    whole = StickSlip().trajectory(PAPER, law, motion, REST, STEP, 4.0)
+    whole = StickSlip().trajectory(PAPER, law, motion, REST, 4.0)
     assert np.abs(few[0][0] - whole.at(t)[0]).max() < 1e-11 * np.abs(few[0][0]).max()
 
 
@@ -387,13 +387,13 @@ class TestFreeDecay:
 
     @yielding
     def test_contact_that_yields_turns_where_its_loop_says(self, law):
-        trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(9.0, 0.0), STEP, 13.0)
+        trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(9.0, 0.0), 13.0)
         found = np.abs(trajectory.turning_points.x_r[1:5])
         assert_agrees([found], lambda rtol: [self.turning_points(law, 9.0, 4, rtol)], [1e-9])
 
     def test_spring_contact_turns_in_closed_form(self):
         law, x = YIELDING["jenkins"], 9.0
-        trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(x, 0.0), STEP, 13.0)
+        trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(x, 0.0), 13.0)
         shifts = [1.0 / law.k_t, *[4.0 / law.k_t] * 3]
         for turn, shift in zip(trajectory.turning_points.x_r[1:5], shifts, strict=True):
             x = math.sqrt((x - 1.0) ** 2 + shift) - 1.0
@@ -406,9 +406,7 @@ class TestFreeDecay:
         errors = []
         for stiffness in (1e3, 1e4):
             stiff = scaled(law, 1.0, stiffness)
-            trajectory = StickSlip().trajectory(
-                PLAIN, stiff, STILL, State(12.0, 6.0), STEP, 22.0
-            )
+            trajectory = StickSlip().trajectory(PLAIN, stiff, STILL, State(12.0, 6.0), 22.0)
             errors.append(np.abs(np.abs(trajectory.turning_points.x_r[1:8]) - known).max())
         assert errors[1] < 4e-4
         assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.02)
@@ -418,9 +416,7 @@ class TestFreeDecay:
     def test_stribecks_decay_is_coulombs_at_either_end_of_its_curve(self, exponent, v_s, F):
         law = DynamicLaw(1.0, 1.5, STRIBECK, v_s=v_s, exponent=exponent)
         turning_points = (
-            StickSlip()
-            .trajectory(PLAIN, law, STILL, State(12.0, 6.0), STEP, 40.0)
-            .turning_points
+            StickSlip().trajectory(PLAIN, law, STILL, State(12.0, 6.0), 40.0).turning_points
         )
         first = math.hypot(12.0 + F, 6.0) - F
         known = first - 2.0 * F * np.arange(len(turning_points) - 1)
@@ -437,7 +433,7 @@ class TestFreeDecay:
     def test_damping_shrinks_each_turn_as_the_closed_form_says(self, law, b):
         turning_points = (
             StickSlip()
-            .trajectory(Plant(1.0, 1.0, b), law, STILL, State(30.0, 0.0), STEP, 12.0)
+            .trajectory(Plant(1.0, 1.0, b), law, STILL, State(30.0, 0.0), 12.0)
             .turning_points
         )
         d = math.exp(-math.pi * 0.5 * b / math.sqrt(1.0 - 0.25 * b * b))
@@ -453,7 +449,7 @@ class TestFreeDecay:
         law = DynamicLaw(1.0, 1.5, STRIBECK, v_s=0.3, exponent=exponent)
         stops = [
             StickSlip()
-            .trajectory(Plant(1.0, 0.0, b), law, STILL, State(0.0, 5.0), STEP, 40.0)
+            .trajectory(Plant(1.0, 0.0, b), law, STILL, State(0.0, 5.0), 40.0)
             .turning_points.t[-1]
             for b in (0.0, 0.1, 1.0, 10.0)
         ]
@@ -600,7 +596,7 @@ every_law = pytest.mark.parametrize("law", STIFF_LAWS.values(), ids=STIFF_LAWS)
 
 def followed(law, motion, sigma_0, end=2.0):
     law = law._replace(sigma_0=sigma_0)
-    return StickSlip().trajectory(PAPER, law, motion, REST, STEP, end)
+    return StickSlip().trajectory(PAPER, law, motion, REST, end)
 
 
 def directions(trajectory):
@@ -614,7 +610,7 @@ def directions(trajectory):
 @pytest.mark.parametrize("law", [STIFF_DAHL, STIFF_LUGRE], ids=["dahl", "lugre"])
 def test_settled_bristles_move_as_those_resolved_by_an_integrator(law):
     motion, law = sine(1.0, 1.6), law._replace(sigma_0=1e7)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, STEP, 0.6)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, 0.6)
     assert (np.abs(directions(trajectory)) > QUASI_STEADY).any()
     rates = bristle_rates(law, PAPER, lambda t: motion.A[0] * math.sin(2 * math.pi * 1.6 * t))
     t = np.linspace(0.0, 0.6, 200)

@@ -223,7 +223,7 @@ RINGING = {
 @pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
 def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
     """Peaks, passages of zero and of limits that the ringing crosses and those it does not."""
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.01), STEP, 1.5)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.01), 1.5)
     grid, levels = np.linspace(0.0, 1.5, 60_001), np.linspace(0.05, 1.05, 21)
     fine = seen(trajectory, grid)
     for window in ((0.0, 1.5), (0.311, 1.107)):
@@ -257,7 +257,7 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
     law = elastic_law(40.0, 400.0, 0.99, 0.2 * math.pi)
     motion = Sines((50.0, 5.0), (0.5, 0.2), (0.0, 0.0))
     trajectory = StickSlip().trajectory(
-        Plant(1.0, 4.0, 0.0), law, motion, State(0.0, 0.4), STEP, 20.0
+        Plant(1.0, 4.0, 0.0), law, motion, State(0.0, 0.4), 20.0
     )
     window = (begin, 20.0)
     heights = half_cycle_peaks(trajectory.at(np.linspace(*window, 400_001))[0])
@@ -277,7 +277,7 @@ def seen(trajectory, t):
 @pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
 def test_ringing_contact_follows_an_integrator(law):
     motion, start = Sines((0.45, 0.1), (1.6, 0.9), (0.0, 1.0)), State(0.0, 0.01)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, start, STEP, 1.0)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, start, 1.0)
 
     def base(t):
         waves = zip(*motion, strict=True)
@@ -299,7 +299,7 @@ def test_ringing_contact_follows_an_integrator(law):
 @pytest.mark.parametrize("motion", [sine(0.5, 1.6), NOISE], ids=["sine", "noise"])
 @pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
 def test_turns_of_a_contact_that_rings_as_it_holds_are_no_events(law, motion):
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.01), STEP, 2.9)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.01), 2.9)
     holds = trajectory.events.kind == STICK
     assert holds[0]
     assert (holds[1:] != holds[:-1]).all()
@@ -320,7 +320,7 @@ def test_mirrored_ringing_is_the_same_bit_for_bit(law):
 def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
     plant, motion = Plant(75.0, 7500.0, b), Sines((0.7, 0.4), (1.6, 3.7), (0.3, 1.0))
     trajectory = StickSlip().trajectory(
-        plant, elastic_law(1e3, 1e5), motion, State(1e-4, 0.01), STEP, 2.0
+        plant, elastic_law(1e3, 1e5), motion, State(1e-4, 0.01), 2.0
     )
     nodes, weights = np.polynomial.legendre.leggauss(12)
     edges = np.linspace(*window, 401)
@@ -343,7 +343,7 @@ def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
 @pytest.mark.parametrize("law", (CONTACTS | RINGING).values(), ids=CONTACTS | RINGING)
 def test_integrals_over_a_window_are_the_sums_of_those_over_its_parts(law, motion):
     """Parts of a millisecond take a few points each, and the whole what suits its pieces."""
-    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, STEP, 2.0)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, 2.0)
     edges = np.linspace(0.3, 1.3, 1001).tolist()
     parts = np.array([trajectory.totals(*each)[:5] for each in pairwise(edges)])
     scale = np.abs(parts).sum(axis=0)

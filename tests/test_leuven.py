@@ -152,7 +152,7 @@ class Row:
 
 def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
-    trajectory = StickSlip().trajectory(PAPER, law, noise(801, 0.3, seed=3), REST, STEP, 2.0)
+    trajectory = StickSlip().trajectory(PAPER, law, noise(801, 0.3, seed=3), REST, 2.0)
     _, v_r, z, F, *_ = trajectory.at(np.linspace(0.0, 2.0, 20_001))
     limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((v_r / law.v_s) ** 2))
     rate = v_r - np.abs(v_r) * law.sigma_0 * z / limit
@@ -182,7 +182,7 @@ def test_a_full_memory_forgets_what_matters_least():
     start = ContactState(1e-4, 0.0, 1e-4)
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
     tracks = [
-        StickSlip().trajectory(plant, law._replace(depth=depth), rest, start, STEP)
+        StickSlip().trajectory(plant, law._replace(depth=depth), rest, start)
         for depth in (1024, 128, 16)
     ]
     ends = [trajectory.state(20.0) for trajectory in tracks]

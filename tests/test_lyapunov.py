@@ -50,11 +50,7 @@ def test_exponent_is_the_rate_at_which_two_close_motions_part():
     dx, dv = size, 0.0
 
     def after_a_period(x, v):
-        return (
-            StickSlip()
-            .trajectory(plant, law, motion, State(x, v), 0.01, period)
-            .state(period)[:2]
-        )
+        return StickSlip().trajectory(plant, law, motion, State(x, v), period).state(period)[:2]
 
     for _ in range(800):
         (end_x, end_v), (other_x, other_v) = (

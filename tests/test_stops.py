@@ -171,11 +171,7 @@ class TestInvariants:
 
 
 def test_no_work_is_done_on_stops_that_are_not_there():
-    totals = (
-        StickSlip()
-        .trajectory(PAPER, CoulombLaw(15.0, 15.0), NOISE, REST, STEP)
-        .totals(0.0, 1.0)
-    )
+    totals = StickSlip().trajectory(PAPER, CoulombLaw(15.0, 15.0), NOISE, REST).totals(0.0, 1.0)
     assert totals.stop_work == 0.0
 
 
@@ -204,7 +200,7 @@ def test_orbit_between_stops_closes(name):
     orbit = StickSlip().orbit(PAPER, STOPS[name], motion, REST, period)
     assert orbit.settled
     length = orbit.periods * period
-    trajectory = StickSlip().trajectory(PAPER, STOPS[name], motion, orbit.state, STEP, length)
+    trajectory = StickSlip().trajectory(PAPER, STOPS[name], motion, orbit.state, length)
     end = trajectory.state(length)
     assert end.x_r == pytest.approx(orbit.state.x_r, abs=1e-13)
     assert end.v_r == pytest.approx(orbit.state.v_r, abs=1e-11)
@@ -231,7 +227,7 @@ class TestClosedForms:
         """1e5 impacts of a mass that nothing but the stops acts on."""
         law, v = stopped_law(0.0, 0.0, 0.01, e=1.0), 1.0
         trajectory = StickSlip().trajectory(
-            Plant(1.0, 0.0, 0.0), law, STILL, State(0.0, v), 1.0, 0.02 * 100_000 - 0.005
+            Plant(1.0, 0.0, 0.0), law, STILL, State(0.0, v), 0.02 * 100_000 - 0.005
         )
         t, v_r = trajectory.hits()
         assert len(t) == 100_000
@@ -240,7 +236,7 @@ class TestClosedForms:
 
     def test_sprung_mass_between_rigid_stops_conserves_its_energy(self):
         plant, law = Plant(1.0, 100.0, 0.0), stopped_law(0.0, 0.0, 0.01, e=1.0)
-        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.003, 0.4), 1.0, 5_500.0)
+        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.003, 0.4), 5_500.0)
         held = 100.0 * 0.003**2 + 0.4**2
         _, v_r = trajectory.hits()
         assert len(v_r) > 100_000
@@ -252,7 +248,7 @@ class TestClosedForms:
         law = stopped_law(0.0, 0.0, 0.1, e=e)
         pull = Samples(np.full(200, -g), 0.01)
         trajectory = StickSlip().trajectory(
-            Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), 1.0, None
+            Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), None
         )
         t, v_r = trajectory.hits()
         flights = 2 * v / g * e ** np.arange(len(t))
@@ -271,7 +267,7 @@ class TestClosedForms:
         """Times and x"² of the whole chatter are a geometric series; then the mass is stuck."""
         e, end, pull = 0.9, 400.0, Samples(np.full(401, 1.0), 1.0)
         law = stopped_law(F, F, limit, e=e)
-        trajectory = StickSlip().trajectory(Plant(1.0, 0.0, 0.0), law, pull, REST, 1.0, None)
+        trajectory = StickSlip().trajectory(Plant(1.0, 0.0, 0.0), law, pull, REST, None)
         q, p = 1.0 - F, 1.0 + F
         first = math.sqrt(2.0 * q * limit)
         flight = e * first * (1.0 / p + 1.0 / math.sqrt(p * q))
@@ -286,7 +282,7 @@ class TestClosedForms:
         pull = Samples(np.full(501, -g), 0.01)
         law = stopped_law(0.0, 0.0, limit, e=e)
         trajectory = StickSlip().trajectory(
-            Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), 1.0, None
+            Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), None
         )
         rest = 2.0 * v / (g * (1.0 - e))
         assert trajectory.hits().t[-1] < rest - 0.02
@@ -299,7 +295,7 @@ class TestClosedForms:
         u_dd = np.interp(np.arange(201) * 0.01, [0.0, 1.0, 2.0], [-3.0, 0.0, 3.0])
         law = stopped_law(30.0, 60.0, 0.1, e=0.4)
         trajectory = StickSlip().trajectory(
-            Plant(75.0, 0.0, 100.0), law, Samples(u_dd, 0.01), State(0.1, 0.0), 1.0
+            Plant(75.0, 0.0, 100.0), law, Samples(u_dd, 0.01), State(0.1, 0.0)
         )
         leaves = trajectory.events.t[trajectory.events.kind == -1]
         assert leaves == pytest.approx([1.0 + 60.0 / 75.0 / 3.0], rel=1e-14)
@@ -309,7 +305,7 @@ class TestClosedForms:
 
     def test_bumper_catches_a_mass_for_half_a_swing(self):
         plant, law = Plant(2.0, 0.0, 0.0), stopped_law(0.0, 0.0, 0.01, k_s=5e3)
-        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
+        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.0, 0.5), 0.2)
         omega = 50.0
         metrics = measure(trajectory, (0.0, 0.1), StrokeLimits(0.01, 0.01))
         assert metrics["stop_force_peak"] == pytest.approx(5e3 * 0.5 / omega, rel=1e-13)
@@ -321,9 +317,7 @@ class TestClosedForms:
         """Contact ends as k_s xi + b_s v_r is zero: at tan ω_d t = 2 ξ q/(2 ξ² - 1)."""
         m, k_s, b_s, v = 2.0, 5e3, 40.0, 0.5
         law = stopped_law(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
-        trajectory = StickSlip().trajectory(
-            Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 1.0, 0.2
-        )
+        trajectory = StickSlip().trajectory(Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 0.2)
         omega, xi = math.sqrt(k_s / m), b_s / (2 * math.sqrt(k_s * m))
         q = math.sqrt(1 - xi**2)
         ends = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi / (omega * q)
@@ -363,7 +357,7 @@ class TestStarts:
     def test_on_a_rigid_stop_and_moving_out_the_mass_is_thrown_back_at_once(self, side):
         law = stopped_law(0.0, 0.0, LIMIT, e=0.5)
         start = State(side * LIMIT, side * 0.2)
-        trajectory = StickSlip().trajectory(PAPER, law, STILL, start, STEP, 0.02)
+        trajectory = StickSlip().trajectory(PAPER, law, STILL, start, 0.02)
         assert trajectory.state(0.0) == State(side * LIMIT, -side * 0.1)
         assert measure(trajectory, (0.0, 0.02), StrokeLimits(LIMIT, LIMIT))["contacts"] == 1
 
@@ -410,7 +404,7 @@ def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch
     law = stopped_law(0.0, 0.0, 0.01, e=1.0)
     pressed = Samples(np.full(101, -5.0), 1.0)
     with pytest.raises(SolverError, match="too many events: "):
-        StickSlip().trajectory(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
+        StickSlip().trajectory(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1))
 
 
 SEAT = {**PAPER._asdict(), "u_dd": NOISE.u_dd, "dt": STEP}
@@ -454,9 +448,7 @@ def test_force_that_only_touches_zero_on_a_sample_does_not_pull_the_mass_away():
     """A record of few levels presses the mass to its stop, lets go and presses, on samples."""
     levels = np.random.default_rng(7).integers(-2, 3, 2000) * 2.0
     law, dt = stopped_law(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
-    trajectory = StickSlip().trajectory(
-        Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST, STEP
-    )
+    trajectory = StickSlip().trajectory(Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST)
     assert len(trajectory.events) > 100
     assert (np.diff(trajectory.events.t) >= 0.0).all()
     assert (trajectory.hits().v_r != 0.0).all()

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 import yaml
-from law_scenes import PAPER, REST, STEP, mirrored, noise, sine
+from law_scenes import PAPER, REST, mirrored, noise, sine
 
 import drysim
 from drysim.approach.stick_slip import StickSlip
@@ -46,7 +46,7 @@ STOPS = {
 
 
 def trajectory_of(law, motion):
-    return StickSlip().trajectory(PAPER, law, motion, REST, STEP, END)
+    return StickSlip().trajectory(PAPER, law, motion, REST, END)
 
 
 @pytest.fixture

@@ -57,15 +57,15 @@ def laws(F_fk: float) -> Iterator[tuple[str, dict[str, CoulombLaw | PiecewiseLaw
 
 def jobs_of(law: CoulombLaw | PiecewiseLaw, motion: Motion, seconds: float) -> Jobs:
     """Return what is timed of one law."""
-    scene, solver = (PLANT, law, motion, REST, DT, seconds), StickSlip()
+    scene, solver = (PLANT, law, motion, REST), StickSlip()
 
     def follow() -> Trajectory:
         """Follow the motion."""
-        return solver.trajectory(*scene)
+        return solver.trajectory(*scene, seconds)
 
     def response() -> object:
         """Return it on its grid."""
-        found = solver.solve(*scene)
+        found = solver.solve(*scene, DT, seconds)
         return found.x_r, found.F_f
 
     def metrics() -> object:

@@ -46,9 +46,7 @@ def differences(
     columns = []
     for change in size * np.eye(2)[: 1 if state[1] == 0.0 else 2]:
         ends = [
-            ExactApproach()
-            .trajectory(plant, law, motion, State(*begin), 1.0, length)
-            .state(length)
+            ExactApproach().trajectory(plant, law, motion, State(*begin), length).state(length)
             for begin in ((state + change).tolist(), (state - change).tolist())
         ]
         columns.append([(ends[0].x_r - ends[1].x_r), (ends[0].v_r - ends[1].v_r)])

@@ -68,9 +68,7 @@ class Scene(NamedTuple):
     def trajectory(self) -> Trajectory:
         """Solve it with drysim."""
         start = State(self.x_r, self.v_r)
-        return StickSlip().trajectory(
-            self.plant, self.law, self.motion, start, self.end, self.end
-        )
+        return StickSlip().trajectory(self.plant, self.law, self.motion, start, self.end)
 
     def response(self, points: int = 50) -> Response:
         """Solve it with drysim, on a grid."""

@@ -59,7 +59,7 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     if hasattr(member, "orbit"):
         orbit = member.orbit(PAPER, law, motion, REST, period)
         start, length, closure = orbit.state, orbit.periods * period, orbit.closure
-        trajectory = member.trajectory(PAPER, law, motion, start, 2.5e-3, length)
+        trajectory = member.trajectory(PAPER, law, motion, start, length)
         window = (0.0, length)
     else:
         trajectory = member.solve(PAPER, law, motion, start, 2.5e-3, length).trajectory

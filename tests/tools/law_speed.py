@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 from hysteresis import swing
-from law_scenes import PAPER, REST, STEP, sine, solved
+from law_scenes import PAPER, REST, sine, solved
 from scipy.integrate import solve_ivp  # noqa: TID253 - what it is compared with
 
 from drysim.approach.stick_slip import StickSlip
@@ -137,7 +137,7 @@ def report(name: str, law: DynamicLaw) -> str:
     mine = law._replace(tolerance=tolerance_for(law, exact.x_r))
 
     def motion() -> object:
-        return StickSlip().trajectory(PAPER, mine, MOTION, REST, STEP, END).at(t)
+        return StickSlip().trajectory(PAPER, mine, MOTION, REST, END).at(t)
 
     jobs: dict[str, Callable[[], object]] = {
         "motion": lambda: [motion() for _ in range(MANY)],

@@ -106,12 +106,11 @@ class ExactApproach(ApproachBase):
         law: AnyLaw,
         motion: Sines | Samples,
         start: AnyState,
-        step: float,
         duration: float | None = None,
     ) -> Trajectory:
         """Return the trajectory without a grid; metrics need no more.
 
-        Parameters and errors as in `solve`; under sines `step` is not used.
+        Parameters and errors as in `solve`.
         """
         trajectory: Trajectory = exact_solvers().compute_trajectory(
             plant, self.effective_law(law), motion, start, duration

@@ -283,9 +283,7 @@ def solve_and_weight(
 def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> Trajectory:
     """Return the trajectory of a case, without a grid if the approach needs none."""
     if isinstance(case.approach, ExactApproach):
-        return case.approach.trajectory(
-            case.plant, case.law, case.motion, start, step, duration
-        )
+        return case.approach.trajectory(case.plant, case.law, case.motion, start, duration)
     return trajectory_of_response(response_on_grid(case, start, step, duration))
 
 
