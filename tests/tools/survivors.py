@@ -106,7 +106,7 @@ EXPLAINED = {
     ),
     (
         "taylor.py",
-        "return last, step, iterations, StepControl(time_scale, requested, 0, 1.0)",
+        "return last, step, iterations, StepControl(time_scale, requested, 0, 1, stalled)",
     ): ("how long to wait before bristles are asked again is chosen for speed"),
     (
         "oscillator.py",

@@ -34,7 +34,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import ZERO, compiled, inlined
+from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.dynamic_friction import (
     AT_LIMIT,
     branch_exit,
@@ -63,6 +63,7 @@ from drysim.core.events import (
     sign,
 )
 from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_phases
+from drysim.core.march import Interval
 from drysim.core.model import LEUVEN, STRIBECK, CoulombLaw
 from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, first_series_root
 from drysim.core.trajectory import (
@@ -196,12 +197,15 @@ class StepControl(NamedTuple):
     pause_left, pause_length : int
         Steps left before the next attempt at a quasi-steady series, and the length of that
         pause.
+    stalled : int
+        Steps without progress in time so far, one after the other.
     """
 
     time_scale: float
     requested: float
     pause_left: int
     pause_length: int
+    stalled: int
 
 
 # The march from series to series.
@@ -235,100 +239,120 @@ def march_taylor(scene, until, state, series, segments, log):
     -------
     SeriesState
     """
-    (plant, law, waves, u_dd, dt), (end, h), full = scene, until, len(log.n)
-    n, s, x_r, v_r, z, d, used, events = state
-    bristles = law.kind != STRIBECK
-    z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if bristles else 0.0
-    stalled = 0
+    plant, law, waves, u_dd, dt = scene
+    (end, h), full = until, len(log.n) - SERIES_LOG_RESERVE
     wave_scale, time_scale = time_scales(plant, waves)
-    control = StepControl(time_scale, NEVER, 0, 0)
-    while n <= end and used + SERIES_LOG_RESERVE < full and events + SERIES_LOG_RESERVE < full:
-        length = h if n == end else dt
-        left = length - s
+    control = StepControl(time_scale, NEVER, 0, 0, 0)
+    while state.n <= end and state.used < full and 0 <= state.events < full:
+        n = state.n
         slope = (u_dd[n + 1] - u_dd[n]) / dt
-        t = n * dt + s
-        u_0 = u_dd[n] + slope * s
-        if d == 0 and not bristles:
-            used = record_segment(segments, used, (n, s), (x_r, v_r, z), d)
-            limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-            set_phases(waves, plant, limits, t, 0)
-            horizon = min(left, wave_scale)
-            limit = law.F_fs, slope
-            stuck = Stuck(plant.m, plant.k_x * x_r, u_0, limit, limit, 0.0, 0.0)
-            stay, side = break_away_time(stuck, waves, horizon)
-            s = length if min(stay, horizon) >= left else s + min(stay, horizon)
-            if stay != NEVER:
-                d = 2 * side
-                F_L = -side * law.F_fs
-                events = record_event(log, events, n, s, side * SLIP, x_r, F_L)
+        interval = Interval(n, n * dt, h if n == end else dt, u_dd[n], slope)
+        if state.d == 0 and law.kind == STRIBECK:
+            state = stick(scene, interval, wave_scale, state, segments, log)
         else:
-            set_forcing(series, waves, u_0, slope, t)
-            if d == 0:
-                # The forcing of this interval may move a mass in equilibrium, to either side.
-                d = motion_direction_at(plant, law, series, x_r, v_r, z)
-                if d != 0:
-                    if law.kind == LEUVEN:
-                        update_branch(law, series, sign(d), v_r, z)
-                    F_L = limit_force(plant, x_r, series.u[0])
-                    events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
-            if law.kind == LEUVEN:
-                set_masing_slope(law, series)
-            direction = 1 if d >= 0 else -1
-            tolerances = Tolerances(law.tolerance * series.scale[0], z_tolerance)
-            slow = negligible_speed(law, series)
-            creeping = slow > 0.0 and direction * v_r <= slow
-            start = SeriesStart(direction, x_r, v_r, z, d == 0 or abs(d) == 2, creeping)
-            last, step, iterations, control = begin_step(
-                plant, law, series, start, left, tolerances, control
-            )
-            code = d
-            if iterations > 0:
-                code = direction * (QUASI_STEADY + iterations)
-            elif creeping and abs(d) != 2:
-                code = direction * CREEPING
-            used = record_segment(segments, used, (n, s), (x_r, v_r, z), code)
-            segments.terms[used - 1] = last
-            if law.kind == LEUVEN:
-                segments.rise[used - 1] = series.slope[0]
-                segments.bend[used - 1] = series.slope[1]
-            step, stop, end_of_branch, cause = step_extent(
-                plant, law, series, start, (last, step, iterations), slow, tolerances.v
-            )
-            event = min(stop, end_of_branch)
-            # A creeping mass whose step is below the resolution of time stops here.
-            if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
-                event = stop = step
-            no_progress = (
-                min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
-            )
-            stalled = stalled + 1 if no_progress else 0
-            if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
-                return SeriesState(n, s, x_r, v_r, z, d, used, -1)
-            requested = 4.0 * step if step < left else NEVER
-            control = StepControl(time_scale, requested, *control[2:])
-            step = min(event, step)
-            s = length if step == left else min(s + step, length)
-            x_r, v_r, z = series_state(series, last, step)
-            series.scale[0] = max(series.scale[0], abs(v_r))
-            d = direction if d != 0 else 0
-            if law.kind == LEUVEN and step > 0.0:
-                series.branch[AT_LIMIT] = 0
-            if end_of_branch < stop:
-                z = next_branch(law, series, cause, z)
-            elif stop != NEVER:
-                v_r = 0.0
-                F_L = limit_force(plant, x_r, horner(series.u, ORDER, step))
-                set_forcing(series, waves, u_dd[n] + slope * s, slope, n * dt + s)
-                d = motion_direction_at(plant, law, series, x_r, v_r, z)
-                if law.kind == LEUVEN and d != 0:
-                    update_branch(law, series, sign(d), v_r, z)
-                # A mass on bristles does not stick: at rest it has no event until it moves.
-                if d != 0 or not bristles:
-                    events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
-        if s >= length:
-            n += 1
-            s = 0.0
+            state, control = slide(scene, interval, state, control, series, segments, log)
+        if state.s >= interval.h:
+            state = SeriesState(n + 1, 0.0, *state[2:])
+    return state
+
+
+@merged
+def stick(scene, interval, wave_scale, state, segments, log):
+    """Return the state after sticking: at break-away, or `wave_scale` [s] later at most."""
+    plant, law, waves, _, _ = scene
+    n, s, x_r, v_r, z, d, used, events = state
+    used = record_segment(segments, used, (n, s), (x_r, v_r, z), d)
+    limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
+    set_phases(waves, plant, limits, interval.t + s, 0)
+    left = interval.h - s
+    horizon = min(left, wave_scale)
+    u_dd, limit = interval.u_0 + interval.slope * s, (law.F_fs, interval.slope)
+    stuck = Stuck(plant.m, plant.k_x * x_r, u_dd, limit, limit, 0.0, 0.0)
+    stay, side = break_away_time(stuck, waves, horizon)
+    s = interval.h if min(stay, horizon) >= left else s + min(stay, horizon)
+    if stay != NEVER:
+        d = 2 * side
+        events = record_event(log, events, n, s, side * SLIP, x_r, -side * law.F_fs)
     return SeriesState(n, s, x_r, v_r, z, d, used, events)
+
+
+@merged
+def slide(scene, interval, state, control, series, segments, log):
+    """Return the state after one series, or at the event that ends it, and the `StepControl`.
+
+    Parameters as in `march_taylor`; `interval` is that of ü, and `control` from the last step.
+    """
+    plant, law, _, _, _ = scene
+    if state.d == 0:
+        # The forcing of this interval may move a mass in equilibrium, to either side.
+        state = pass_rest(scene, interval, state, series, log)
+    else:
+        set_forcing_at(scene, interval, state.s, series)
+    n, s, x_r, v_r, z, d, used, events = state
+    t, left = interval.t + s, interval.h - s
+    if law.kind == LEUVEN:
+        set_masing_slope(law, series)
+    direction = 1 if d >= 0 else -1
+    z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
+    tolerances = Tolerances(law.tolerance * series.scale[0], z_tolerance)
+    slow = negligible_speed(law, series)
+    creeping = slow > 0.0 and direction * v_r <= slow
+    start = SeriesStart(direction, x_r, v_r, z, d == 0 or abs(d) == 2, creeping)
+    last, step, iterations, control = begin_step(
+        plant, law, series, start, left, tolerances, control
+    )
+    code = d
+    if iterations > 0:
+        code = direction * (QUASI_STEADY + iterations)
+    elif creeping and abs(d) != 2:
+        code = direction * CREEPING
+    used = record_segment(segments, used, (n, s), (x_r, v_r, z), code)
+    segments.terms[used - 1] = last
+    if law.kind == LEUVEN:
+        segments.rise[used - 1] = series.slope[0]
+        segments.bend[used - 1] = series.slope[1]
+    step, stop, end_of_branch, cause = step_extent(
+        plant, law, series, start, (last, step, iterations), slow, tolerances.v
+    )
+    event = min(stop, end_of_branch)
+    # A creeping mass whose step is below the resolution of time stops here.
+    if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
+        event = stop = step
+    no_progress = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
+    time_scale, _, pause_left, pause_length, stalled = control
+    stalled = stalled + 1 if no_progress else 0
+    requested = 4.0 * step if step < left else NEVER
+    control = StepControl(time_scale, requested, pause_left, pause_length, stalled)
+    if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
+        return SeriesState(n, s, x_r, v_r, z, d, used, -1), control
+    step = min(event, step)
+    s = interval.h if step == left else min(s + step, interval.h)
+    x_r, v_r, z = series_state(series, last, step)
+    series.scale[0] = max(series.scale[0], abs(v_r))
+    if law.kind == LEUVEN and step > 0.0:
+        series.branch[AT_LIMIT] = 0
+    if end_of_branch < stop:
+        z = next_branch(law, series, cause, z)
+    state = SeriesState(n, s, x_r, v_r, z, direction if d != 0 else 0, used, events)
+    if stop != NEVER and not end_of_branch < stop:
+        state = pass_rest(scene, interval, state, series, log)
+    return state, control
+
+
+@compiled
+def pass_rest(scene, interval, state, series, log):
+    """Return the state of a mass at v_r = 0 that rests or moves on; set the forcing there."""
+    plant, law, _, _, _ = scene
+    n, s, x_r, _, z, _, used, events = state
+    set_forcing_at(scene, interval, s, series)
+    d = motion_direction_at(plant, law, series, x_r, 0.0, z)
+    if law.kind == LEUVEN and d != 0:
+        update_branch(law, series, sign(d), 0.0, z)
+    # A mass on bristles does not stick: at rest it has no event until it moves.
+    if d != 0 or law.kind == STRIBECK:
+        F_L = limit_force(plant, x_r, series.u[0])
+        events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
+    return SeriesState(n, s, x_r, 0.0, z, d, used, events)
 
 
 @compiled
@@ -400,7 +424,7 @@ def begin_step(plant, law, series, start, left, tolerances, control):
         0 for a full one.
     control : StepControl
     """
-    time_scale, requested, pause_left, pause_length = control
+    time_scale, requested, pause_left, pause_length, stalled = control
     relaxation = relaxation_rate(law, start.v, start.z) if law.kind != STRIBECK else 0.0
     if relaxation * min(left, time_scale) > STIFF_RATIO:
         if pause_left == 0:
@@ -408,13 +432,14 @@ def begin_step(plant, law, series, start, left, tolerances, control):
                 plant, law, series, start, left, tolerances
             )
             if iterations > 0:
-                return last, step, iterations, StepControl(time_scale, requested, 0, 0)
+                return last, step, iterations, StepControl(time_scale, requested, 0, 0, stalled)
             pause_length = min(2 * pause_length + 1, MAX_QUASI_STEADY_PAUSE)
             pause_left = pause_length
         else:
             pause_left -= 1
     last, step = extend_series(plant, law, series, start, min(left, requested), tolerances)
-    return last, step, 0, StepControl(time_scale, requested, pause_left, pause_length)
+    control = StepControl(time_scale, requested, pause_left, pause_length, stalled)
+    return last, step, 0, control
 
 
 @inlined
@@ -564,6 +589,13 @@ def rebuild_series(solution, series, i):
 
 
 # The series of the full equation of motion.
+
+
+@compiled
+def set_forcing_at(scene, interval, s, series):
+    """Set the series of ü about the time s [s] in an interval."""
+    u_0 = interval.u_0 + interval.slope * s
+    set_forcing(series, scene.waves, u_0, interval.slope, interval.t + s)
 
 
 @compiled
