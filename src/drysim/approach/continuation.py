@@ -202,9 +202,18 @@ class Point(NamedTuple):
     tangent: Floats
 
     @property
+    def coordinates(self) -> Floats:
+        """State and p, shape (n + 1,)."""
+        return np.append(self.state, self.p)
+
+    @property
     def reversed(self) -> Point:
         """The point with the opposite tangent."""
         return self._replace(tangent=-self.tangent)
+
+    def along(self, direction: Floats) -> Point:
+        """The point with the tangent in the sense of a scaled direction."""
+        return self.reversed if float(self.tangent @ direction) < 0.0 else self
 
     def is_same_state(self, other: Point) -> bool:
         """Whether another point is at the same p and has the same state."""
@@ -399,6 +408,10 @@ class Continuation:
         size = peak or 1.0
         return np.array([size, size * self.return_map.speed(p), *[size] * (n - 2), 1.0])
 
+    def scale_at(self, point: Point) -> Floats:
+        """Return the scale of the coordinates at a point, shape (n + 1,)."""
+        return self.scale(point.p, point.image.peak, len(point.state))
+
     # The section
 
     def best_delay(
@@ -414,9 +427,8 @@ class Continuation:
 
     def section_quality(self, point: Point) -> float:
         """Return speed times time to the nearest event at the section of a point, scaled."""
-        scale = float(self.scale(point.p, point.image.peak, len(point.state))[1])
         clear = time_to_event(0.0, point.repetition, point.image)
-        return abs(float(point.state[1])) / scale * clear
+        return abs(float(point.state[1])) / float(self.scale_at(point)[1]) * clear
 
     def delayed(self, point: Point, time: float) -> Point:
         """Return the same orbit at a later section; the point as it is where that fails.
@@ -429,27 +441,22 @@ class Continuation:
         """
         if time == 0.0:
             return point
-        n = len(point.state)
-        scale = self.scale(point.p, point.image.peak, n)
-        at = point.p + DIFFERENCE * float(point.tangent[n])
+        scale = self.scale_at(point)
+        at = point.p + DIFFERENCE * float(point.tangent[-1])
         h = DIFFERENCE if self.is_within(at) else -DIFFERENCE
-        start = np.append(point.state, point.p)
         found = []
-        for y in (start, start + h * point.tangent * scale):
+        for y in (point.coordinates, point.coordinates + h * point.tangent * scale):
             states = self.return_map.states(
-                float(y[n]), y[:n], point.repetition, np.array([time])
+                float(y[-1]), y[:-1], point.repetition, np.array([time])
             )
             if states is None:
                 return point
-            found.append(np.append(states[0], y[n]))
+            found.append(np.append(states[0], y[-1]))
         direction = (found[1] - found[0]) / (h * scale)
         direction /= np.linalg.norm(direction)
         repetition = point.repetition.delayed(time)
-        corrected = self.correct(point.p, found[0][:n], direction, scale, repetition)
-        if corrected is None:
-            return point
-        moved = corrected[0]
-        return moved.reversed if float(moved.tangent @ direction) < 0.0 else moved
+        moved = self.correct(found[0] / scale, direction, scale, repetition)
+        return point if moved is None else moved[0].along(direction)
 
     def placed(self, point: Point) -> Point:
         """Return an orbit at its best section."""
@@ -466,18 +473,18 @@ class Continuation:
 
     def residual(self, point: Point) -> float:
         """Return the scaled change of the state over a repetition of a fixed point."""
-        scale = self.scale(point.p, point.image.peak, len(point.state))[:-1]
-        return float((np.abs(point.image.state - point.state) / scale).max())
+        change = np.abs(point.image.state - point.state) / self.scale_at(point)[:-1]
+        return float(change.max())
 
     def correct(
-        self, p: float, state: Floats, normal: Floats, scale: Floats, repetition: Repetition
+        self, guess: Floats, normal: Floats, scale: Floats, repetition: Repetition
     ) -> tuple[Point, int] | None:
         """Return the fixed point in the plane through a guess, and the Newton steps taken.
 
         Parameters
         ----------
-        p, state
-            The guess.
+        guess : ndarray, shape (n + 1,)
+            Scaled coordinates.
         normal : ndarray, shape (n + 1,)
             Scaled normal of the plane.
         scale : ndarray, shape (n + 1,)
@@ -487,16 +494,13 @@ class Continuation:
         tuple of Point and int, or None
             None if Newton's method does not converge.
         """
-        n = len(state)
-        guess = np.append(state, p) / scale
-        z, before = guess.copy(), np.inf
+        n, z, before = len(guess) - 1, guess, np.inf
         for steps in range(1, MAX_NEWTON_STEPS + 1):
-            at, y = float(z[n]), z[:n] * scale[:n]
-            matrix = self.linearise(at, y, normal, scale, repetition)
-            if matrix is None:
+            linear = self.linearise(z, normal, scale, repetition)
+            if linear is None:
                 return None
-            image, a = matrix
-            off = (image.state - y) / scale[:n]
+            image, a = linear
+            off = (image.state - z[:n] * scale[:n]) / scale[:n]
             try:
                 step = np.linalg.solve(a, -np.append(off, normal @ (z - guess)))
             except np.linalg.LinAlgError:
@@ -508,28 +512,31 @@ class Continuation:
             z = z + (0.5 * step if size >= 0.9 * before else step)
             stagnant = size <= STAGNATION_TOLERANCE and size >= 0.5 * before
             if size <= NEWTON_TOLERANCE or stagnant:
-                at, y = float(z[n]), z[:n] * scale[:n]
-                matrix = self.linearise(at, y, normal, scale, repetition)
-                if matrix is None:
+                linear = self.linearise(z, normal, scale, repetition)
+                if linear is None:
                     return None
-                image, a = matrix
+                image, a = linear
                 try:
-                    tangent = np.linalg.solve(a, np.append(np.zeros(n), 1.0))
+                    tangent = np.linalg.solve(a, np.eye(n + 1)[n])
                 except np.linalg.LinAlgError:
                     return None
                 tangent /= np.linalg.norm(tangent)
-                return Point(at, y, repetition, image, tangent), steps
+                return Point(float(z[n]), z[:n] * scale[:n], repetition, image, tangent), steps
             before = size
         return None
 
     def linearise(
-        self, p: float, y: Floats, normal: Floats, scale: Floats, repetition: Repetition
+        self, z: Floats, normal: Floats, scale: Floats, repetition: Repetition
     ) -> tuple[Image, Floats] | None:
-        """Return the image of a state, and the scaled matrix of the bordered system."""
+        """Return the image of a state, and the scaled matrix of the bordered system.
+
+        Parameters as in `correct`, with the scaled coordinates z.
+        """
+        n = len(z) - 1
+        p, y = float(z[n]), z[:n] * scale[:n]
         image = self.return_map(p, y, repetition)
         if image is None:
             return None
-        n = len(y)
         jacobian = image.jacobian * scale[:n] / scale[:n, None]
         # Where a multiplier runs away, a small change already crosses the end of the branch.
         h = DIFFERENCE / max(1.0, float(np.abs(jacobian).max()))
@@ -558,7 +565,8 @@ class Continuation:
         """Return the fixed point near a state at a given parameter."""
         n = len(state)
         scale = self.scale(p, peak, n)
-        found = self.correct(p, state, np.eye(n + 1)[n], scale, repetition)
+        guess = np.append(state, p) / scale
+        found = self.correct(guess, np.eye(n + 1)[n], scale, repetition)
         return None if found is None else found[0]._replace(p=p)
 
     def follow(self, seed: Point) -> Branch:
@@ -619,9 +627,9 @@ class Continuation:
             return MERGED
         if has_large_multiplier(last):
             return GRAZING
-        scale = self.scale(last.p, last.image.peak, len(last.state))
+        scale = self.scale_at(last)
         for size in CORNER_SIZES:
-            ahead = np.append(last.state, last.p) + size * last.tangent * scale
+            ahead = last.coordinates + size * last.tangent * scale
             image = self.return_map(float(ahead[-1]), ahead[:-1], last.repetition)
             if image is not None and image.counts != last.image.counts:
                 return GRAZING
@@ -647,9 +655,8 @@ class Continuation:
         ds : float
             Arclength of the step, scaled.
         """
-        n = len(last.state)
-        scale = self.scale(last.p, last.image.peak, n)
-        begin, normal = np.append(last.state, last.p) / scale, last.tangent
+        n, scale = len(last.state), self.scale_at(last)
+        begin, normal = last.coordinates / scale, last.tangent
         guess = begin + ds * last.tangent
         # The ends of the range are points, at which the branch is cut.
         crossed = [
@@ -661,20 +668,17 @@ class Continuation:
             limit = min(crossed, key=lambda p: abs(p - last.p))
             guess = begin + (limit - last.p) / (guess[n] - last.p) * ds * last.tangent
             normal = np.eye(n + 1)[n]
-        corrected = self.correct(
-            float(guess[n]), guess[:n] * scale[:n], normal, scale, last.repetition
-        )
+        corrected = self.correct(guess, normal, scale, last.repetition)
         if corrected is None:
             return None
         point, newton_steps = corrected
         if crossed:
             point = point._replace(p=limit)
-        move = np.append(point.state, point.p) / scale - begin
+        move = point.coordinates / scale - begin
         length = float(np.linalg.norm(move))
         if not (crossed or 0.3 * ds < length < 3.0 * ds) or not self.is_within(point.p):
             return None
-        if float(point.tangent @ move) < 0.0:
-            point = point.reversed
+        point = point.along(move)
         cosines = [float(move @ one.tangent) for one in (last, point)]
         if min(cosines) < (MIN_COSINE if ds > CORNER_STEP else MIN_CORNER_COSINE) * length:
             return None
@@ -691,14 +695,11 @@ class Continuation:
         Where an event is born or lost the derivative of the map jumps, and the branch may turn
         by any angle. The derivative beyond the corner tells in which direction it goes on.
         """
-        n = len(last.state)
-        scale = self.scale(last.p, last.image.peak, n)
-        begin = np.append(last.state, last.p) / scale
+        n, scale = len(last.state), self.scale_at(last)
+        begin = last.coordinates / scale
         for size in CORNER_SIZES:
-            beyond = (begin + size * last.tangent) * scale
-            linear = self.linearise(
-                float(beyond[n]), beyond[:n], last.tangent, scale, last.repetition
-            )
+            beyond = begin + size * last.tangent
+            linear = self.linearise(beyond, last.tangent, scale, last.repetition)
             if linear is None or linear[0].counts == last.image.counts:
                 continue
             image, matrix = linear
@@ -711,20 +712,16 @@ class Continuation:
             if not keeps_sense(last, ahead):
                 direction = -direction
             guess = begin + size * direction
-            corrected = self.correct(
-                float(guess[n]), guess[:n] * scale[:n], direction, scale, last.repetition
-            )
+            corrected = self.correct(guess, direction, scale, last.repetition)
             if corrected is None or not self.is_within(corrected[0].p):
                 continue
             point, newton_steps = corrected
-            move = np.append(point.state, point.p) / scale - begin
+            move = point.coordinates / scale - begin
             if float(np.linalg.norm(move)) > 3.0 * size or point.image.counts != image.counts:
                 continue
             if self.share_of_offset(last, point) < SMALL_SHARE:
                 continue
-            if float(point.tangent @ direction) < 0.0:
-                point = point.reversed
-            return point, newton_steps
+            return point.along(direction), newton_steps
         return None
 
     def closes(self, first: Point, last: Point, point: Point, ds: float) -> bool:
@@ -732,8 +729,7 @@ class Continuation:
         if (last.p - first.p) * (point.p - first.p) > 0.0:
             return False
         first = self.at_section_of(first, last)
-        scale = self.scale(first.p, first.image.peak, len(first.state))
-        away = np.append(point.state - first.state, point.p - first.p) / scale
+        away = (point.coordinates - first.coordinates) / self.scale_at(first)
         same_sense = float(point.tangent @ first.tangent) > 0.0
         return same_sense and float(np.linalg.norm(away)) <= 2.0 * ds
 
@@ -748,8 +744,7 @@ class Continuation:
         image = self.return_map(point.p, point.state, halved)
         if image is None:
             return None
-        scale = self.scale(point.p, point.image.peak, len(point.state))[:-1]
-        return (image.state - point.state) / scale
+        return (image.state - point.state) / self.scale_at(point)[:-1]
 
     def size_of_offset(self, point: Point) -> float:
         """Return the size of the offset, infinite where there is none."""
@@ -809,11 +804,9 @@ class Continuation:
 
         # The derivative of the touching eigenvalue changes sign: compare with the next point.
         def slope(point: Point) -> float:
-            scale = self.scale(point.p, point.image.peak, len(point.state))
-            guess = np.append(point.state, point.p) + 1e-6 * point.tangent * scale
-            found = self.correct(
-                float(guess[-1]), guess[:-1], point.tangent, scale, point.repetition
-            )
+            scale = self.scale_at(point)
+            guess = point.coordinates / scale + 1e-6 * point.tangent
+            found = self.correct(guess, point.tangent, scale, point.repetition)
             return math.nan if found is None else det_J_plus_I(found[0]) - det_J_plus_I(point)
 
         for one, other in ((first, middle), (middle, last)):
@@ -827,24 +820,18 @@ class Continuation:
         from scipy.optimize import brentq
 
         first, repetition = self.at_section_of(first, last), last.repetition
-        n = len(first.state)
-        scale = self.scale(first.p, max(first.image.peak, last.image.peak), n)
-        a, b = (np.append(point.state, point.p) / scale for point in (first, last))
+        peak = max(first.image.peak, last.image.peak)
+        scale = self.scale(first.p, peak, len(first.state))
+        a, b = first.coordinates / scale, last.coordinates / scale
         chord = (b - a) / np.linalg.norm(b - a)
         best = {0.0: first, 1.0: last}
 
         def value(share: float) -> float:
             if share not in best:
-                guess = a + share * (b - a)
-                found = self.correct(
-                    float(guess[n]), guess[:n] * scale[:n], chord, scale, repetition
-                )
+                found = self.correct(a + share * (b - a), chord, scale, repetition)
                 if found is None:
                     raise ArithmeticError
-                point = found[0]
-                if float(point.tangent @ chord) < 0.0:
-                    point = point.reversed
-                best[share] = point
+                best[share] = found[0].along(chord)
             return test(best[share])
 
         try:
@@ -901,34 +888,26 @@ class Continuation:
     def separation(self, one: Point, other: Point) -> float:
         """Return the arclength between two close points of a branch, scaled."""
         one = self.at_section_of(one, other)
-        scale = self.scale(other.p, other.image.peak, len(other.state))
-        change = np.append(one.state - other.state, one.p - other.p) / scale
+        change = (one.coordinates - other.coordinates) / self.scale_at(other)
         return float(np.linalg.norm(change))
 
     def switch(self, bifurcation: Point) -> Point | None:
         """Return a point on the branch that leaves a bifurcation at an eigenvalue of -1."""
-        n = len(bifurcation.state)
-        scale = self.scale(bifurcation.p, bifurcation.image.peak, n)
+        n, scale = len(bifurcation.state), self.scale_at(bifurcation)
+        begin = bifurcation.coordinates / scale
         jacobian = bifurcation.image.jacobian * scale[:n] / scale[:n, None]
         values, vectors = np.linalg.eig(jacobian)
         which = int(np.argmin(abs(values + 1.0)))
         direction = np.append(np.real(vectors[:, which]), 0.0)
         direction /= np.linalg.norm(direction)
         for offset in SWITCH_OFFSETS:
-            guess = np.append(bifurcation.state, bifurcation.p) / scale + offset * direction
-            found = self.correct(
-                bifurcation.p,
-                guess[:n] * scale[:n],
-                direction,
-                scale,
-                bifurcation.repetition.doubled,
-            )
+            guess, repetition = begin + offset * direction, bifurcation.repetition.doubled
+            found = self.correct(guess, direction, scale, repetition)
             if found is None or not self.is_within(found[0].p):
                 continue
-            point = found[0]
-            away = np.append(point.state - bifurcation.state, 0.0) / scale
+            away = (found[0].state - bifurcation.state) / scale[:n]
             if float(np.linalg.norm(away)) < 10.0 * offset:
-                return point.reversed if float(point.tangent @ direction) < 0.0 else point
+                return found[0].along(direction)
         return None
 
     def images(self, p: float, state: Floats, repetition: Repetition) -> Iterator[Floats]:
@@ -964,7 +943,7 @@ class Continuation:
         states = self.return_map.states(one.p, one.state, one.repetition, np.array([delay]))
         if states is None:
             return math.inf
-        scale = self.scale(other.p, other.image.peak, len(other.state))[:-1]
+        scale = self.scale_at(other)[:-1]
         return min(
             float(np.abs((states[0] - image) / scale).max())
             for image in self.images(other.p, other.state, other.repetition.doubled)
