@@ -377,26 +377,32 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
             set_phases(waves, plant, law, start * dt, d)
             push = g - w * x
             y, y_d, Y = table[0], table[1], table[2]
-            for k in range(n, end):
-                i, at = k - start, k - first
-                x_out[at] = x + (v * y[i] + push * Y[i])
-                v_out[at] = v * y_d[i] + push * y[i]
-                d_out[at] = d
+            column, at = n - start, n - first
+            if column < 0 or at < 0:
+                # Never true; tells the compiler that no index counts from the end.
+                return
+            for k in range(end - n):
+                i = column + k
+                x_out[at + k] = x + (v * y[i] + push * Y[i])
+                v_out[at + k] = v * y_d[i] + push * y[i]
             for wave in range(waves.size):
                 row = FLOW_ROWS + RESPONSE_ROWS * wave
                 R, P, P_d = table[row], table[row + 1], table[row + 2]
                 from_sine, from_cosine = wave_coefficients(waves, wave)
-                for k in range(n, end):
-                    i, at = k - start, k - first
-                    x_out[at] += from_sine * R[i] + from_cosine * P[i]
-                    v_out[at] += from_sine * P[i] + from_cosine * P_d[i]
-            for k in range(n, end):
-                if v_out[k - first] * d <= 0.0:
-                    # A sum of rows may have the wrong sign where |v_r| is of the size of
-                    # rounding.
+                for k in range(end - n):
+                    i = column + k
+                    x_out[at + k] += from_sine * R[i] + from_cosine * P[i]
+                    v_out[at + k] += from_sine * P[i] + from_cosine * P_d[i]
+            against = 0
+            for k in range(end - n):
+                d_out[at + k] = d
+                against += v_out[at + k] * d <= 0.0
+            # A sum of rows may have the wrong sign where |v_r| is of the size of rounding.
+            for k in range(end - n if against > 0 else 0):
+                if v_out[at + k] * d <= 0.0:
                     part = resume_event(solution, event)
-                    state = motion_in_segment(waves, part, k * dt - t[event])
-                    x_out[k - first], v_out[k - first] = state
+                    state = motion_in_segment(waves, part, (n + k) * dt - t[event])
+                    x_out[at + k], v_out[at + k] = state
             n = end
 
 
