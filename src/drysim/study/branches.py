@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import drysim
 from drysim.approach.continuation import (
     LOST,
     MANY_BRANCHES,
@@ -53,7 +52,7 @@ from drysim.study.case import (
     refuse_direction,
     require_scenario,
 )
-from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.run import measure_window
 from drysim.study.sweep import describe_numerics
@@ -197,7 +196,7 @@ class Motion(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class BranchesResult:
+class BranchesResult(Result):
     """All periodic motions that were found along a key.
 
     Attributes
@@ -265,10 +264,6 @@ class BranchesResult:
         """Core, reason, engine and step of the solutions."""
         return describe_numerics(self.case)
 
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 0; 1 with `strict` if there are warnings."""
-        return exit_code((), self.warnings, strict)
-
     def place(self, value: float) -> str:
         """Return a value of the key as text."""
         return format_number(value, format_unit(self.axis.unit), 6)
@@ -299,10 +294,6 @@ class BranchesResult:
         ]
         header = ("bifurcation", self.axis.key, "unit", "of")
         return html_table(repr(self), header, rows, ())
-
-    def plot(self) -> Any:
-        """Return the picture of the branches, a figure of matplotlib."""
-        return drysim.plot(self)
 
 
 def branches(scenario: Scenario) -> BranchesResult:

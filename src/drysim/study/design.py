@@ -17,11 +17,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import floor, inf, isfinite, isnan, log, log10, nan
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-import drysim
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
@@ -31,7 +30,7 @@ from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import FIT_NAMES, Case, case_error, prepare, require_scenario
-from drysim.study.outcome import exit_code, format_metric, format_repr, html_table
+from drysim.study.outcome import Result, format_metric, format_repr, html_table
 from drysim.study.plan import CaseRanges, Plan
 from drysim.study.run import MotionCache, unused_spectra_warnings
 from drysim.study.search import (
@@ -194,7 +193,7 @@ class Variant(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class DesignResult:
+class DesignResult(Result):
     """The best design, how well it is known, and all designs that were evaluated.
 
     Attributes
@@ -383,14 +382,6 @@ class DesignResult:
             if self.shown
         ]
         return html_table(repr(self), ("key", "value", "unit"), rows, self.checks)
-
-    def plot(self) -> Any:
-        """Return the picture of the design study, a figure of matplotlib."""
-        return drysim.plot(self)
-
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 0, or 1 if no design is admissible; `strict` counts a warning as well."""
-        return exit_code(self.checks, self.warnings, strict)
 
 
 def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:

@@ -21,7 +21,7 @@ from drysim.scenario.model import Scenario
 from drysim.study import plan
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
-from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
+from drysim.study.outcome import Outcome, Result, count_verdicts, format_metrics, format_repr
 from drysim.study.plan import CaseRange
 from drysim.study.statistics import (
     FAILED,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Ensemble:
+class Ensemble(Result):
     """A scenario under many seeds.
 
     Attributes
@@ -105,13 +105,10 @@ class Ensemble:
             "Ensemble", self.scenario.name, many, format_metrics(self.metrics), verdicts
         )
 
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 3 if a seed failed, 1 if a check failed, else 0.
-
-        `strict` counts warnings as failed checks.
-        """
-        lost = any(row.status == FAILED for row in self.rows)
-        return exit_code(self.checks, self.warnings, strict, lost)
+    @property
+    def has_failed_cases(self) -> bool:
+        """Whether the numerics failed for a seed."""
+        return any(row.status == FAILED for row in self.rows)
 
 
 def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble | Table:

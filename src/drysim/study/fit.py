@@ -41,7 +41,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-import drysim
 from drysim.core.compile import choose_engine
 from drysim.core.model import Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
@@ -63,7 +62,7 @@ from drysim.study.fit_model import (
     fitted_end,
     model_of_law,
 )
-from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.starting_values import integrate, noise_level, remove_drift
 from drysim.system import worker_count
 from drysim.wording import format_number, format_unit, join_words
@@ -282,7 +281,7 @@ class LawScore(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FitResult:
+class FitResult(Result):
     """Fitted scenario, parameters with intervals, and how far the record supports them.
 
     Attributes
@@ -362,17 +361,9 @@ class FitResult:
         residuals: Floats = measured - self.prediction.channels[name] - (channel.offset or 0.0)
         return residuals
 
-    def plot(self) -> Any:
-        """Return the picture of the fit, a figure of matplotlib."""
-        return drysim.plot(self)
-
     def exit_code(self, strict: bool = False) -> int:
-        """Return 0, or 1 if a check failed or the fit describes next to nothing.
-
-        `strict` counts a warning as a failed check.
-        """
-        code = exit_code(self.checks, self.warnings, strict)
-        return max(code, EXIT_CHECK_FAILED) if self.is_useless else code
+        """Return the code of all results; 1 if the fit describes next to nothing."""
+        return EXIT_CHECK_FAILED if self.is_useless else super().exit_code(strict)
 
     @property
     def is_useless(self) -> bool:

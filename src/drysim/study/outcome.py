@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
@@ -29,8 +29,48 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
 
 
+class Judged(Protocol):
+    """What an exit code follows from."""
+
+    @property
+    def checks(self) -> Sequence[Verdict]:
+        """Verdicts on the checks."""
+
+    @property
+    def warnings(self) -> Sequence[WarningMessage]:
+        """Warnings about the result."""
+
+    @property
+    def has_failed_cases(self) -> bool:
+        """Whether the numerics failed in a case."""
+
+
+class Result:
+    """What all results share: a picture, and an exit code."""
+
+    @property
+    def has_failed_cases(self) -> bool:
+        """Whether the numerics failed in one of many cases; a single one raises an error."""
+        return False
+
+    def plot(self: Any) -> Any:
+        """Return the main picture of the result, a figure of matplotlib; see `drysim.plot`."""
+        return drysim.plot(self)
+
+    def exit_code(self: Judged, strict: bool = False) -> int:
+        """Return 3 if a case failed, 1 if a check failed, else 0.
+
+        With `strict`, a warning and a check that was not judged count as failed checks.
+        """
+        if self.has_failed_cases:
+            return EXIT_NUMERICS_FAILED
+        wanted = (True,) if strict else (True, None)
+        failed = not all(verdict.passed in wanted for verdict in self.checks)
+        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK
+
+
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(Result):
     """Response, metrics, check verdicts and warnings of one case.
 
     Attributes
@@ -70,10 +110,6 @@ class Outcome:
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
 
-    def plot(self) -> Any:
-        """Return the picture of the motion, a figure of matplotlib; see `drysim.plot`."""
-        return drysim.plot(self)
-
     def _repr_html_(self) -> str:
         """Return metrics and verdicts as HTML, for notebooks."""
         rows = [
@@ -82,27 +118,6 @@ class Outcome:
             if value is not None
         ]
         return html_table(repr(self), ("metric", "value", "unit"), rows, self.checks)
-
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 0, or 1 if a check failed; `strict` counts a warning as a failed check."""
-        return exit_code(self.checks, self.warnings, strict)
-
-
-def exit_code(
-    checks: Sequence[Verdict],
-    warnings: Sequence[WarningMessage],
-    strict: bool,
-    lost: bool = False,
-) -> int:
-    """Return 3 if a case was lost, 1 if a check failed, else 0.
-
-    With `strict`, a warning and a check that was not judged count as failed checks.
-    """
-    if lost:
-        return EXIT_NUMERICS_FAILED
-    wanted = (True,) if strict else (True, None)
-    failed = not all(verdict.passed in wanted for verdict in checks)
-    return EXIT_CHECK_FAILED if failed or (strict and warnings) else EXIT_OK
 
 
 # One-line representations for notebooks and debuggers.

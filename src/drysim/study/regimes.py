@@ -31,12 +31,11 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-import drysim
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.model import CoulombLaw, Sines, has_friction
 from drysim.errors import WarningMessage
@@ -78,7 +77,7 @@ from drysim.study.case import (
     refuse_direction,
     require_scenario,
 )
-from drysim.study.outcome import exit_code, format_repr, html_table
+from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
 from drysim.system import map_in_order, worker_count
@@ -357,7 +356,7 @@ class Patch(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RegimeMap:
+class RegimeMap(Result):
     """Regimes of the steady motion over two keys, and the boundaries between them.
 
     Attributes
@@ -458,14 +457,6 @@ class RegimeMap:
             (describe_regime(label), f"{share:.1%}") for label, share in self.shares.items()
         ]
         return html_table(repr(self), ("regime", "share of the map"), rows, self.checks)
-
-    def plot(self) -> Any:
-        """Return the picture of the map, a figure of matplotlib."""
-        return drysim.plot(self)
-
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 0, or 1 for a warning if `strict`."""
-        return exit_code(self.checks, self.warnings, strict)
 
 
 def describe_fixed(case: Case, keys: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-import drysim
 from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.harmonic import Shock
@@ -25,8 +24,8 @@ from drysim.metrics.table import METRICS, UNITS, Metrics
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
+    Result,
     count_verdicts,
-    exit_code,
     format_metric_ranges,
     format_repr,
     html_table,
@@ -52,7 +51,7 @@ from drysim.wording import (
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(Result):
     """All cases of a sweep or of a comparison.
 
     Attributes
@@ -121,10 +120,6 @@ class Table:
         )
         best = f"best {self.best.result}" if self.best else ""
         return format_repr("Table", name, ", ".join(summary), found, best, verdicts)
-
-    def plot(self) -> Any:
-        """Return the picture of the sweep, a figure of matplotlib; see `drysim.plot`."""
-        return drysim.plot(self)
 
     def _repr_html_(self) -> str:
         """Return ranges of the metrics, best case and verdicts as HTML, for notebooks."""
@@ -258,13 +253,10 @@ class Table:
         before = takewhile(lambda one: one is not own, self.tallies.values())
         return self.rows[sum(one.cases for one in before) + number]
 
-    def exit_code(self, strict: bool = False) -> int:
-        """Return 3 if a case failed, 1 if a check failed, else 0.
-
-        `strict` counts warnings as failed checks.
-        """
-        lost = any(FAILED in tally.lost for tally in self.tallies.values())
-        return exit_code(self.checks, self.warnings, strict, lost)
+    @property
+    def has_failed_cases(self) -> bool:
+        """Whether the numerics failed in a case."""
+        return any(FAILED in tally.lost for tally in self.tallies.values())
 
     @property
     def own(self) -> tuple[Row, ...]:
