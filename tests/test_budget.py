@@ -225,8 +225,9 @@ def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engi
 
 
 def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
-    assert step_cost(Switch(), prepared(friction=LUGRE).law) == step_cost(
-        Switch(), prepared().law
+    under_lugre, case = prepared(friction=LUGRE), prepared()
+    assert step_cost(Switch(), under_lugre.law, under_lugre.motion) == step_cost(
+        Switch(), case.law, case.motion
     )
 
 

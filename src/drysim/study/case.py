@@ -108,19 +108,19 @@ class Case:
         """
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
         radians = largest_oscillation(self).radians
-        a_step = max(1 + STEPS_PER_WAVE * waves, self.step_cost.of(self.motion))
+        a_step = max(1 + STEPS_PER_WAVE * waves, self.step_cost.steps)
         once = max(self.steps * a_step, round(STEPS_PER_WAVE * radians))
         return once if self.scenario.fit is None else WORK_PER_FIT * once
 
     @property
     def step_cost(self) -> StepCost:
         """Cost of one step."""
-        return step_cost(self.approach, self.law)
+        return step_cost(self.approach, self.law, self.motion)
 
     @property
     def kernels(self) -> str:
         """Kernels compiled for the case, as `compile.choose_engine` takes them."""
-        return self.step_cost.kernels_for(self.motion)
+        return self.step_cost.kernels
 
     @property
     def limits(self) -> StrokeLimits | None:
@@ -546,39 +546,31 @@ RINGDOWN_RADIANS = 40.0
 
 
 class StepCost(NamedTuple):
-    """Cost of a step without events, in steps of sampled motion under Coulomb friction (2 µs).
+    """Cost of a step without events, and the kernels that it needs."""
 
-    Measured: 120 to 240 µs for laws solved by series, 80 µs for a varying normal force, 40 µs
-    between end stops.
-    """
-
-    sampled: int = 1
-    sines: int = 1
-    kernels: str = ""
+    steps: int
+    """In steps of sampled motion under Coulomb friction (2 µs)."""
+    kernels: str
     """Kernels compiled only for this law, as `compile.choose_engine` takes them."""
-    sine_kernels: str = ""
-    """The same under sines, if others."""
-
-    def of(self, motion: Sines | Samples) -> int:
-        """Return the cost of a step under this base motion."""
-        return self.sines if isinstance(motion, Sines) else self.sampled
-
-    def kernels_for(self, motion: Sines | Samples) -> str:
-        """Return the kernels compiled for this law under this base motion."""
-        return (isinstance(motion, Sines) and self.sine_kernels) or self.kernels
 
 
-FIXED_STEP_COST = StepCost()
+FIXED_STEP_COST = StepCost(1, "")
 STEP_COSTS = {
-    CoulombLaw: StepCost(1, 1, "sampled.march", "march.march_sines_from_start"),
-    DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
-    PiecewiseLaw: StepCost(30, 6, "march.march_modes"),
+    (CoulombLaw, Samples): StepCost(1, "sampled.march"),
+    (CoulombLaw, Sines): StepCost(1, "march.march_sines_from_start"),
+    (DynamicLaw, Samples): StepCost(100, "taylor.march_taylor"),
+    (DynamicLaw, Sines): StepCost(30, "taylor.march_taylor"),
+    (PiecewiseLaw, Samples): StepCost(30, "march.march_modes"),
+    (PiecewiseLaw, Sines): StepCost(6, "march.march_modes"),
 }
+"""By law and base motion. Measured: 120 to 240 µs for laws solved by series, 80 µs for a
+varying normal force, 40 µs between end stops."""
 
 
-def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
+def step_cost(approach: Approach, law: AnyLaw, motion: Sines | Samples) -> StepCost:
     """Return the cost of a step; fixed steps cost the same under every law."""
-    return STEP_COSTS[type(law)] if isinstance(approach, ExactApproach) else FIXED_STEP_COST
+    is_exact = isinstance(approach, ExactApproach)
+    return STEP_COSTS[type(law), type(motion)] if is_exact else FIXED_STEP_COST
 
 
 class Oscillation(NamedTuple):

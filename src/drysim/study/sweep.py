@@ -170,13 +170,15 @@ STEPS_PER_MARCHED_ORBIT = 2_000
 
 def choose_engine(case: Case, scenarios: Sequence[Scenario], count: int | None = None) -> None:
     """Choose the engine for all cases, or `count`, by the law with the most expensive step."""
-    costs = [step_cost(scenario.solver.member(), scenario.law()) for scenario in scenarios]
-    highest = max(costs, key=lambda one: one.of(case.motion))
-    kernels, least_steps = highest.kernels_for(case.motion), STEPS_PER_MARCHED_ORBIT
+    each, kernels = max(
+        (step_cost(one.solver.member(), one.law(), case.motion) for one in scenarios),
+        key=lambda cost: cost.steps,
+    )
+    least_steps = STEPS_PER_MARCHED_ORBIT
     if all(map(can_solve_together, scenarios)):
         kernels = "orbit.solve_orbits"
         least_steps = STEPS_PER_ORBIT if is_damped(case) else STEPS_PER_UNDAMPED_ORBIT
-    steps = max(case.steps, least_steps) * highest.of(case.motion)
+    steps = max(case.steps, least_steps) * each
     count = count_cases(scenarios) if count is None else count
     compile.choose_engine(steps * max_seeds(case.scenario) * count, kernels)
 
