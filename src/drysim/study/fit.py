@@ -33,10 +33,9 @@ Method
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +63,7 @@ from drysim.study.fit_model import (
 )
 from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.starting_values import integrate, noise_level, remove_drift
-from drysim.system import worker_count
+from drysim.system import map_in_order, worker_count
 from drysim.wording import format_number, format_unit, join_words
 
 Mask = NDArray[np.bool_]
@@ -978,12 +977,8 @@ class LawFit:
         return found
 
 
-Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
-"""`map`, in this thread or in several."""
-
-
 def fit_law(
-    model: FitModel, end: float, mapper: Mapper, finished: Callable[[int], None]
+    model: FitModel, end: float, threads: int, finished: Callable[[int], None]
 ) -> LawFit:
     """Return the best solution from all starts.
 
@@ -997,13 +992,14 @@ def fit_law(
     closed = [start / first.scale for start in starts]
     if first.predict(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
-    candidates = [*closed, *mapper(first.coarse, closed)]
-    costs = list(mapper(first.cost, candidates))
+    candidates = [*closed, *map_in_order(first.coarse, closed, threads)]
+    costs = list(map_in_order(first.cost, candidates, threads))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
-    if min(mapper(first.error, [candidates[i] for i in order])) > USELESS:
-        order = order[:1]  # no start is anywhere near
+    likely = [candidates[i] for i in order]
+    if min(map_in_order(first.error, likely, threads)) > USELESS:
+        likely = likely[:1]  # no start is anywhere near
     found = []
-    for one in mapper(first.fine, [candidates[i] for i in order]):
+    for one in map_in_order(first.fine, likely, threads):
         found.append(one)
         finished(1)
     _, x = min(found, key=lambda one: one[0])
@@ -1012,11 +1008,11 @@ def fit_law(
         squares = solution.squares
         other = scan(squares, solution.x)
         if other is not None:
-            near = mapper(partial(squares.fine, other), ((), STEPS[2:]))
+            near = map_in_order(partial(squares.fine, other), ((), STEPS[2:]), threads)
         elif is_noise(solution) or squares.error(solution.x) > USELESS:
             break
         else:
-            near = mapper(squares.fine, neighbours(squares, solution.x))
+            near = map_in_order(squares.fine, neighbours(squares, solution.x), threads)
         cost, x = min(near, key=lambda one: one[0])
         if cost >= BETTER * solution.cost:
             break
@@ -1024,7 +1020,7 @@ def fit_law(
     return LawFit(model, first, tuple(cost for cost, _ in found), solution)
 
 
-def profiles_of(one: LawFit, mapper: Mapper) -> dict[int, ParameterProfile]:
+def profiles_of(one: LawFit, threads: int) -> dict[int, ParameterProfile]:
     """Return the profiles of the parameters; of those that depend on others there are none.
 
     Without a motion that resembles the measured one, or without noise, there are none at all.
@@ -1035,7 +1031,7 @@ def profiles_of(one: LawFit, mapper: Mapper) -> dict[int, ParameterProfile]:
     free = [j for j in every if not len(groups.get(j, ())) > 1]
     determined = [j for j in free if j not in groups]
     profile = partial(profile_of, one.solution, determined)
-    return dict(zip(free, mapper(profile, free), strict=True))
+    return dict(zip(free, map_in_order(profile, free, threads), strict=True))
 
 
 def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
@@ -1098,16 +1094,16 @@ def fit(
     end = fitted_end(scenario, first.measurement)
     names, read = scenario.fit.laws, (first.motion, first.measurement)
     models = [model_of_law(scenario, *read, name) for name in names] or [first]
-    with ThreadPoolExecutor(worker_count(workers)) as pool:
-        fits = [fit_law(model, end, pool.map, finished) for model in models]
-        for left in range(MAX_RESTARTS, -1, -1):
-            scores = score_laws(names, fits, end)
-            best = names.index(scores[0].law) if scores else 0
-            profiles = profiles_of(fits[best], pool.map)
-            better = continued(fits[best], profiles) if left else None
-            if better is None:
-                break
-            fits[best] = better
+    threads = worker_count(workers)
+    fits = [fit_law(model, end, threads, finished) for model in models]
+    for left in range(MAX_RESTARTS, -1, -1):
+        scores = score_laws(names, fits, end)
+        best = names.index(scores[0].law) if scores else 0
+        profiles = profiles_of(fits[best], threads)
+        better = continued(fits[best], profiles) if left else None
+        if better is None:
+            break
+        fits[best] = better
     return describe_fit(scenario, fits[best], scores, profiles)
 
 
