@@ -256,14 +256,14 @@ def solve(
     from drysim.study.sweep import (  # not needed to read a comparison
         choose_engine,
         make_table,
-        solve_cases,
+        on_threads,
     )
 
     reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
-    plan = Plan.of(compared, case)
-    batches = [batch for _, batch in solve_cases(plan, case, workers, finished=finished)]
+    solved = on_threads(workers)(Plan.of(compared, case), case, None, finished)
+    batches = [batch for _, batch in solved]
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
     table = make_table(scenario, case, Rows.of(batches), omissions)

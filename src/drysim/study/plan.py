@@ -136,7 +136,7 @@ class Plan:
         """Return the plan for these scenarios; the base motion of `case` is known."""
         return cls(CaseRanges(scenarios, first), MotionCache.starting_with(case))
 
-    def block(self, number: int, case_workers: Workers = SINGLE_THREAD) -> Batch:
+    def block(self, number: int) -> Batch:
         """Solve the range with this number.
 
         Raises
@@ -144,7 +144,7 @@ class Plan:
         ScenarioError, RecordError
             When a case of the range is invalid.
         """
-        return solve_range(self.ranges[number], self.motions, case_workers)
+        return solve_range(self.ranges[number], self.motions)
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:

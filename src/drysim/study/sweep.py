@@ -135,7 +135,13 @@ def on_threads(workers: int | None) -> Execute:
     def execute(
         plan: Plan, case: Case, store: Store | None, finished: BatchCallback
     ) -> Iterator[tuple[CaseRange, Batch]]:
-        return solve_cases(plan, case, workers, store, finished)
+        cancelled, threads = Event(), worker_count(workers)
+        case_workers = Workers.at(case, threads, sum(plan.ranges.cases), cancelled.is_set)
+        solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
+        try:
+            yield from solve_ranges(plan.ranges, solve_one, threads, store, finished)
+        finally:
+            cancelled.set()
 
     return execute
 
@@ -188,23 +194,6 @@ def is_damped(case: Case) -> bool:
     keys = "oscillator.damping", "oscillator.damping_ratio"
     swept = [min(axis.values) for axis in case.scenario.sweep if axis.key in keys]
     return min(swept, default=case.plant.b) > 0.0
-
-
-def solve_cases(
-    plan: Plan,
-    case: Case,
-    workers: int | None,
-    store: Store | None = None,
-    finished: BatchCallback = ignore_batch,
-) -> Iterator[tuple[CaseRange, Batch]]:
-    """Yield each range of a plan with its batch, as `solve_ranges` does."""
-    cancelled, threads = Event(), worker_count(workers)
-    case_workers = Workers.at(case, threads, sum(plan.ranges.cases), cancelled.is_set)
-    solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
-    try:
-        yield from solve_ranges(plan.ranges, solve_one, threads, store, finished)
-    finally:
-        cancelled.set()
 
 
 def solve_ranges(
