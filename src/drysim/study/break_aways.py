@@ -31,7 +31,7 @@ from drysim.core.model import Samples
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import REGIME, Crossing, Crossings, Floats, Integers
-from drysim.study.case import assemble
+from drysim.study.case import Case, assemble
 from drysim.study.run import MotionCache, trajectory_of
 from drysim.study.statistics import seed_range, with_seed
 from drysim.system import map_in_order
@@ -127,12 +127,10 @@ class RatePlane:
 
     Parameters
     ----------
-    scenario : Scenario
+    case : Case
         Under random base motion, with Coulomb friction.
     axes : sequence of KeyRange
         Both axes.
-    window : tuple of float
-        In which break-aways are counted [s].
     threads : int
     advance : callable
         Called with the number of solved nodes of the grid.
@@ -147,19 +145,17 @@ class RatePlane:
 
     def __init__(
         self,
-        scenario: Scenario,
+        case: Case,
         axes: Sequence[KeyRange],
-        window: tuple[float, float],
         threads: int,
         advance: Callable[[int], None],
     ) -> None:
-        self.scenario = scenario.copy_with({"sweep": (), "reference": None})
+        self.scenario = case.scenario.copy_with({"sweep": (), "reference": None})
         self.axes, self.threads, self.advance = axes, threads, advance
-        self.motions = MotionCache()
-        self.motions.max_size += len(seed_range(scenario))
+        self.motions = MotionCache.starting_with(case)
         self.cases = 0
-        begin, end = window
-        self.once = 1.0 / ((end - begin) * len(seed_range(scenario)))
+        begin, end = case.window
+        self.once = 1.0 / ((end - begin) * len(seed_range(case.scenario)))
 
     def net(self, points: Floats, edges: Integers, counted: bool = False) -> RateNet:
         """Return points of shape (n, 2), as shares of the axes, with their rates."""

@@ -549,7 +549,7 @@ def solve(
     threads = worker_count(workers)
     plane: OrbitPlane | RatePlane
     if is_random(case.scenario):
-        plane = RatePlane(case.scenario, axes, case.window, threads, advance)
+        plane = RatePlane(case, axes, threads, advance)
     else:
         plane = OrbitPlane(case.scenario, axes, threads, advance)
     points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
