@@ -32,12 +32,12 @@ from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.study.fit import (
     CHI_SQUARE_95,
     EXACT,
-    NORMAL_95,
     ChannelFit,
     FitResult,
     Parameter,
     Profile,
 )
+from drysim.study.statistics import NORMAL_95
 from drysim.wording import (
     display_unit,
     format_count,

@@ -47,6 +47,7 @@ from drysim.study.search import (
 )
 from drysim.study.statistics import (
     FAILED,
+    NORMAL_95,
     OK,
     Batch,
     Row,
@@ -90,9 +91,6 @@ AT_BOUND = 1e-3
 
 MIN_SEEDS, RESAMPLES = 5, 400
 """Seeds from which they are resampled, and number of resamples."""
-
-NORMAL_95 = 1.959964
-"""Quantile of a 95 % interval of the normal distribution."""
 
 NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 NEAR_COUNT = 1000

@@ -63,6 +63,7 @@ from drysim.study.fit_model import (
 )
 from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.starting_values import integrate, noise_level, remove_drift
+from drysim.study.statistics import NORMAL_95
 from drysim.system import map_in_order, worker_count
 from drysim.wording import format_number, format_unit, join_words
 
@@ -144,9 +145,8 @@ BETTER = 0.999
 AGREE = 1.01
 """Ratio of sums of squares up to which two starts agree."""
 
-NORMAL_95 = 1.959964
 CHI_SQUARE_95 = NORMAL_95**2
-"""Quantiles of a 95 % interval: of the normal distribution, and of chi-square."""
+"""Quantile of chi-square for a 95 % interval of one parameter."""
 
 PROFILE_POINTS = 7
 """Largest number of fits for one end of a profile interval."""

@@ -279,6 +279,9 @@ def group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
 CONFIDENCE = 0.95
 """Confidence level: share of ensembles whose interval contains the true mean [-]."""
 
+NORMAL_95 = 1.959964
+"""Two-sided quantile of the normal distribution at `CONFIDENCE`."""
+
 QUANTILES = (0.05, 0.50, 0.95)
 """Levels of the quantiles over seeds [-]."""
 
