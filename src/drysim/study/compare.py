@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf, log2, nan
+from math import inf, log2
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
 
@@ -509,7 +509,7 @@ MOTION_METRICS = ("T_a", "x_r_rms", "x_r_peak")
 METRIC_TOLERANCE = 1e-6
 """Relative difference of a metric that is invisible in a picture."""
 
-MetricValues = dict[frozenset[tuple[str, float]], tuple[float, ...]]
+MetricValues = dict[frozenset[tuple[str, float]], tuple[float | None, ...]]
 """Values of the `MOTION_METRICS` by point."""
 
 
@@ -533,10 +533,7 @@ def describe_coinciding(comparison: Comparison) -> Iterator[str]:
 def _metric_values(rows: Iterable[Row]) -> MetricValues:
     """Return the compared metrics by point."""
     return {
-        frozenset(row.point.items()): tuple(
-            nan if (value := row.metrics.get(name)) is None else value
-            for name in MOTION_METRICS
-        )
+        frozenset(row.point.items()): tuple(row.metrics.get(name) for name in MOTION_METRICS)
         for row in rows
     }
 
@@ -545,7 +542,10 @@ def _are_close(one: MetricValues, other: MetricValues) -> bool:
     """Whether two sets of values are equal except for rounding, and not all unknown."""
     if one.keys() != other.keys():
         return False
-    own, others = np.array([*one.values()]), np.array([other[place] for place in one])
+    own, others = (
+        np.array([found[place] for place in one], dtype=float)  # None becomes NaN
+        for found in (one, other)
+    )
     known = bool(np.isfinite(own).any())
     return known and np.allclose(own, others, METRIC_TOLERANCE, 0.0, equal_nan=True)
 

@@ -177,8 +177,8 @@ class Batch:
             {key: np.array([row.point[key] for row in rows]) for key in keys},
             np.array([row.F_fk for row in rows]),
             np.array([row.F_fs for row in rows]),
-            {
-                name: _to_column([row.metrics.get(name) for row in rows])
+            {  # None becomes NaN
+                name: np.array([row.metrics.get(name) for row in rows], dtype=float)
                 for name in METRIC_NAMES
             },
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
@@ -193,11 +193,6 @@ BatchCallback = Callable[[Batch], None]
 
 def ignore_batch(batch: Batch) -> None:
     """Do nothing: the default callback."""
-
-
-def _to_column(values: Sequence[float | None]) -> Floats:
-    """Convert values to a column, None to NaN."""
-    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _to_value(name: str, value: float) -> float | int | None:
