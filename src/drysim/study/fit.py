@@ -1097,7 +1097,7 @@ def fit(
     threads = worker_count(workers)
     fits = [fit_law(model, end, threads, finished) for model in models]
     for left in range(MAX_RESTARTS, -1, -1):
-        scores = score_laws(names, fits, end)
+        scores = score_laws(names, fits)
         best = names.index(scores[0].law) if scores else 0
         profiles = profiles_of(fits[best], threads)
         better = continued(fits[best], profiles) if left else None
@@ -1144,9 +1144,7 @@ def check_motion(model: FitModel) -> None:
     )
 
 
-def score_laws(
-    names: Sequence[str], fits: Sequence[LawFit], end: float
-) -> tuple[LawScore, ...]:
+def score_laws(names: Sequence[str], fits: Sequence[LawFit]) -> tuple[LawScore, ...]:
     """Return the laws ordered by their error on the held-out part.
 
     Laws are tied with the best one if the squared residuals of both differ, over blocks of the
@@ -1157,7 +1155,7 @@ def score_laws(
         return ()
     # All laws have a held-out part, or none has.
     errors = [one.error if one.error_held_out is None else one.error_held_out for one in fits]
-    blocks = [block_squares(one, end) for one in fits]
+    blocks = [block_squares(one) for one in fits]
     leader = int(np.argmin(errors))
     found = []
     for i, (name, one) in enumerate(zip(names, fits, strict=True)):
@@ -1171,17 +1169,15 @@ def score_laws(
     return tuple(score._replace(tied=several and not worse) for worse, *_, score in found)
 
 
-def block_squares(one: LawFit, end: float) -> Floats:
+def block_squares(one: LawFit) -> Floats:
     """Return the mean squared relative residual of blocks of the held-out part."""
-    t, found = one.model.measurement.t, one.prediction
-    part = t > end * (1.0 + 1e-12)
-    if part.sum() < BLOCKS:
-        part = np.ones(len(t), dtype=bool)
-    total: Floats = np.zeros(int(part.sum()))
+    found, count = one.prediction, len(one.model.measurement.t)
+    begin = one.first.count if count - one.first.count >= BLOCKS else 0
+    total: Floats = np.zeros(count - begin)
     for name, *_, offset in one.channels:
         signal = one.model.measurement.channels[name]
         difference = signal - found.channels[name] - (offset or 0.0)
-        difference = np.where(found.covers, difference, 0.0)[part]
+        difference = np.where(found.covers, difference, 0.0)[begin:]
         total = total + (difference / (float(signal.std()) or 1.0)) ** 2
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
