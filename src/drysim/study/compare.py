@@ -266,7 +266,7 @@ def solve(
     batches = [batch for _, batch in solved]
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
-    table = make_table(scenario, case, Rows.of(batches), omissions)
+    table = make_table(scenario, case, Rows(batches), omissions)
     shown = most_deviating_row(table, names, reference)
     responses = dict(responses_at(shown.point, scenarios, reference))
     laws = {

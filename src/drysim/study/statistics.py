@@ -220,19 +220,12 @@ ROWS_PER_BATCH = 4096
 
 
 class Rows(LazySequence[Row]):
-    """Rows of consecutive batches."""
+    """Rows of consecutive batches; `lengths` avoids reading batches that are on disk."""
 
-    def __init__(self, batches: Sequence[Batch], firsts: Sequence[int], length: int) -> None:
+    def __init__(self, batches: Sequence[Batch], lengths: Sequence[int] = ()) -> None:
         self.batches = batches
-        self._firsts = firsts
-        self._length = length
+        *self._firsts, self._length = 0, *accumulate(lengths or map(len, batches))
         self._cached: tuple[Row, ...] | None = None
-
-    @classmethod
-    def of(cls, batches: Sequence[Batch], lengths: Sequence[int] = ()) -> Rows:
-        """Return the rows of batches; `lengths` avoids reading batches that are on disk."""
-        ends = [0, *accumulate(lengths or map(len, batches))]
-        return cls(batches, ends[:-1], ends[-1])
 
     def __len__(self) -> int:
         """Return the number of rows."""

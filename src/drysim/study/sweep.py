@@ -252,7 +252,7 @@ def solve_interval(case: Case) -> Table:
     rows = covered.rows
     swept = interval.at_points(one, [{}], [*rows])
     batch = Batch.of(0, [*rows.values()])
-    table = make_table(swept, replace(case, scenario=swept), Rows.of([batch]))
+    table = make_table(swept, replace(case, scenario=swept), Rows([batch]))
     for tally in table.summary.values():
         tally.quantiles.clear()  # the values gather at jumps: their shares mean nothing
     further = (
@@ -299,7 +299,7 @@ def solve_swept_interval(
     words = f"least and greatest over {RATIO_KEY} {low} to {high}"
     extremes = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=words)
     swept = scenario.copy_with({"sweep": (*scenario.sweep, extremes)})
-    rows = Rows.of([*least, *greatest])
+    rows = Rows([*least, *greatest])
     table = make_table(swept, replace(case, scenario=swept), rows)
     further = interval.cover_warnings(covered), interval.unknown_warnings(covered)
     return replace(
@@ -333,7 +333,7 @@ def gather(
 
     tallies = Tally.of(collect(), scenario, scenario.label)
     batches = in_memory if store is None else StoredBatches(store, ranges, in_memory)
-    rows = Rows.of(batches, [case_range.end - case_range.begin for case_range in ranges])
+    rows = Rows(batches, [case_range.end - case_range.begin for case_range in ranges])
     return make_table(scenario, case, rows, tallies=tallies, complete=complete)
 
 
