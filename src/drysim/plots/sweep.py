@@ -103,12 +103,7 @@ def draw_transmissibility(table: Table) -> Figure:
         return draw_quantiles(table, metrics)
     view = sweep_view(table)
     known = [one for one in metrics if any(True for _ in known_values(view, one.of))]
-
-    def draw_unity(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
-        if metric in RATIOS:
-            axes.axhline(1.0, **UNITY_STYLE)
-
-    return draw_panels(table, view, known or [T_A], draw_unity)
+    return draw_panels(table, view, known or [T_A])
 
 
 def draw_stroke(table: Table) -> Figure | None:
@@ -139,28 +134,20 @@ def _draw_peaks(table: Table) -> Figure:
     # With end stops |x_r| is nearly the same in all cases that reach them.
     stops = table.scenario.law().stops
     stop_metrics = [] if stops is None else [IMPACT_SPEED if stops.rigid else STOP_FORCE]
-    view = sweep_view(table)
-    top = max(known_values(view, peak.of), default=0.0)
-
-    def draw_limits(axes: Axes, panel: Panel, metric: PlottedMetric) -> None:
-        if metric is not peak:
-            return
-        _draw_limit(axes, table, view, panel, peak, response.MAX_LIMIT_RATIO * top)
-        _mark_violations(axes, view, panel, peak)
-
-    return draw_panels(table, view, [*accelerations, peak, *stop_metrics], draw_limits)
+    return draw_panels(table, sweep_view(table), [*accelerations, peak, *stop_metrics])
 
 
 def _draw_limit(
-    axes: Axes, table: Table, view: View, panel: Panel, metric: PlottedMetric, max_level: float
+    axes: Axes, table: Table, view: View, panel: Panel, metric: PlottedMetric
 ) -> None:
-    """Draw the stroke limit up to `max_level`; a swept limit is drawn for each case.
+    """Draw the stroke limit unless it would flatten the curves; a swept one for each case.
 
     Of unequal limits the smaller one is drawn.
     """
     if table.scenario.stroke is None:
         return
     name = limit_name(table.scenario)
+    max_level = response.MAX_LIMIT_RATIO * max(known_values(view, metric.of), default=0.0)
 
     def limit(row: Row) -> float:
         return metric.scale * min(stroke_limits(table.scenario, row.point) or (0.0,))
@@ -544,16 +531,8 @@ NATURAL_FREQUENCY_KEYS = {
 """Keys that change the natural frequency."""
 
 
-def draw_panels(
-    table: Table,
-    view: View,
-    metrics: Sequence[PlottedMetric],
-    extra: Callable[[Axes, Panel, PlottedMetric], None],
-) -> Figure:
-    """Return the figure of a sweep: a row per panel of the view, and a column per metric.
-
-    `extra` draws more into the axes of a panel and metric.
-    """
+def draw_panels(table: Table, view: View, metrics: Sequence[PlottedMetric]) -> Figure:
+    """Return the figure of a sweep: a row per panel of the view, and a column per metric."""
     count = len(view.panels)
     coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
     figure, grid = style.panel_grid(count, len(metrics))
@@ -567,7 +546,11 @@ def draw_panels(
             set_row_title(axes, panel.title, words, pad=15)
             set_x_axis(axes, view)
             draw_curves(axes, view, panel, metric)
-            extra(axes, panel, metric)
+            if metric in RATIOS:
+                axes.axhline(1.0, **UNITY_STYLE)
+            elif metric.name == PEAK_STROKE:
+                _draw_limit(axes, table, view, panel, metric)
+                _mark_violations(axes, view, panel, metric)
             mark_gaps(axes, view, panel)
             _mark_admissible(axes, table, view, panel, metric)
             _mark_natural_frequency(axes, table, view)
