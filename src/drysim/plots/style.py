@@ -101,8 +101,8 @@ SINGLE_ROW_HEIGHT, ROW_HEIGHT, LEGEND_LINE_HEIGHT = 4.1, 2.95, 0.21
 """Usual heights of a single row of panels and of one row of several, with titles and tick
 labels, and height of a line of the legend [inch]."""
 
-HANDLE_WIDTH, LETTER_WIDTH, LEGEND_WIDTH = 0.62, 0.077, 8.8
-"""Widths in the legend [inch]: a line sample with its gaps, a character, the whole legend."""
+HANDLE_WIDTH, LEGEND_WIDTH = 0.62 * 72, 8.8 * 72
+"""Widths of a line sample with its gaps, and of the whole legend [pt]."""
 
 
 def panel_grid(
@@ -129,9 +129,9 @@ def finish_figure(
     those of all panels.
     """
     entries = legend_entries(figure.axes) if entries is None else entries
-    most = 72 * (LEGEND_WIDTH - HANDLE_WIDTH)
+    most = LEGEND_WIDTH - HANDLE_WIDTH
     entries = {fit_line(label, most): handle for label, handle in entries.items()}
-    columns = _legend_columns(list(map(_entry_width, entries)))
+    columns = _legend_columns([HANDLE_WIDTH + text_width(label) for label in entries])
     lines = ceil(len(entries) / columns)
     above = heading_height(heading)
     figure.set_figheight(figure.get_figheight() + above + LEGEND_LINE_HEIGHT * lines)
@@ -145,7 +145,7 @@ def finish_figure(
     if entries:
         figure.legend(
             list(entries.values()), list(entries), loc="outside lower center",
-            ncols=columns, frameon=False, fontsize=9,
+            ncols=columns, frameon=False, fontsize=HEADING_SIZE,
             borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5, handlelength=2.4,
         )  # fmt: skip
 
@@ -166,11 +166,6 @@ def _legend_columns(widths: Sequence[float]) -> int:
         if sum(map(max, np.array_split(widths, columns))) <= LEGEND_WIDTH:
             return columns
     return 1
-
-
-def _entry_width(label: str) -> float:
-    """Return the approximate width of a legend entry [inch]."""
-    return HANDLE_WIDTH + LETTER_WIDTH * len(re.sub(r"[$\\_{}]", "", label))
 
 
 # Panels: titles, scales, ticks and labels of axes.
@@ -347,7 +342,7 @@ HEADING_WIDTH = 0.945 * WIDTH * 72
 which makes a line up to 3 % wider than computed."""
 
 HEADING_SIZE = 9.0
-"""Font size of the heading [pt]."""
+"""Font size of the heading and of the legend [pt]."""
 
 TITLE_FONT: Style = {"size": 13.0, "weight": "bold"}
 """Font of the title."""
