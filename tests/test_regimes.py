@@ -283,6 +283,11 @@ def test_regimes_have_names():
     assert describe_regime(PERIODS) == "repeats after several periods"
 
 
+def test_legend_of_a_map_names_the_point_of_the_scenario(paper):
+    (legend,) = paper.plot().legends
+    assert [text.get_text() for text in legend.get_texts()] == ["this scenario"]
+
+
 # The command.
 
 

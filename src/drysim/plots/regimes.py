@@ -53,20 +53,16 @@ FIELD_LABELS = {
 }
 """Labels of the regions of the other fields, in the colours of their boundaries."""
 
-OWN_COLOR, OWN_WORDS = "#b3261e", "this scenario"
 OWN_STYLE: Style = {
     "linestyle": "none", "marker": "o", "markersize": 8.0, "color": "white",
-    "markeredgecolor": OWN_COLOR, "markeredgewidth": 2.0, "zorder": 6,
+    "markeredgecolor": "#b3261e", "markeredgewidth": 2.0, "zorder": 6, "label": "this scenario",
 }  # fmt: skip
-
-OWN_SIDES = {(1, 0): "left", (-1, 0): "right", (0, -1): "center", (0, 1): "center"}
-"""Sides of the point on which its label may be, with the alignment there."""
 
 LABEL_SIZE, LETTER_SHARE, LINE_SHARE = 9.0, 0.0088, 0.036
 """Font size of the labels, and width of a letter and height of a line as shares of the map."""
 
-ROOM, MARGIN = 0.45, 0.02
-"""Least room of a label as a share of its height, and a margin as a share of the map."""
+ROOM = 0.45
+"""Least room of a label as a share of its height."""
 
 OUTSIDE_STEP = 0.055
 """Least distance of labels outside the map, as a share of its height."""
@@ -87,11 +83,10 @@ def draw(result: RegimeMap) -> Figure:
         axes.plot(*line.points.T, **LINE_STYLES[line.field])
     if result.place.is_inside:
         axes.plot(*([x] for x in result.place.values.values()), **OWN_STYLE)
-    write_own_label(axes, result, free := away_from_lines(result))
     if RICE in result.labels:
         name_rates(axes, result)
     else:
-        write_labels(axes, result, free)
+        write_labels(axes, result)
     axes.grid(visible=False)
     style.finish_figure(figure, heading(result))
     return figure
@@ -185,12 +180,10 @@ def hatch(axes: Axes, result: RegimeMap) -> None:
 # Labels of the regions.
 
 
-def write_labels(axes: Axes, result: RegimeMap, free: Any) -> None:
-    """Write the name of each region into its widest place, or beside the map.
-
-    `free` are the nodes without a line or a label.
-    """
-    rows, columns = result.labels[REGIME].shape
+def write_labels(axes: Axes, result: RegimeMap) -> None:
+    """Write the name of each region into its widest place, or beside the map."""
+    free = free_nodes(result)
+    rows, columns = free.shape
     regions = [
         (result.labels[REGIME] == label, describe_regime(label), tint_of(label), "#222222")
         for label in result.shares
@@ -218,8 +211,8 @@ def write_labels(axes: Axes, result: RegimeMap, free: Any) -> None:
     write_outside(axes, outside[:MAX_OUTSIDE])
 
 
-def away_from_lines(result: RegimeMap) -> Any:
-    """Return which nodes have neighbours with the same labels only."""
+def free_nodes(result: RegimeMap) -> Any:
+    """Return which nodes have neighbours with the same labels only and are not marked."""
     free = np.ones(result.labels[REGIME].shape, dtype=bool)
     for labels in result.labels.values():
         across, along = labels[1:] != labels[:-1], labels[:, 1:] != labels[:, :-1]
@@ -227,6 +220,11 @@ def away_from_lines(result: RegimeMap) -> Any:
         free[:-1] &= ~across
         free[:, 1:] &= ~along
         free[:, :-1] &= ~along
+    if result.place.is_inside:
+        along, across = (axis.share(result.place.values[axis.key]) for axis in result.axes)
+        rows, columns = result.labels[REGIME].shape
+        row, column = round(across * (rows - 1)), round(along * (columns - 1))
+        free[box(row, column, 2.0, LINE_SHARE * rows)] = False
     return free
 
 
@@ -240,36 +238,6 @@ def box(row: int, column: int, wide: float, high: float) -> tuple[slice, slice]:
     """Return the rows and columns of a box of nodes around a node."""
     low, left = max(0, round(row - 0.5 * high)), max(0, round(column - 0.5 * wide))
     return slice(low, round(row + 0.5 * high) + 1), slice(left, round(column + 0.5 * wide) + 1)
-
-
-def write_own_label(axes: Axes, result: RegimeMap, free: Any) -> None:
-    """Write what the point of the scenario is, and keep its place free of other labels."""
-    if not result.place.is_inside:
-        return
-    values = [result.place.values[axis.key] for axis in result.axes]
-    along, across = (axis.share(x) for axis, x in zip(result.axes, values, strict=True))
-    rows, columns = free.shape
-    wide, high = (LETTER_SHARE * len(OWN_WORDS) + MARGIN) * columns, LINE_SHARE * rows
-    column, row = along * (columns - 1), across * (rows - 1)
-
-    def obstacles(side: tuple[int, int]) -> float:
-        """Return the share of the label's box with lines in it; 2 where it leaves the map."""
-        x, y = column + 0.5 * side[0] * (wide + 1.0), row + 1.2 * side[1] * high
-        if abs(x / (columns - 1) - 0.5) + 0.5 * wide / columns > 0.5 or not 0.0 < y < rows - 1:
-            return 2.0
-        return float(1.0 - free[box(round(y), round(x), wide, high)].mean())
-
-    side = min(OWN_SIDES, key=obstacles)
-    axes.annotate(
-        OWN_WORDS, xy=(values[0], values[1]), xytext=(8 * side[0], 15 * side[1]),
-        textcoords="offset points", ha=OWN_SIDES[side], va="center",
-        fontsize=LABEL_SIZE, color=OWN_COLOR, zorder=6,
-        bbox={"boxstyle": "round,pad=0.05", "facecolor": "white", "edgecolor": "none",
-              "alpha": 0.6},
-    )  # fmt: skip
-    middle = round(row + 1.2 * side[1] * high), round(column + 0.5 * side[0] * wide)
-    free[box(round(row), round(column), 2.0, high)] = False
-    free[box(*middle, 1.3 * wide, 2.0 * high)] = False
 
 
 def widest_place(inside: Any, aspect: float) -> tuple[float, int, int]:
