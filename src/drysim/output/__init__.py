@@ -164,7 +164,7 @@ def write(
         cases = tables.write_transmissibility_csv
         writers.append(cases if is_csv else tables.write_transmissibility_parquet)
     if plots and exit_code != EXIT_INTERRUPTED:
-        writers += picture_writers(kind, picture_format)
+        writers.append(partial(write_pictures, kind, picture_format))
     to_page = None
     if report:
         from drysim.output.report import page_of
@@ -181,18 +181,18 @@ def write_scenarios(scenarios: Scenarios, result: Any, folder: Path) -> None:
             (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
-def picture_writers(kind: str, picture_format: str) -> Iterator[Writer]:
-    """Yield a writer for each picture of a kind of result; what draws it is imported late."""
+def pictures_of(kind: str, result: Any) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """Yield the name of each picture of a result, and what draws it, which is imported late."""
     for name, function in PICTURES.get(kind, {}).items():
-        yield partial(write_picture, f"{name}.{picture_format}", function)
+        module, draw = function.split(".")
+        yield name, partial(getattr(import_module(f"drysim.plots.{module}"), draw), result)
     if kind == "ensemble":
-        yield from map(for_shown_seed, picture_writers("run", picture_format))
+        yield from pictures_of("run", result.shown)
 
 
-def write_picture(name: str, function: str, result: Any, folder: Path) -> None:
-    """Draw a picture of a result and write it."""
+def write_pictures(kind: str, picture_format: str, result: Any, folder: Path) -> None:
+    """Draw and write the pictures of a result."""
     from drysim.plots.style import save_picture
 
-    module, draw = function.split(".")
-    drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
-    save_picture(lambda: drawn(result), folder / name)
+    for name, draw in pictures_of(kind, result):
+        save_picture(draw, folder / f"{name}.{picture_format}")

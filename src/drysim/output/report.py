@@ -16,7 +16,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Sized
 from functools import partial
-from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,8 +35,8 @@ from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
 from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.output import sidecar
-from drysim.output.folder import MARKER, PICTURES, REPORT_FILE, SCENARIO_FILE, read_sidecar
+from drysim.output import pictures_of, sidecar
+from drysim.output.folder import MARKER, REPORT_FILE, SCENARIO_FILE, read_sidecar
 from drysim.output.sidecar import Provenance
 from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
 from drysim.study.branches import BranchesResult, describe_motions
@@ -115,8 +114,6 @@ class Kind(NamedTuple):
         Returns the scenario of a result, as its scenario.yaml has it.
     room : int
         Size of all its pictures, above which their detail is reduced [B].
-    pictures : tuple of tuple
-        Names in `PICTURES`, and what is taken of the result to draw them.
     scene : callable
         Yields label and sentence: what was solved, and how.
     rows : callable
@@ -129,14 +126,9 @@ class Kind(NamedTuple):
     of: type
     scenario: Callable[[AnyResult], Scenario]
     room: int
-    pictures: tuple[tuple[str, Callable[[AnyResult], Any]], ...]
     scene: Callable[[AnyResult], Lines]
     rows: Callable[[AnyResult], Iterator[SummaryRow]]
     fields: Callable[[AnyResult, Provenance], Fields]
-
-
-def _itself(result: AnyResult) -> AnyResult:
-    return result
 
 
 def _design_scene(result: DesignResult) -> Lines:
@@ -180,7 +172,6 @@ KINDS = {
         Outcome,
         attrgetter("scenario"),
         ROOM,
-        (("run", _itself),),
         summaries.run_scene,
         summaries.run_rows,
         sidecar.run_fields,
@@ -190,7 +181,6 @@ KINDS = {
         Ensemble,
         attrgetter("scenario"),
         ROOM,
-        (("ensemble", _itself), ("run", lambda result: result.shown)),
         many.ensemble_scene,
         many.ensemble_rows,
         sidecar.ensemble_fields,
@@ -200,7 +190,6 @@ KINDS = {
         Table,
         attrgetter("scenario"),
         ROOM_OF_MANY,
-        (("sweep", _itself),),
         many.sweep_scene,
         many.table_rows,
         sidecar.table_fields,
@@ -210,7 +199,6 @@ KINDS = {
         Comparison,
         attrgetter("table.scenario"),
         ROOM_OF_MANY,
-        (("comparison", _itself),),
         many.comparison_scene,
         many.worst_rows,
         sidecar.comparison_fields,
@@ -220,7 +208,6 @@ KINDS = {
         FitResult,
         attrgetter("source"),
         ROOM_OF_MANY,
-        (("fit", _itself),),
         fit_summary.fit_scene,
         _fit_rows,
         sidecar.fit_fields,
@@ -230,7 +217,6 @@ KINDS = {
         DesignResult,
         attrgetter("source"),
         ROOM_OF_MANY,
-        (("design", _itself),),
         _design_scene,
         _design_rows,
         sidecar.design_fields,
@@ -240,7 +226,6 @@ KINDS = {
         RegimeMap,
         attrgetter("scenario"),
         ROOM_OF_MANY,
-        (("map", _itself),),
         map_summary.result_scene,
         _map_rows,
         sidecar.map_fields,
@@ -250,7 +235,6 @@ KINDS = {
         BranchesResult,
         attrgetter("scenario"),
         ROOM_OF_MANY,
-        (("branches", _itself),),
         branches_summary.branches_scene,
         _branches_rows,
         sidecar.branches_fields,
@@ -426,7 +410,7 @@ def page(
         comparison=comparison_table(result),
         notes=notes,
         sketch=sketch(getattr(result, "scenario", scenario), varied) if plots else None,
-        pictures=list(pictures(kind, result)) if plots and result is not None else [],
+        pictures=list(pictures(name, result)) if plots and result is not None else [],
         missing=missing,
         scenario_text=scenario_text[:MAX_SCENARIO],
         is_cut=len(scenario_text) > MAX_SCENARIO,
@@ -683,22 +667,18 @@ def evidence(fields: Fields) -> Lines:
 # Pictures.
 
 
-def pictures(kind: Kind, result: AnyResult) -> Iterator[tuple[str, Any]]:
+def pictures(kind: str, result: AnyResult) -> Iterator[tuple[str, Any]]:
     """Yield caption and SVG element of every picture of a result."""
     from markupsafe import Markup
 
     from drysim.plots.svg import inline_svg
 
-    room = kind.room
-    for group, part in kind.pictures:
-        for name, function in PICTURES[group].items():
-            module, draw = function.split(".")
-            drawn = getattr(import_module(f"drysim.plots.{module}"), draw)
-            limit = min(room, kind.room // 2)
-            found = inline_svg(partial(drawn, part(result)), f"{name}-", CAPTIONS[name], limit)
-            if found is not None:
-                room -= len(found.encode())
-                yield CAPTIONS[name], Markup(found)
+    whole = room = KINDS[kind].room
+    for name, draw in pictures_of(kind, result):
+        found = inline_svg(draw, f"{name}-", CAPTIONS[name], min(room, whole // 2))
+        if found is not None:
+            room -= len(found.encode())
+            yield CAPTIONS[name], Markup(found)
 
 
 def sketch(scenario: Scenario | None, varied: Collection[str]) -> Any:
