@@ -181,6 +181,13 @@ def write_scenarios(scenarios: Scenarios, result: Any, folder: Path) -> None:
             (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
+def scenario_of(kind: str, result: Any) -> Scenario:
+    """Return the scenario of a result, as its scenario.yaml has it."""
+    scenario, _ = next(iter(KINDS[kind].scenarios(result)))
+    assert scenario is not None, "only what was found may be missing"
+    return scenario
+
+
 def pictures_of(kind: str, result: Any) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield the name of each picture of a result, and what draws it, which is imported late."""
     for name, function in PICTURES.get(kind, {}).items():

@@ -16,7 +16,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Sized
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from unicodedata import category
@@ -24,7 +23,7 @@ from unicodedata import category
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 import drysim
-from drysim import wording
+from drysim import output, wording
 from drysim.approach import EXACT
 from drysim.console import branches as branches_summary
 from drysim.console import design as design_summary
@@ -35,7 +34,6 @@ from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
 from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.output import pictures_of, sidecar
 from drysim.output.folder import MARKER, REPORT_FILE, SCENARIO_FILE, read_sidecar
 from drysim.output.sidecar import Provenance
 from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
@@ -110,25 +108,19 @@ class Kind(NamedTuple):
     what : str
     of : type
         Class of the result.
-    scenario : callable
-        Returns the scenario of a result, as its scenario.yaml has it.
     room : int
         Size of all its pictures, above which their detail is reduced [B].
     scene : callable
         Yields label and sentence: what was solved, and how.
     rows : callable
         Yields the main results.
-    fields : callable
-        Returns the content of drysim.json.
     """
 
     what: str
     of: type
-    scenario: Callable[[AnyResult], Scenario]
     room: int
     scene: Callable[[AnyResult], Lines]
     rows: Callable[[AnyResult], Iterator[SummaryRow]]
-    fields: Callable[[AnyResult, Provenance], Fields]
 
 
 def _design_scene(result: DesignResult) -> Lines:
@@ -170,74 +162,58 @@ KINDS = {
     "run": Kind(
         "one case",
         Outcome,
-        attrgetter("scenario"),
         ROOM,
         summaries.run_scene,
         summaries.run_rows,
-        sidecar.run_fields,
     ),
     "ensemble": Kind(
         "one case under many seeds",
         Ensemble,
-        attrgetter("scenario"),
         ROOM,
         many.ensemble_scene,
         many.ensemble_rows,
-        sidecar.ensemble_fields,
     ),
     "sweep": Kind(
         "a sweep",
         Table,
-        attrgetter("scenario"),
         ROOM_OF_MANY,
         many.sweep_scene,
         many.table_rows,
-        sidecar.table_fields,
     ),
     "comparison": Kind(
         "a comparison",
         Comparison,
-        attrgetter("table.scenario"),
         ROOM_OF_MANY,
         many.comparison_scene,
         many.worst_rows,
-        sidecar.comparison_fields,
     ),
     "fit": Kind(
         "a fit",
         FitResult,
-        attrgetter("source"),
         ROOM_OF_MANY,
         fit_summary.fit_scene,
         _fit_rows,
-        sidecar.fit_fields,
     ),
     "design": Kind(
         "a design study",
         DesignResult,
-        attrgetter("source"),
         ROOM_OF_MANY,
         _design_scene,
         _design_rows,
-        sidecar.design_fields,
     ),
     "map": Kind(
         "a regime map",
         RegimeMap,
-        attrgetter("scenario"),
         ROOM_OF_MANY,
         map_summary.result_scene,
         _map_rows,
-        sidecar.map_fields,
     ),
     "branches": Kind(
         "branches of periodic motions",
         BranchesResult,
-        attrgetter("scenario"),
         ROOM_OF_MANY,
         branches_summary.branches_scene,
         _branches_rows,
-        sidecar.branches_fields,
     ),
 }
 """The kinds of result that have a report, by name."""
@@ -322,7 +298,7 @@ def report(
     UsageError
         When `result` is something else.
     """
-    kind = next((one for one in KINDS.values() if isinstance(result, one.of)), None)
+    kind = next((name for name, one in KINDS.items() if isinstance(result, one.of)), None)
     if kind is None:
         sentence = f"a report needs a result, not {type(result).__name__}"
         raise UsageError(
@@ -330,15 +306,15 @@ def report(
             "pass what drysim.run, sweep, compare, fit, design or map_regimes returned",
         )
     judged = result.table if isinstance(result, Comparison) else result
-    fields = kind.fields(result, Provenance("", judged.exit_code(), {}))
-    scenario = kind.scenario(result)
+    fields = output.KINDS[kind].to_fields(result, Provenance("", judged.exit_code(), {}))
+    scenario = output.scenario_of(kind, result)
     return page(fields, dump(scenario.resolved()), scenario, result)
 
 
 def page_of(plots: bool, result: AnyResult, fields: Fields, folder: Path) -> str:
     """Return the page of a result whose files are in a folder."""
     text = (folder / SCENARIO_FILE).read_text(encoding="utf-8")
-    scenario = KINDS[kind_of(fields)].scenario(result)
+    scenario = output.scenario_of(kind_of(fields), result)
     return page(fields, text, scenario, result, plots=plots)
 
 
@@ -674,7 +650,7 @@ def pictures(kind: str, result: AnyResult) -> Iterator[tuple[str, Any]]:
     from drysim.plots.svg import inline_svg
 
     whole = room = KINDS[kind].room
-    for name, draw in pictures_of(kind, result):
+    for name, draw in output.pictures_of(kind, result):
         found = inline_svg(draw, f"{name}-", CAPTIONS[name], min(room, whole // 2))
         if found is not None:
             room -= len(found.encode())
@@ -835,7 +811,7 @@ def report_folder(
         missing = f"There are no pictures: the scenario cannot be solved again. {reason}"
     if result is not None:
         provenance = Provenance(fields["command"], fields["exit_code"], fields["files"])
-        again = KINDS[kind].fields(result, provenance)
+        again = output.KINDS[kind].to_fields(result, provenance)
         if changed := changed_inputs(fields, again):
             result = None
             missing = f"There are no pictures: {changed} was changed since."
