@@ -6,16 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from drysim import wording
-from drysim.console.summaries import (
-    SummaryRow,
-    print_labelled,
-    show_folder,
-    show_rows,
-    show_scene,
-    show_title,
-    show_warnings,
-)
-from drysim.console.terminal import stdout
+from drysim.console.summaries import SummaryRow, show_summary
 from drysim.study.branches import (
     GRAZING,
     Branch,
@@ -44,16 +35,11 @@ MAX_SHOWN = 24
 
 def show_branches(result: BranchesResult, folder: Path | None = None) -> None:
     """Show the summary of branches."""
-    console = stdout()
-    show_title(console, result.scenario)
-    show_scene(console, branches_scene(result))
+    scene = [*branches_scene(result)]
     if result.motions:
-        print_labelled(console, "motions", describe_motions(result))
-    show_rows(console, branch_rows(result), VALUE_WIDTH)
-    if result.bifurcations:
-        show_rows(console, bifurcation_rows(result), VALUE_WIDTH)
-    show_folder(console, folder)
-    show_warnings(result.warnings)
+        scene.append(("motions", describe_motions(result)))
+    groups = branch_rows(result), bifurcation_rows(result)
+    show_summary(result, scene, groups, VALUE_WIDTH, folder)
 
 
 def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
@@ -68,6 +54,11 @@ def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
             f"orbits close to {result.residual:.1g}, multipliers to "
             f"{result.multiplier_error:.1g}",
         )
+
+
+def motion_rows(result: BranchesResult) -> Iterator[SummaryRow]:
+    """Yield the motions at the value of the scenario."""
+    yield SummaryRow("motions", describe_motions(result))
 
 
 def branch_rows(result: BranchesResult) -> Iterator[SummaryRow]:

@@ -9,18 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim import wording
-from drysim.console.summaries import (
-    SummaryRow,
-    clean_up_lines,
-    print_labelled,
-    show_folder,
-    show_rows,
-    show_scene,
-    show_title,
-    show_verdicts,
-    show_warnings,
-)
-from drysim.console.terminal import print_line, stdout
+from drysim.console.summaries import SummaryRow, clean_up_lines, show_summary
 from drysim.scenario.design import WORST
 from drysim.study.design import DesignResult, Variant, keys_at_bounds, limits_of, number_of
 from drysim.study.outcome import format_metric
@@ -57,22 +46,19 @@ all are in design.csv."""
 
 def show_design(result: DesignResult, folder: Path | None = None) -> None:
     """Show the summary of a design study."""
-    console = stdout()
-    show_title(console, result.source)
-    show_scene(console, design_scene(result.case))
-    print_labelled(console, "evaluated", describe_search(result))
+    fault = None
     if result.best is None:
-        print_line(console)
-        fault = "no design keeps all limits; below is the one that exceeds them least"
-        print_labelled(console, "✗ design", fault, "bold red")
-    show_rows(console, best_rows(result), VALUE_WIDTH)
-    if len(result.front) > 1:
-        show_rows(console, front_rows(result), VALUE_WIDTH)
-    if result.variants:
-        show_rows(console, variant_rows(result), VALUE_WIDTH)
-    show_verdicts(console, result.checks, result.case.scenario.sweep)
-    show_folder(console, folder if result.complete else None)
-    show_warnings(result.warnings)
+        sentence = "no design keeps all limits; below is the one that exceeds them least"
+        fault = "✗ design", sentence
+    groups = best_rows(result), front_rows(result), variant_rows(result)
+    axes = result.case.scenario.sweep
+    show_summary(result, result_scene(result), groups, VALUE_WIDTH, folder, axes, fault)
+
+
+def result_scene(result: DesignResult) -> Iterator[tuple[str, str]]:
+    """Yield what was varied, minimised and kept, and how many designs were evaluated."""
+    yield from design_scene(result.case)
+    yield "evaluated", describe_search(result)
 
 
 def describe_search(result: DesignResult) -> str:
@@ -146,6 +132,8 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
 
 def front_rows(result: DesignResult) -> Iterator[SummaryRow]:
     """Yield designs of the front, by the first objective: its ends, its knee and some more."""
+    if len(result.front) < 2:
+        return
     front, (first, second) = result.front, result.design.minimise
     names = {len(front) - 1: f"least {second}", 0: f"least {first}"}
     if result.best is not None and result.shown_name == "knee":

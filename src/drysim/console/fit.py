@@ -6,17 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from drysim import wording
-from drysim.console.summaries import (
-    SummaryRow,
-    print_labelled,
-    show_folder,
-    show_rows,
-    show_scene,
-    show_title,
-    show_verdicts,
-    show_warnings,
-)
-from drysim.console.terminal import print_line, stdout
+from drysim.console.summaries import SummaryRow, show_summary
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.study.fit import (
     EXACT,
@@ -33,21 +23,12 @@ VALUE_WIDTH = 14
 
 def show_fit(result: FitResult, folder: Path | None = None) -> None:
     """Show the summary of a fit: what was measured, fitted values, verdicts, warnings."""
-    console = stdout()
-    show_title(console, result.source)
-    show_scene(console, fit_scene(result))
+    groups, fault = [quality_rows(result), law_rows(result)], None
     if result.is_useless:
-        sentence = "the fitted motion is not the measured one: its values mean nothing"
-        print_line(console)
-        print_labelled(console, "✗ fit", sentence, "red")
+        fault = "✗ fit", "the fitted motion is not the measured one: its values mean nothing"
     else:
-        show_rows(console, parameter_rows(result), VALUE_WIDTH)
-    show_rows(console, quality_rows(result), VALUE_WIDTH)
-    if result.laws:
-        show_rows(console, law_rows(result), VALUE_WIDTH)
-    show_verdicts(console, result.checks, ())
-    show_folder(console, folder)
-    show_warnings(result.warnings)
+        groups.insert(0, parameter_rows(result))
+    show_summary(result, fit_scene(result), groups, VALUE_WIDTH, folder, fault=fault)
 
 
 def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:

@@ -79,8 +79,7 @@ MIN_QUANTILE_SEEDS = 13
 def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
     """Show the summary of an ensemble, and the folder of its files, if they were written."""
     scene, rows = ensemble_scene(ensemble), ensemble_rows(ensemble)
-    written = folder if ensemble.complete else None
-    show_summary(ensemble, scene, rows, ENSEMBLE_VALUE_WIDTH, written)
+    show_summary(ensemble, scene, [rows], ENSEMBLE_VALUE_WIDTH, folder)
 
 
 def ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
@@ -174,10 +173,15 @@ ROUNDING_TOLERANCE = 1e-9
 
 def show_table(table: Table, folder: Path | None = None) -> None:
     """Show the summary of a sweep, and the folder of its files, if they were written."""
-    scene, rows = sweep_scene(table), table_rows(table)
-    written = folder if table.complete else None
-    answer = _describe_answer(table)
-    show_summary(table, scene, rows, TABLE_VALUE_WIDTH, written, table.axes, answer)
+    show_summary(
+        table,
+        sweep_scene(table),
+        [table_rows(table)],
+        TABLE_VALUE_WIDTH,
+        folder,
+        table.axes,
+        answer=_describe_answer(table),
+    )
 
 
 def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:

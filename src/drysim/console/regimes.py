@@ -7,15 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.console.summaries import (
-    SummaryRow,
-    show_folder,
-    show_rows,
-    show_scene,
-    show_title,
-    show_warnings,
-)
-from drysim.console.terminal import stdout
+from drysim.console.summaries import SummaryRow, show_summary
 from drysim.study.regimes import (
     ISOLATION,
     SEVERAL,
@@ -45,13 +37,8 @@ SHARE_ROWS = {
 
 def show_map(result: RegimeMap, folder: Path | None = None) -> None:
     """Show the summary of a regime map."""
-    console = stdout()
-    show_title(console, result.scenario)
-    show_scene(console, result_scene(result))
-    show_rows(console, share_rows(result), VALUE_WIDTH)
-    show_rows(console, place_rows(result), VALUE_WIDTH)
-    show_folder(console, folder)
-    show_warnings(result.warnings)
+    groups = share_rows(result), place_rows(result)
+    show_summary(result, result_scene(result), groups, VALUE_WIDTH, folder)
 
 
 def map_scene(case: Case) -> Iterator[tuple[str, str]]:

@@ -44,8 +44,12 @@ if TYPE_CHECKING:
     from drysim.metrics.table import Metrics
     from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
+    from drysim.study.branches import BranchesResult
+    from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
+    from drysim.study.regimes import RegimeMap
     from drysim.study.table import Table
 
 LABEL_WIDTH, RUN_VALUE_WIDTH = 14, 13
@@ -82,7 +86,7 @@ class SummaryRow(NamedTuple):
 
 def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
     """Show the summary of a run, and the folder of its files, if they were written."""
-    show_summary(outcome, run_scene(outcome), run_rows(outcome), RUN_VALUE_WIDTH, folder)
+    show_summary(outcome, run_scene(outcome), [run_rows(outcome)], RUN_VALUE_WIDTH, folder)
 
 
 def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
@@ -457,26 +461,48 @@ def _sidecar_verdict(check: Fields) -> Verdict:
 
 
 def show_summary(
-    result: Outcome | Ensemble | Table,
+    result: Outcome | Ensemble | Table | FitResult | DesignResult | BranchesResult | RegimeMap,
     scene: Iterable[tuple[str, str]],
-    rows: Iterable[SummaryRow],
+    groups: Iterable[Iterable[SummaryRow]],
     width: int,
     folder: Path | None,
     axes: Sequence[Axis] = (),
+    fault: tuple[str, str] | None = None,
     answer: str = "",
 ) -> None:
-    """Show title, scene, rows, verdicts, folder and warnings; `width` as in `show_rows`.
+    """Show title, scene, groups of rows, verdicts, the folder of the files and warnings.
 
-    `answer` is what a sweep of designs is for, although a check fails in some cases.
+    Parameters
+    ----------
+    result
+    scene : iterable of (str, str)
+        Label and sentence: what was solved, and how.
+    groups : iterable of iterable of SummaryRow
+    width : int
+        Least width of the values [columns].
+    folder : Path or None
+        Where the files were written; not shown for interrupted work.
+    axes : sequence of Axis, optional
+        Keys that differ between cases.
+    fault : tuple of str, optional
+        Label and sentence: why the result is not what was asked for.
+    answer : str, optional
+        What a sweep of designs is for, although a check fails in some cases.
     """
     console = stdout()
-    show_title(console, result.scenario)
+    # Of a fit or a design study, `scenario` is what was found.
+    show_title(console, getattr(result, "source", None) or result.scenario)
     show_scene(console, scene)
-    show_rows(console, rows, width)
+    if fault is not None:
+        print_line(console)
+        print_labelled(console, *fault, "bold red")
+    for rows in map(list, groups):
+        if rows:
+            show_rows(console, rows, width)
     show_verdicts(console, result.checks, axes)
     if answer:
         print_labelled(console, "✓ best", answer, "green")
-    show_folder(console, folder)
+    show_folder(console, folder if getattr(result, "complete", True) else None)
     show_warnings(result.warnings)
 
 
@@ -512,12 +538,11 @@ def clean_up_lines(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
         yield "" if at else "cleaned", sentence
 
 
-def show_rows(console: AnyConsole, rows: Iterable[SummaryRow], width: int) -> None:
+def show_rows(console: AnyConsole, rows: Sequence[SummaryRow], width: int) -> None:
     """Print rows: label, value, explanation.
 
     The values take at least `width` columns. An explanation that does not fit continues below.
     """
-    rows = list(rows)
     label = max([LABEL_WIDTH, *(len(row.name) + 3 for row in rows)])
     width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
     print_line(console)

@@ -37,7 +37,7 @@ from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output.folder import MARKER, REPORT_FILE, SCENARIO_FILE, read_sidecar
 from drysim.output.sidecar import Provenance
 from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
-from drysim.study.branches import BranchesResult, describe_motions
+from drysim.study.branches import BranchesResult
 from drysim.study.case import prepare
 from drysim.study.compare import Comparison
 from drysim.study.design import DesignResult
@@ -112,50 +112,15 @@ class Kind(NamedTuple):
         Size of all its pictures, above which their detail is reduced [B].
     scene : callable
         Yields label and sentence: what was solved, and how.
-    rows : callable
-        Yields the main results.
+    rows : tuple of callable
+        Each yields some of the main results.
     """
 
     what: str
     of: type
     room: int
     scene: Callable[[AnyResult], Lines]
-    rows: Callable[[AnyResult], Iterator[SummaryRow]]
-
-
-def _design_scene(result: DesignResult) -> Lines:
-    """Yield what was varied, minimised and kept, and how many designs were evaluated."""
-    yield from design_summary.design_scene(result.case)
-    yield "evaluated", design_summary.describe_search(result)
-
-
-def _design_rows(result: DesignResult) -> Iterator[SummaryRow]:
-    """Yield the best design, the front and the variants."""
-    yield from design_summary.best_rows(result)
-    if len(result.front) > 1:
-        yield from design_summary.front_rows(result)
-    yield from design_summary.variant_rows(result)
-
-
-def _map_rows(result: RegimeMap) -> Iterator[SummaryRow]:
-    """Yield the regimes, the scenario itself, and its nearest boundaries."""
-    yield from map_summary.share_rows(result)
-    yield from map_summary.place_rows(result)
-
-
-def _branches_rows(result: BranchesResult) -> Iterator[SummaryRow]:
-    """Yield the motions at the value of the scenario, the branches and their bifurcations."""
-    yield SummaryRow("motions", describe_motions(result))
-    yield from branches_summary.branch_rows(result)
-    yield from branches_summary.bifurcation_rows(result)
-
-
-def _fit_rows(result: FitResult) -> Iterator[SummaryRow]:
-    """Yield fitted values, errors and laws."""
-    yield from fit_summary.parameter_rows(result)
-    yield from fit_summary.quality_rows(result)
-    if result.laws:
-        yield from fit_summary.law_rows(result)
+    rows: tuple[Callable[[AnyResult], Iterator[SummaryRow]], ...]
 
 
 KINDS = {
@@ -164,56 +129,60 @@ KINDS = {
         Outcome,
         ROOM,
         summaries.run_scene,
-        summaries.run_rows,
+        (summaries.run_rows,),
     ),
     "ensemble": Kind(
         "one case under many seeds",
         Ensemble,
         ROOM,
         many.ensemble_scene,
-        many.ensemble_rows,
+        (many.ensemble_rows,),
     ),
     "sweep": Kind(
         "a sweep",
         Table,
         ROOM_OF_MANY,
         many.sweep_scene,
-        many.table_rows,
+        (many.table_rows,),
     ),
     "comparison": Kind(
         "a comparison",
         Comparison,
         ROOM_OF_MANY,
         many.comparison_scene,
-        many.worst_rows,
+        (many.worst_rows,),
     ),
     "fit": Kind(
         "a fit",
         FitResult,
         ROOM_OF_MANY,
         fit_summary.fit_scene,
-        _fit_rows,
+        (fit_summary.parameter_rows, fit_summary.quality_rows, fit_summary.law_rows),
     ),
     "design": Kind(
         "a design study",
         DesignResult,
         ROOM_OF_MANY,
-        _design_scene,
-        _design_rows,
+        design_summary.result_scene,
+        (design_summary.best_rows, design_summary.front_rows, design_summary.variant_rows),
     ),
     "map": Kind(
         "a regime map",
         RegimeMap,
         ROOM_OF_MANY,
         map_summary.result_scene,
-        _map_rows,
+        (map_summary.share_rows, map_summary.place_rows),
     ),
     "branches": Kind(
         "branches of periodic motions",
         BranchesResult,
         ROOM_OF_MANY,
         branches_summary.branches_scene,
-        _branches_rows,
+        (
+            branches_summary.motion_rows,
+            branches_summary.branch_rows,
+            branches_summary.bifurcation_rows,
+        ),
     ),
 }
 """The kinds of result that have a report, by name."""
@@ -534,7 +503,8 @@ def main_rows(kind: Kind, result: AnyResult) -> list[tuple[SummaryRow, str]]:
     of_key = {wording.short_key(key, keys): meanings(key) for key in keys}
     return [
         (row, of_key.get(row.name, "") or meaning_of_metric(TERMS.get(row.name, row.name)))
-        for row in kind.rows(result)
+        for rows in kind.rows
+        for row in rows(result)
     ]
 
 
