@@ -8,9 +8,6 @@ from drysim.console import terminal
 from drysim.manual import SECTIONS, Page, for_terminal, pages
 from drysim.manual.words import Entry
 
-WIDEST = 100
-"""Columns of a page at most: longer lines are hard to read."""
-
 
 def show_page(page: Page) -> None:
     """Show a page: set by rich at a terminal, as Markdown in a pipe."""
@@ -20,7 +17,7 @@ def show_page(page: Page) -> None:
         return
     from rich.markdown import Markdown
 
-    console.print(Markdown(text), width=min(console.width, WIDEST), soft_wrap=False)
+    console.print(Markdown(text), width=min(console.width, terminal.MAX_WIDTH), soft_wrap=False)
 
 
 def list_pages() -> None:
