@@ -159,9 +159,6 @@ def write_bands_csv(outcome: Outcome, folder: Path) -> None:
 # Many cases: a row for each case of each approach, written batch by batch.
 
 
-FORCE_COLUMNS = ("F_fk", "F_fs")
-
-
 class Column(NamedTuple):
     """A column of a table of cases."""
 
