@@ -538,10 +538,7 @@ def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
             for one in result.branches
         ],
         "bifurcations": [one._asdict() for one in result.bifurcations],
-        "motions": [
-            {"branch": one.branch.number, **one._asdict()} | {"branch": one.branch.number}
-            for one in result.motions
-        ],
+        "motions": [{**one._asdict(), "branch": one.branch.number} for one in result.motions],
     }
     numerics = {
         **result.numerics,
