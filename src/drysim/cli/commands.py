@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
-    from drysim.study.table import Table
 
 DEFAULT_SCENARIO = "paper-low-friction"
 """Gallery scenario written by `drysim init` without a name."""
@@ -153,23 +152,23 @@ def run(
         kept = f"the finished {' and '.join(held)} in {folder}.partial"
         mode.print_status(f"this run discards {kept}; use --out to keep them")
     how = output_options(context, no_plots, picture_format, report)
+    if single and not case.scenario.static_interval:
+        return run_single(case, folder, mode, strict, how)
+    from drysim.console import many
+
     if case.scenario.static_interval:
         from drysim.study.sweep import solve_interval
 
-        return write_interval(solve_interval(case), folder, mode, strict, how)
-    if single:
-        return run_single(case, folder, mode, strict, how)
-    from drysim import output
+        table = solve_interval(case)
+        return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
     from drysim.cli import work
-    from drysim.console import many
     from drysim.study import ensemble
     from drysim.study.plan import seed_ranges
 
     return work.run_parts(
-        "seeds", case, seed_ranges(case.scenario), folder, mode,
+        "ensemble", case, seed_ranges(case.scenario), folder, mode, how,
         solve=partial(ensemble.solve, case, workers=workers),
         solve_partly=ensemble.partial_ensemble,
-        write=partial(output.write, "ensemble", **how),
         show=many.show_ensemble, resume=resume, strict=strict,
     )  # fmt: skip
 
@@ -209,15 +208,6 @@ def run_single(
         if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
             mode.print_status(f"note: {warning.sentence}")
     return write_and_show(solve(case), folder, mode, strict, how, "run", summaries.show_outcome)
-
-
-def write_interval(
-    table: Table, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
-) -> int:
-    """Write and show a case or a sweep over an interval of the static ratio."""
-    from drysim.console import many
-
-    return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
 
 
 def write_and_show(
@@ -281,11 +271,10 @@ def sweep(
         require_pyarrow()
     if dry_run:
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
-    from drysim import output
     from drysim.console import many
     from drysim.study.sweep import partial_table, solve, solve_swept_interval
 
-    how = output_options(context, no_plots, picture_format, report)
+    how = output_options(context, no_plots, picture_format, report) | {"form": form}
     if case.scenario.static_interval:
         if cluster or resume:
             option = "--cluster" if cluster else "--resume"
@@ -294,13 +283,12 @@ def sweep(
         with work.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
             on_batch = partial(work.count_batch, advance)
             table = solve_swept_interval(case, workers=workers, finished=on_batch)
-        return write_interval(table, folder, mode, strict, how | {"form": form})
+        return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         return work.run_parts(
-            "cases", case, CaseRanges(wanted), folder, mode,
+            "sweep", case, CaseRanges(wanted), folder, mode, how,
             solve=partial(solve, case, execute=execute), solve_partly=partial_table,
-            write=partial(output.write, "sweep", form=form, **how),
             show=many.show_table, resume=resume, strict=strict,
         )  # fmt: skip
 
@@ -423,14 +411,10 @@ def design(
     check_writable(folder)
     if dry_run:
         return work.show_design_plan(case, folder, mode)
-    from drysim import output
-    from drysim.console.design import show_design
-
     how = output_options(context, no_plots, picture_format, report)
-    write = partial(output.write, "design", **how)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
-        return work.run_design(case, execute, folder, mode, write, show_design, resume, strict)
+        return work.run_design(case, execute, folder, mode, how, resume, strict)
 
 
 def branches(

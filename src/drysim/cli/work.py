@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.cli import process
 from drysim.errors import EXIT_INTERRUPTED, UsageError
@@ -25,7 +25,6 @@ from drysim.wording import (
 if TYPE_CHECKING:
     from drysim.cli.process import OutputMode
     from drysim.study.case import Case
-    from drysim.study.design import DesignResult
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit_model import FitModel
     from drysim.study.plan import CaseRange
@@ -39,15 +38,15 @@ Many = TypeVar("Many", "Ensemble", "Table")
 
 
 def run_parts(
-    parts: str,
+    kind: str,
     case: Case,
     ranges: Sequence[CaseRange],
     folder: Path,
     mode: OutputMode,
+    how: dict[str, Any],
     *,
     solve: Callable[..., Many],
     solve_partly: Callable[[Case, Store], Many],
-    write: Callable[..., dict[str, object]],
     show: Callable[[Many, Path], None],
     resume: bool,
     strict: bool,
@@ -56,18 +55,20 @@ def run_parts(
 
     Parameters
     ----------
-    parts : str
-        What the ranges consist of: `cases` or `seeds`.
+    kind : str
+        `sweep` or `ensemble`.
     case : Case
     ranges : sequence of CaseRange
     folder : Path
     mode : OutputMode
+    how : dict
+        Options of `output.write`.
     solve : callable
         Computes the result; takes the keywords `store` and `finished`.
     solve_partly : callable
         Returns the result of the finished ranges after an interrupt.
-    write, show : callable
-        Write and print a result.
+    show : callable
+        Prints a result.
     resume, strict : bool
 
     Returns
@@ -75,9 +76,11 @@ def run_parts(
     int
         The exit code.
     """
+    from drysim import output
     from drysim.console import many, summaries
     from drysim.study.store import Store, work_identity
 
+    parts = "seeds" if kind == "ensemble" else "cases"
     with mode.lock(folder, resume, parts) as locked:
         store = Store(locked.partial / parts, work_identity(case.scenario), resume)
         kept = [one.end - one.begin for one in (ranges if resume else ()) if store.has(one)]
@@ -89,7 +92,7 @@ def run_parts(
             except KeyboardInterrupt:
                 result = solve_partly(case, store)
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = write(result, locked, exit_code=code)
+        fields = output.write(kind, result, locked, exit_code=code, **how)
     show_result = partial(show, result, folder)
     if not result.complete:
         many.show_interrupted(len(result.rows), parts.removesuffix("s"), folder)
@@ -164,13 +167,17 @@ def run_design(
     execute: Execute,
     folder: Path,
     mode: OutputMode,
-    write: Callable[..., dict[str, object]],
-    show: Callable[[DesignResult, Path], None],
+    how: dict[str, Any],
     resume: bool,
     strict: bool,
 ) -> int:
-    """Compute, write and show a design study, which can be interrupted and resumed."""
+    """Compute, write and show a design study, which can be interrupted and resumed.
+
+    `how` are the options of `output.write`.
+    """
+    from drysim import output
     from drysim.console import many, terminal
+    from drysim.console.design import show_design
     from drysim.scenario.design import MAX_EVALUATIONS
     from drysim.study.design import Study, design_of
     from drysim.study.store import Store, work_identity
@@ -193,11 +200,12 @@ def run_design(
                     raise
                 result = study.partial()
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = write(result, locked, exit_code=code)
+        fields = output.write("design", result, locked, exit_code=code, **how)
     if not result.complete:
         many.show_interrupted(len(result.candidates), "design", folder)
     written = folder if result.complete else locked.partial
-    return mode.report(fields, partial(show, result, folder), result.warnings, written, code)
+    show = partial(show_design, result, folder)
+    return mode.report(fields, show, result.warnings, written, code)
 
 
 def show_design_plan(case: Case, folder: Path, mode: OutputMode) -> int:
