@@ -382,6 +382,14 @@ def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(tmp_path):
     assert slugs == ["record-lost", "record-interpolated"]
 
 
+@pytest.mark.parametrize("level", [9.7, 0.1])
+def test_resampling_of_constant_samples_is_no_warning(tmp_path, level):
+    text = rows(T.tolist(), [level] * len(T))
+    resample = {"resample": {"rate": 260, "by": "spline"}, "gravity": "keep"}
+    motion = motion_of(tmp_path, text, time="t", **resample)
+    assert [warning.slug for warning in motion.warnings] == []
+
+
 def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T))
     noise -= noise.mean()

@@ -60,6 +60,9 @@ A second-order low-pass with this corner leaves little above it.
 NOTABLE_SHARE = 0.01
 """Share of samples, or of the RMS, from which a change affects the results."""
 
+NEGLIGIBLE_RMS = 1e-12
+"""Ratio of RMS about the mean to mean below which the RMS is rounding."""
+
 MAX_QUOTED_UNCERTAINTY = 0.5
 """Relative uncertainty from which a number would suggest more knowledge than there is."""
 
@@ -233,7 +236,8 @@ def resampling_warnings(
     `rms` is the low-passed RMS before and after.
     """
     before, after = rms
-    if abs(after - before) <= NOTABLE_SHARE * before:
+    rounding = NEGLIGIBLE_RMS * abs(resampled.mean_before)  # that of constant samples
+    if abs(after - before) <= max(NOTABLE_SHARE * before, rounding):
         return
     by = record.resample.by if record.resample else ""
     remedy = "`by: spline` loses less; " if by == "line" else ""
