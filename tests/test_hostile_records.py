@@ -10,6 +10,8 @@ import pytest
 from drysim import system
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
+from drysim.records.record import read_samples
+from drysim.scenario.fit import MeasuredResponse
 
 ROWS = "t [s],a [m/s2]\n0,1\n0.1,2\n0.2,4\n"
 
@@ -79,6 +81,17 @@ def test_message_about_a_link_quotes_no_line_of_its_target(tmp_path, target, sec
             Record.model_validate(given, context={"folder": tmp_path}).motion()
         told = fault.value.problem.sentence + fault.value.problem.source
         assert not [secret for secret in secrets if secret in told]
+
+
+def test_message_about_a_link_to_the_samples_of_a_rig_quotes_no_line_either(tmp_path):
+    (tmp_path / "target").write_text(KEY)
+    (tmp_path / "r.csv").symlink_to("target")
+    given = {"file": "r.csv", "step": 1, "F_f": 1, "v_r": 2}
+    rig = MeasuredResponse.model_validate(given, context={"folder": tmp_path})
+    with pytest.raises(RecordError) as fault:
+        read_samples(rig.record("F_f"))
+    told = fault.value.problem.sentence + fault.value.problem.source
+    assert not [secret for secret in ("BEGIN", "b3Blbn", "c2gtZWQ", "END") if secret in told]
 
 
 def test_message_about_a_link_quotes_40_characters_of_a_cell_at_most(tmp_path):

@@ -8,6 +8,8 @@ so that a record may be larger than memory.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -137,7 +139,8 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
         If the record cannot be used, or its mean is not above zero.
     """
     display_path = str(record.path)
-    (values, dt, _), cleaned, source = _read_window(record, "the force")
+    cleaned, source = _read_window(record, "the force")
+    values, dt = cleaned.series.values[:], cleaned.series.dt
     warnings = (*cleaned.warnings, *force_warnings(record, values, dt))
     mean = float(values.mean())
     if not mean > 0.0:
@@ -165,14 +168,12 @@ def read_series(record: Recorded) -> tuple[Series, Input, tuple[WarningMessage, 
     RecordError
         If the record cannot be used.
     """
-    window, cleaned, source = _read_window(record, "a sample")
-    return Series(*window), source, cleaned.warnings
+    cleaned, source = _read_window(record, "a sample")
+    return cleaned.series, source, cleaned.warnings
 
 
-def _read_window(
-    record: Recorded, name: str
-) -> tuple[tuple[Floats, float, float], CleanedRecord, Input]:
-    """Return samples, time step and first time of the window; `name` is that in messages."""
+def _read_window(record: Recorded, name: str) -> tuple[CleanedRecord, Input]:
+    """Return a record cut to its window; `name` is that of a sample in messages."""
     display_path = str(record.path)
     with np.errstate(all="ignore"):
         cleaned, source = _read_record(record)
@@ -180,7 +181,8 @@ def _read_window(
         _check_range(series.values, series.dt, display_path, name)
         first, last = window_range(series, record.window, display_path)
     values = np.array(series.values[first : last + 1])
-    return (values, series.dt, series.first + first * series.dt), cleaned, source
+    window = Series(values, series.dt, series.first + first * series.dt)
+    return cleaned._replace(series=window), source
 
 
 def read_samples(record: Recorded) -> tuple[Floats, Floats]:
@@ -193,9 +195,8 @@ def read_samples(record: Recorded) -> tuple[Floats, Floats]:
     RecordError
         If the record cannot be used.
     """
-    file, member = open_with_format(record.path)
-    with np.errstate(all="ignore"):
-        signal, grid, _ = _read_series(record, member.columns(replace(file, skip=record.skip)))
+    with np.errstate(all="ignore"), _open_columns(record) as (columns, _):
+        signal, grid, _ = _read_series(record, columns)
         values = np.array(signal[:], dtype=np.float64)
     t = grid.first + grid.dt * grid.positions(len(values))
     low, high = (-np.inf, np.inf) if record.window is None else record.window.ends
@@ -215,19 +216,23 @@ def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü")
         )
 
 
-def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRecord, Input]:
-    """Read and clean the whole record. The file contents are released before processing."""
+@contextmanager
+def _open_columns(record: Recorded) -> Iterator[tuple[Columns, Input]]:
+    """Open the file of a record; errors about a symbolic link quote no line of its target."""
     file, member = open_with_format(record.path)
     source = Input(record.named, file.sha256, len(file.reader))
-    text = TextFile(file.display_path, file.reader)
     try:
-        columns = member.columns(replace(file, skip=record.skip))
-        del file
-        return _clean_series(record, columns, ends), source
+        yield member.columns(replace(file, skip=record.skip)), source
     except RecordError as error:
-        if record.path.is_symlink():
-            raise redact_quotes(error, text) from None
-        raise
+        if not record.path.is_symlink():
+            raise
+        raise redact_quotes(error, TextFile(file.display_path, file.reader)) from None
+
+
+def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRecord, Input]:
+    """Read and clean the whole record."""
+    with _open_columns(record) as (columns, source):
+        return _clean_series(record, columns, ends), source
 
 
 def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> CleanedRecord:
