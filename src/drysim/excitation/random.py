@@ -105,7 +105,7 @@ def spectral_lines(
     def fill(part: slice) -> None:
         squares[part] = G(np.clip(np.arange(first + part.start, first + part.stop) / T, *band))
 
-    map_in_threads(fill, _cache_sized_slices(len(squares)), len(squares))
+    _for_lines(fill, len(squares))
     squares *= square / squares.sum()
     return SpectralLines(first, squares, T)
 
@@ -138,13 +138,14 @@ def random_signal(
     derivative is ü linear between samples.
     """
     first, squares, T = wanted
-    n, turn, weights = round(T / step), pi / T * step, np.empty(len(squares))
+    n, bend = round(T / step), np.empty(len(squares))
 
-    def weigh(part: slice) -> None:
-        weights[part] = 1 - 2 / 3 * _sin2_half_angle(turn, first, part)
+    def square_of_sine(part: slice) -> None:
+        k = np.arange(first + part.start, first + part.stop)
+        bend[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
 
-    map_in_threads(weigh, _cache_sized_slices(len(squares)), n)
-    kept = float(squares @ weights)  # mean square with linear interpolation
+    _for_lines(square_of_sine, len(squares))
+    kept = float(squares @ (1 - 2 / 3 * bend))  # mean square with linear interpolation
     scale = 1.0 if rms is None else rms / sqrt(kept)
     random = np.random.Generator(np.random.PCG64(seed))
     codes = random.integers(N_PHASES, size=first + len(squares), dtype=np.uint16)[first:]
@@ -154,10 +155,10 @@ def random_signal(
     def fill(part: slice) -> None:
         u_dd, u = spectra[:, first + part.start : first + part.stop]
         np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
-        bend = _sin2_half_angle(turn, first, part)
-        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² as step -> 0
+        # -1/ω² as step -> 0
+        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend[part]), out=u)
 
-    map_in_threads(fill, _cache_sized_slices(len(squares)), n)
+    _for_lines(fill, len(squares))
     # One transform per signal. Other libraries transform two at once and faster, but in some
     # versions each then depends on the other in the last bits.
     u_dd, u = map_in_threads(lambda spectrum: _one_period(spectrum, n), spectra, n)
@@ -189,14 +190,10 @@ def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
     return np.append(signal, signal[0])
 
 
-def _cache_sized_slices(count: int) -> Iterator[slice]:
-    """Yield slices of `count` lines that fit into the cache."""
-    return (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
-
-
-def _sin2_half_angle(turn: float, first: int, part: slice) -> Floats:
-    """Return sin²(ω Δt/2) of the lines in a slice."""
-    return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
+def _for_lines(do: Callable[[slice], None], count: int) -> None:
+    """Call `do` for slices of `count` lines that fit into the cache."""
+    parts = (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
+    map_in_threads(do, parts, count)
 
 
 @cache
