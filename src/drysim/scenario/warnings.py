@@ -356,18 +356,20 @@ def _remote_limit_warnings(
 
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of ratios that look like percentages."""
-    unitless = [
-        (what, key, check.limit)
-        for what, key, check in _limits(scenario)
-        if not check.unit and check.metric in PERCENT_METRICS and check.limit >= HIGH_RATIO
+    key = "oscillator.damping_ratio"
+    found = [(key, key, scenario.oscillator.damping_ratio or 0.0, HIGH_DAMPING_RATIO)]
+    found += [
+        (what, at, check.limit, HIGH_RATIO)
+        for what, at, check in _limits(scenario)
+        if not check.unit and check.metric in PERCENT_METRICS
     ]
-    until = getattr(scenario.excitation, "until", None)
-    if until is not None and until.half_width >= WIDE_INTERVAL:
+    if (until := getattr(scenario.excitation, "until", None)) is not None:
         key = "excitation.until.half_width"
-        unitless.append((key, key, until.half_width))
-    for what, key, value in unitless:
-        sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
-        yield WarningMessage("looks-like-percent", sentence, {key: value})
+        found.append((key, key, until.half_width, WIDE_INTERVAL))
+    for what, at, value, high in found:
+        if value >= high:
+            sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
+            yield WarningMessage("looks-like-percent", sentence, {at: value})
 
 
 def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
@@ -380,14 +382,6 @@ def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
             f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
             {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
-        )
-    ratio = scenario.oscillator.damping_ratio or 0.0
-    if ratio >= HIGH_DAMPING_RATIO:
-        sentence = (
-            f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
-        )
-        yield WarningMessage(
-            "looks-like-percent", sentence, {"oscillator.damping_ratio": ratio}
         )
 
 
