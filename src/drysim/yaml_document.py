@@ -189,11 +189,8 @@ def dump(mapping: Mapping[str, Any]) -> str:
 MAX_BYTES = 1_000_000
 """Scenarios are written by hand; a larger file is a measured record or an attack."""
 
-BYTE_ORDER_MARK, REPLACEMENT_CHARACTER = (
-    "\N{ZERO WIDTH NO-BREAK SPACE}",
-    "\N{REPLACEMENT CHARACTER}",
-)
-"""Not allowed inside a text; the replacement is printed for characters that cannot be shown."""
+FORBIDDEN = re.compile(f"{Reader.NON_PRINTABLE.pattern}|\N{ZERO WIDTH NO-BREAK SPACE}")
+"""A character that is not allowed in a text: unprintable, or a byte order mark inside it."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -242,21 +239,16 @@ def _decode(data: bytes, file: str) -> str:
 
 def check_characters(text: str, file: str) -> None:
     """Raise at the first character that YAML does not allow."""
-    bad = Reader.NON_PRINTABLE.search(text)
-    places = [text.find(BYTE_ORDER_MARK), bad.start() if bad else -1]
-    first = min((location for location in places if location >= 0), default=None)
-    if first is not None:
-        sentence = f"character U+{ord(text[first]):04X} is not allowed in a scenario; remove it"
-        raise _location_of_character(text, first, file).unreadable(sentence)
+    if bad := FORBIDDEN.search(text):
+        sentence = f"character U+{ord(bad[0]):04X} is not allowed in a scenario; remove it"
+        raise _location_of_character(text, bad.start(), file).unreadable(sentence)
 
 
 def _location_of_character(text: str, start: int, file: str) -> Location:
     """Return the location of one character, with unprintable ones replaced in its line."""
     before = split_lines(text[:start])
     line, column = len(before) - 1, len(before[-1])
-    shown = Reader.NON_PRINTABLE.sub(REPLACEMENT_CHARACTER, text).replace(
-        BYTE_ORDER_MARK, REPLACEMENT_CHARACTER
-    )
+    shown = FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
     return make_locator(file, shown)((line, column), (line, column + 1))
 
 
