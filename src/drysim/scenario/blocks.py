@@ -488,7 +488,6 @@ class FromFile(Block):
     """Model read from a file, with the position of each value in the file."""
 
     _document: Document | None = PrivateAttr(default=None)
-    _block_dicts: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
     _block_cache: dict[Any, Block] = PrivateAttr(default_factory=dict)
     _compared_law: str = PrivateAttr(default="")
 
@@ -528,15 +527,6 @@ class FromFile(Block):
         """Return a block as in the file, with overrides."""
         return dict((self._document.value if self._document else {}).get(name) or {})
 
-    def block_dict(self, name: str) -> dict[str, Any]:
-        """Return a block with its current values; empty if there is none."""
-        if name not in self._block_dicts:
-            block = getattr(self, name, None)
-            if not isinstance(block, Block):
-                return {}
-            self._block_dicts[name] = block.model_dump(by_alias=True, exclude_none=True)
-        return self._block_dicts[name]
-
     @property
     def compared_law(self) -> str:
         """Friction law used in a comparison instead of that of the file; empty for none."""
@@ -553,6 +543,6 @@ class FromFile(Block):
         `law` is the friction law used in a comparison instead of that of the file.
         """
         copy = self.model_copy(update=changed)
-        copy._block_dicts, copy._block_cache = {}, {}
+        copy._block_cache = {}
         copy._compared_law = law or self._compared_law
         return copy

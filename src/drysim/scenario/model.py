@@ -787,10 +787,11 @@ def _validated_block(
     scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
 ) -> Block:
     """Return a block with other values in it, validated."""
-    old, words = getattr(scenario, name, None), scenario.block_dict(name)
+    old, words = getattr(scenario, name, None), dict[str, Any]()
     field = type(scenario).model_fields.get(name)
-    models = block_models(field.annotation) if field else []
-    model = type(old) if isinstance(old, Block) else next(iter(models), None)
+    model = next(iter(block_models(field.annotation) if field else []), None)
+    if isinstance(old, Block):
+        model, words = type(old), old.model_dump(by_alias=True, exclude_none=True)
     if model is None:
         raise InvalidValue(f"there is no block {name}", name)
     for key, value in values:
