@@ -57,7 +57,7 @@ def headed(figure):
 def test_generated_motion_is_told_by_its_data_in_runs_and_sweeps(seat, excitation, words):
     base = seat(excitation).excitation
     assert base.describe(base.motion(5e-3, 1.0)).startswith(f"{words}, ")
-    shared = base.describe_swept(["friction.kinetic"])
+    shared = base.describe_cases(None, ["friction.kinetic"])
     assert shared == words + ASKED.get(base.kind, ", 2 s")
 
 
@@ -78,7 +78,7 @@ def test_what_is_swept_of_a_generated_motion_is_not_told_as_shared(
     seat, excitation, swept, words
 ):
     base = seat(list(GENERATED)[excitation]).excitation
-    assert base.describe_swept([swept]) == words
+    assert base.describe_cases(None, [swept]) == words
 
 
 def test_pictures_of_run_sweep_and_comparison_name_class_and_length(seat):

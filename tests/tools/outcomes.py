@@ -67,7 +67,6 @@ def stand_in(kind, limit=None, law=STICKY, **words):
             has_own_end=False,
             frequencies=(),
             describe=DESCRIBED[kind].describe,
-            describe_swept=DESCRIBED[kind].describe_swept,
             describe_cases=DESCRIBED[kind].describe_cases,
         ),
         "friction": SimpleNamespace(static_given=False),

@@ -470,7 +470,7 @@ def describe_steady_work(
         "static": len({work.law.F_fs for work in works}) < 2,
     }
     yield from wording.describe_scene(scenario, case.plant, case.law, varied, shared)
-    yield "base", scenario.excitation.describe_swept(varied)
+    yield "base", scenario.excitation.describe_cases(None, varied)
     for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"

@@ -70,25 +70,6 @@ class ExcitationBase(Block):
         words = f"{self.kind} {self.parameters()}".strip()
         return words + self._describe_motion(motion, level)
 
-    def describe_swept(
-        self, swept: Collection[str], records: Sequence[RecordSummary] = ()
-    ) -> str:
-        """Return a description of what the base motions of a sweep have in common.
-
-        Parameters
-        ----------
-        swept : collection of str
-            Dotted keys that vary; what they determine is omitted.
-        records
-            As in `describe_cases`.
-        """
-        prefix = "excitation."
-        varied = [key.removeprefix(prefix) for key in swept if key.startswith(prefix)]
-        if records:
-            return self._describe_records(records, varied)
-        words = f"{self.kind} {self.parameters(varied)}".strip()
-        return words + self._describe_shared(varied)
-
     def describe_cases(
         self,
         motion: Sines | Samples | None,
@@ -100,15 +81,20 @@ class ExcitationBase(Block):
         Parameters
         ----------
         motion : Sines or Samples or None
-            None if it differs between the cases.
-        swept
-            As in `describe_swept`.
+            None if it differs between the cases, or is left out.
+        swept : collection of str
+            Dotted keys that vary; what they determine is omitted.
         records : sequence of RecordSummary, optional
             The records of the cases, if the sweep varies them.
         """
-        if motion is None or any(key.startswith("excitation.") for key in swept):
-            return self.describe_swept(swept, records)
-        return self.describe(motion)
+        prefix = "excitation."
+        varied = [key.removeprefix(prefix) for key in swept if key.startswith(prefix)]
+        if motion is not None and not varied:
+            return self.describe(motion)
+        if records:
+            return self._describe_records(records, varied)
+        words = f"{self.kind} {self.parameters(varied)}".strip()
+        return words + self._describe_shared(varied)
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return what `describe` adds to the parameters."""
@@ -121,7 +107,7 @@ class ExcitationBase(Block):
         raise NotImplementedError
 
     def _describe_shared(self, varied: Collection[str]) -> str:
-        """Return what `describe_swept` adds to the parameters."""
+        """Return what `describe_cases` adds to the parameters."""
         return ""
 
 

@@ -143,7 +143,9 @@ def heading(result: DesignResult) -> style.Heading:
         words = f"{best}: {found} at {result.place(shown)}"
     limits = ", ".join(str(limit) for limit in result.limits)
     conditions, case = result.design.conditions, result.case
-    base = source.excitation.describe_swept([one.key for one in conditions.axes], case.records)
+    base = source.excitation.describe_cases(
+        None, [one.key for one in conditions.axes], case.records
+    )
     base = style.CLEANED * bool(describe_clean_up(case.motion, records=case.records)) + base
     parts = [f"within {limits}"] if limits else []
     if conditions.axes and shown is not None:

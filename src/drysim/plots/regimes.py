@@ -123,7 +123,7 @@ def heading(result: RegimeMap) -> style.Heading:
     if (nearest := result.place.nearest) is not None:
         words = f"{words}; with {nearest}"
     scenario, keys = result.scenario, [axis.key for axis in result.axes]
-    base = scenario.excitation.describe_swept(keys)
+    base = scenario.excitation.describe_cases(None, keys)
     fixed = "; ".join(text for _, text in describe_fixed(result.case, keys))
     return style.make_heading(scenario, words, fixed, base)
 

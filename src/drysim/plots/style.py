@@ -424,7 +424,7 @@ def table_heading(
         " with ".join(map(wording.describe_axis, group)) for group in axis_groups(table.axes)
     )
     swept = f"; swept: {'; '.join(groups)}" if table.axes else ""
-    base = scenario.excitation.describe_swept(varied)
+    base = scenario.excitation.describe_cases(None, varied)
     is_shared = not any(key.startswith("excitation.") for key in varied)
     base = CLEANED * bool(is_shared and wording.describe_clean_up(table.motion)) + base
     return make_heading(scenario, "; ".join([*notes, ranges]), _join_scene(scene), base + swept)
