@@ -7,7 +7,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -403,6 +403,7 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     listed = ", ".join(key for key in fitted if key.split(".")[1] not in LAWS)
     found = {}
     for key, options in free.items():
+        sentence = ""
         if key not in known:
             hint = (
                 other_laws_hint(str(key).removeprefix("friction."))
@@ -410,24 +411,17 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
                 or f"; use one of {listed}"
             )
             sentence = f"{format_value(key)} is no key of this scenario{hint}"
-            reading.fault(sentence, (*at, key), at_key=True)
-            continue
-        if known[key] is None and key != OFFSET_KEY:
+        elif known[key] is None and key != OFFSET_KEY:
             sentence = f"{format_value(key)} is no numeric key"
-            reading.fault(sentence, (*at, key), at_key=True)
-            continue
-        if key.partition(".")[0] not in FITTED_BLOCKS:
+        elif key.partition(".")[0] not in FITTED_BLOCKS:
             sentence = f"{key} cannot be fitted, only keys of {join_words(FITTED_BLOCKS, 'or')}"
+        if sentence:
             reading.fault(sentence, (*at, key), at_key=True)
-            continue
-        if not isinstance(options, Mapping):
-            reading.report_value(
-                f"must be a block of {', '.join(FREE_WORDS)}, or {{}}, not "
-                f"{format_value(options)}",
-                (*at, key),
-            )
-            continue
-        found[key] = dict(_read_options(reading, known[key], options, (*at, key)))
+        elif isinstance(options, Mapping):
+            found[key] = _read_options(reading, known[key], options, (*at, key))
+        else:
+            form = f"a block of {', '.join(FREE_WORDS)}, or {{}}"
+            reading.report_value(f"must be {form}, not {format_value(options)}", (*at, key))
     if free and not found:
         reading.reported.add(at)  # an empty block would be reported again
     # Of a placeholder nothing else is said.
@@ -442,8 +436,8 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
 
 def _read_options(
     reading: Reading, known: Any, options: Mapping[str, Any], at: tuple[str, ...]
-) -> Iterator[tuple[str, float]]:
-    """Yield start and bounds of a free key in SI; note their faults."""
+) -> dict[str, float]:
+    """Return start and bounds of a free key in SI; note their faults."""
     values: dict[str, float] = {}
     for word, value in options.items():
         if word not in FREE_WORDS or known is None:
@@ -463,4 +457,4 @@ def _read_options(
         reading.report_value(f"must be above {least:.12g}, the smallest value", (*at, "to"))
     elif not low <= values.get("start", low) <= high:
         reading.report_value("must lie between `from` and `to`", (*at, "start"))
-    yield from values.items()
+    return values
