@@ -107,10 +107,7 @@ class Check:
             raise ValueError(
                 f"write `metric < value`, such as `T_a < 1.5`, not {format_value(text)}"
             )
-        metric, op = form["metric"], form["op"]
-        if metric not in UNITS:
-            hint = name_hint(metric, UNITS)
-            raise ValueError(f"unknown metric {format_value(metric)}{hint}")
+        metric, op = known_metric(form["metric"]), form["op"]
         check_operator(op)
         bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
         return cls(text, metric, op, bound, unit=unit)
@@ -366,6 +363,13 @@ def _is_similar_key(key: str, other: str) -> bool:
     """Whether a dotted key may be a misspelling of another, part by part."""
     pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
     return all(a == b or closest_match(a, [b]) for a, b in pairs)
+
+
+def known_metric(name: str) -> str:
+    """Return the name of a metric; raise ValueError for an unknown one."""
+    if name not in UNITS:
+        raise ValueError(f"unknown metric {format_value(name)}{name_hint(name, UNITS)}")
+    return name
 
 
 def check_operator(op: str) -> None:

@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from drysim.metrics.checks import Check
+from drysim.metrics.checks import Check, known_metric
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.scenario.axes import (
     FILE_KEY,
@@ -32,7 +32,7 @@ from drysim.scenario.axes import (
     sweep_to_dict,
 )
 from drysim.scenario.blocks import SEED_KEY, Checks
-from drysim.units import Block, InvalidValue, format_value, name_hint
+from drysim.units import Block, InvalidValue
 
 DESIGN_KEY = "design"
 """Key of the block."""
@@ -89,13 +89,6 @@ def _require_conditions(value: object) -> Conditions:
     return value
 
 
-def _known_metric(name: str) -> str:
-    if name not in METRICS_BY_NAME:
-        hint = name_hint(name, METRICS_BY_NAME)
-        raise ValueError(f"unknown metric {format_value(name)}{hint}")
-    return name
-
-
 _OVER_SCHEMA = {
     "type": "object",
     "minProperties": 1,
@@ -112,7 +105,7 @@ _OVER_SCHEMA = {
 }
 
 MetricName = Annotated[
-    str, AfterValidator(_known_metric), WithJsonSchema({"enum": list(METRICS_BY_NAME)})
+    str, AfterValidator(known_metric), WithJsonSchema({"enum": list(METRICS_BY_NAME)})
 ]
 
 
