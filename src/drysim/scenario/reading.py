@@ -379,10 +379,9 @@ class Reading:
         self.document = document
         self.model = model
         self.problems: list[Problem] = []
-        self.spelling: dict[KeyPath, str] = {}
-        """Keys as spelled in the document, by the key path they were read as."""
-        self.hoisted: dict[KeyPath, KeyPath] = {}
-        """Paths of the options of a block's own law, by the path they are read as."""
+        self.moved: dict[KeyPath, KeyPath] = {}
+        """Paths in the document of misspelled keys, and of the options of a block's own law, by
+        the path they are read as."""
         self.reported: set[KeyPath] = set()
         """Paths with an error already; no further error is added there."""
         self.words: dict[str, Any] = {}
@@ -411,10 +410,10 @@ class Reading:
         if any(keys[: i + 1] in self.reported for i in range(len(keys))):
             return
         self.reported.add(keys)
-        spelling = tuple(self.spelling.get(keys[: i + 1], key) for i, key in enumerate(keys))
-        if instead and spelling[0] not in self.document.value:
-            spelling, at_key = instead, False
-        place = self.document.locate(self._location(spelling), at_key)
+        path = self._location(keys)
+        if instead and path[0] not in self.document.value:
+            path, at_key = instead, False
+        place = self.document.locate(path, at_key)
         self.problems.append(place.problem(sentence, dotted_name(keys)))
         if len(self.problems) > MAX_PROBLEMS:
             raise TooManyProblems
@@ -442,7 +441,7 @@ class Reading:
             )
             if name in fields and name not in words:
                 if name != key:
-                    self.spelling[*at, name] = key
+                    self.moved[*at, name] = self._location((*at, key))
                 words[name] = self._value(fields[name], value, (*at, name))
         if UNREAD_KEYS not in block:
             self._note_missing(model, words, at)
@@ -492,15 +491,15 @@ class Reading:
         tag = discriminator(model)
         if tag is None or tag[0] != LAW_KEY or not isinstance(own := block.get(tag[1]), dict):
             return block
-        self.hoisted |= {(*at, key): (*at, tag[1], key) for key in own}
+        self.moved |= {(*at, key): self._location((*at, tag[1], key)) for key in own}
         less = {tag[1], *excluded_keys(tag[1], own)}
         return {key: value for key, value in block.items() if key not in less} | own
 
     def _location(self, keys: KeyPath) -> KeyPath:
         """Return the path of a value in the document."""
         for i in range(len(keys), 0, -1):
-            if keys[:i] in self.hoisted:
-                return (*self.hoisted[keys[:i]], *keys[i:])
+            if keys[:i] in self.moved:
+                return (*self.moved[keys[:i]], *keys[i:])
         return keys
 
     def _resolve_unknown(
