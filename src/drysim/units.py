@@ -429,16 +429,6 @@ class ByDirection(Block):
     extension: Any
     compression: Any
 
-    @property
-    def pair(self) -> tuple[Any, Any]:
-        """Value of extension, and of compression."""
-        return self.extension, self.compression
-
-    @property
-    def mean(self) -> Any:
-        """Mean of both values."""
-        return 0.5 * (self.extension + self.compression)
-
 
 class ForceByDirection(ByDirection):
     """Friction force that depends on the direction of motion."""
@@ -483,18 +473,22 @@ def depends_on_direction(value: Any) -> bool:
     """Return whether a value differs between the directions; columns of many cases may."""
     if not isinstance(value, ByDirection):
         return False
-    one, other = value.pair
+    one, other = by_direction(value)
     return not (isinstance(one, float) and isinstance(other, float) and one == other)
 
 
 def by_direction(value: Any) -> tuple[Any, Any]:
     """Return a value for extension and for compression."""
-    return value.pair if isinstance(value, ByDirection) else (value, value)
+    if isinstance(value, ByDirection):
+        return value.extension, value.compression
+    return value, value
 
 
 def mean_of_directions(value: Any) -> Any:
     """Return the mean of a value that may depend on the direction of motion."""
-    return value.mean if isinstance(value, ByDirection) else value
+    if isinstance(value, ByDirection):
+        return 0.5 * (value.extension + value.compression)
+    return value
 
 
 def field_descriptions(model: type[BaseModel]) -> dict[str, str]:

@@ -45,7 +45,6 @@ from drysim.metrics.table import sqrt
 from drysim.scenario.reading import LAWS
 from drysim.units import (
     Block,
-    ByDirection,
     Damping,
     DirectedDamping,
     InvalidValue,
@@ -55,6 +54,7 @@ from drysim.units import (
     Quantity,
     Stiffness,
     Velocity,
+    by_direction,
     depends_on_direction,
     format_value,
     mean_of_directions,
@@ -118,9 +118,7 @@ class Oscillator(Block):
     @property
     def damping_pair(self) -> tuple[float, float] | None:
         """Damping of extension and compression [N·s/m], where they differ."""
-        if isinstance(self.damping, ByDirection) and depends_on_direction(self.damping):
-            return self.damping.pair
-        return None
+        return by_direction(self.damping) if depends_on_direction(self.damping) else None
 
 
 class Stage(Block):
