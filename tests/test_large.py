@@ -61,8 +61,8 @@ def test_last_point_of_a_huge_grid_is_its_corner(huge):
 
 def test_values_of_a_long_log_axis_are_the_doubles_next_to_their_decimals():
     values = decimal_geomspace(1e-3, 1e3, 6_000_001)
-    assert values.at(range(0, 6_000_001, 1_000_000)) == [1e-3, 1e-2, 0.1, 1, 10, 100, 1e3]
-    assert values[2_000_000] == values.at([2_000_000])[0] == 0.1
+    assert values[::1_000_000] == [1e-3, 1e-2, 0.1, 1, 10, 100, 1e3]
+    assert values[2_000_000] == 0.1
     exact = 1e-3 * mpmath.mpf(10) ** (mpmath.mpf(6 * 12_345) / 6_000_000)
     assert values[12_345] == pytest.approx(float(exact), rel=3e-16)
 

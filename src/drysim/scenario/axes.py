@@ -130,7 +130,7 @@ class Axis:
         """Return values by index."""
         if isinstance(self.values, EvenlySpaced):
             found, back = np.unique(numbers, return_inverse=True)
-            return np.array(self.values.at(found.tolist()))[back.ravel()]
+            return np.array([self.values.one(i) for i in found.tolist()])[back.ravel()]
         return self.column[numbers]
 
     @cached_property
@@ -279,19 +279,13 @@ class EvenlySpaced(LazySequence[float]):
 
     def one(self, number: int) -> float:
         """Return a value by index."""
-        return self.at([number])[0]
-
-    def at(self, numbers: Sequence[int]) -> list[float]:
-        """Return values by index."""
-        ends = {0: self.low, self.steps: self.high}
-        return [ends[i] if i in ends else self._inner(i) for i in numbers]
-
-    def _inner(self, i: int) -> float:
+        if number in (0, self.steps):
+            return self.high if number else self.low
         if self.fraction is not None:
             first, width, common = self.fraction
-            return (first + i * width) / common
+            return (first + number * width) / common
         low, ratio = self._logarithms
-        return float(_DECIMAL_CONTEXT.exp(_DECIMAL_CONTEXT.fma(ratio, i, low)))
+        return float(_DECIMAL_CONTEXT.exp(_DECIMAL_CONTEXT.fma(ratio, number, low)))
 
     @cached_property
     def _logarithms(self) -> tuple[Decimal, Decimal]:
