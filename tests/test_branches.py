@@ -188,6 +188,9 @@ def test_a_motion_whose_branch_turns_back_beyond_the_range_is_found(tmp_path):
     for one in sliding:
         assert sorted([one.values[0], one.values[-1]]) == [1.32, 1.37]
         assert one.ends == ("range", "range")
+    # The value of the scenario is not in the range, so the report has no row for it.
+    assert result.own is None
+    assert ">motions<" not in drysim.report(result)
 
 
 def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leaves(tmp_path):
@@ -202,6 +205,7 @@ def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leav
     assert kinds["symmetric"].x_r_peak == pytest.approx(1.31807057, abs=1e-8)
     assert not kinds["symmetric"].stable
     assert kinds["unsymmetric"].stable
+    assert ">motions<" in drysim.report(result)
     (symmetric,) = [one for one in result.branches if one.kind == "symmetric"]
     at = int(np.argmin(abs(symmetric.values - 0.2)))
     assert abs(symmetric.multipliers[at, 0]) == pytest.approx(1.1088, abs=0.1)

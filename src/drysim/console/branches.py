@@ -57,8 +57,9 @@ def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
 
 
 def motion_rows(result: BranchesResult) -> Iterator[SummaryRow]:
-    """Yield the motions at the value of the scenario."""
-    yield SummaryRow("motions", describe_motions(result))
+    """Yield the motions at the value of the scenario, if that is in the range."""
+    if result.own is not None:
+        yield SummaryRow("motions", describe_motions(result))
 
 
 def branch_rows(result: BranchesResult) -> Iterator[SummaryRow]:
