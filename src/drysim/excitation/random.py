@@ -20,8 +20,7 @@ spectra.
 
 from __future__ import annotations
 
-from collections import UserDict
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache, cached_property, partial
 from itertools import pairwise
 from math import ceil, expm1, floor, log, pi, sqrt
@@ -533,20 +532,35 @@ class Standard(RandomMotion):
         return motion._replace(warnings=(*motion.warnings, warning))
 
 
-class LazyMapping(UserDict[str, object]):
+class LazyMapping(Mapping[str, object]):
     """Mapping that is computed at its first use.
 
     Comparing a signal with its definition takes as long as generating it, and an ensemble shows
     the comparison of one seed only.
     """
 
-    def __init__(self, compute: Callable[[], dict[str, object]]) -> None:
+    def __init__(self, compute: Callable[[], Mapping[str, object]]) -> None:
         self._compute = compute
 
     @cached_property
-    def data(self) -> dict[str, object]:  # type: ignore[override]
-        """The mapping."""
+    def _computed(self) -> Mapping[str, object]:
         return self._compute()
+
+    def __getitem__(self, key: str) -> object:
+        """Return a value."""
+        return self._computed[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return an iterator over the keys."""
+        return iter(self._computed)
+
+    def __len__(self) -> int:
+        """Return the number of keys."""
+        return len(self._computed)
+
+    def __repr__(self) -> str:
+        """Return the computed mapping in words."""
+        return repr(self._computed)
 
 
 def realised_psd(machine: str, motion: Samples) -> dict[str, object]:
