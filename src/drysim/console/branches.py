@@ -36,7 +36,7 @@ MAX_SHOWN = 24
 def show_branches(result: BranchesResult, folder: Path | None = None) -> None:
     """Show the summary of branches."""
     scene = [*branches_scene(result)]
-    if result.motions:
+    if result.own is not None:
         scene.append(("motions", describe_motions(result)))
     groups = branch_rows(result), bifurcation_rows(result)
     show_summary(result, scene, groups, VALUE_WIDTH, folder)
