@@ -138,14 +138,14 @@ def random_signal(
     derivative is ü linear between samples.
     """
     first, squares, T = wanted
-    n, bend = round(T / step), np.empty(len(squares))
+    n, sin2_half = round(T / step), np.empty(len(squares))
 
     def square_of_sine(part: slice) -> None:
         k = np.arange(first + part.start, first + part.stop)
-        bend[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
+        sin2_half[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
 
     _for_lines(square_of_sine, len(squares))
-    kept = float(squares @ (1 - 2 / 3 * bend))  # mean square with linear interpolation
+    kept = float(squares @ (1 - 2 / 3 * sin2_half))  # mean square with linear interpolation
     scale = 1.0 if rms is None else rms / sqrt(kept)
     random = np.random.Generator(np.random.PCG64(seed))
     codes = random.integers(N_PHASES, size=first + len(squares), dtype=np.uint16)[first:]
@@ -156,7 +156,7 @@ def random_signal(
         u_dd, u = spectra[:, first + part.start : first + part.stop]
         np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
         # -1/ω² as step -> 0
-        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend[part]), out=u)
+        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / sin2_half[part]), out=u)
 
     _for_lines(fill, len(squares))
     # One transform per signal. Other libraries transform two at once and faster, but in some
