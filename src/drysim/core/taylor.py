@@ -331,17 +331,21 @@ def slide(scene, interval, state, control, series, segments, log):
     series.scale[0] = max(series.scale[0], abs(v_r))
     if law.kind == LEUVEN and step > 0.0:
         series.branch[AT_LIMIT] = 0
+    d = direction if d != 0 else 0
     if end_of_branch < stop:
         z = next_branch(law, series, cause, z)
-    state = SeriesState(n, s, x_r, v_r, z, direction if d != 0 else 0, used, events)
-    if stop != NEVER and not end_of_branch < stop:
+    state = SeriesState(n, s, x_r, v_r, z, d, used, events)
+    if stop <= end_of_branch and stop != NEVER:
         state = pass_rest(scene, interval, state, series, log)
     return state, control
 
 
 @compiled
 def pass_rest(scene, interval, state, series, log):
-    """Return the state of a mass at v_r = 0 that rests or moves on; set the forcing there."""
+    """Return the state after v_r = 0: the mass rests or moves on; write an event to the log.
+
+    The forcing is set there.
+    """
     plant, law, _, _, _ = scene
     n, s, x_r, _, z, _, used, events = state
     set_forcing_at(scene, interval, s, series)

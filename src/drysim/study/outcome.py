@@ -58,7 +58,7 @@ class Result:
         return drysim.plot(self)
 
     def exit_code(self: Judged, strict: bool = False) -> int:
-        """Return 3 if a case failed, 1 if a check failed, else 0.
+        """Return 3 if one of many cases failed, 1 if a check failed, else 0.
 
         With `strict`, a warning and a check that was not judged count as failed checks.
         """
