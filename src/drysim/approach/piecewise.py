@@ -301,7 +301,10 @@ class PiecewiseTrajectory(EventDriven):
             return np.arange(len(n)), sums
         (u_dd, dt), law, (m, k_x, _) = self.base, self.solution.scene.law, self.plant
         reference = max(law.up.F_fk, law.down.F_fk)
-        whole = (s == 0.0) & np.append(n[1:] != n[:-1], True)
+        # A step with two segments is divided even where the first of them takes no time: alone
+        # among the others, that one would last the whole step.
+        begins = np.append(True, n[1:] != n[:-1])
+        whole = (s == 0.0) & begins & np.append(begins[1:], True)
         whole &= (self._starts >= begin) & (end - self._starts >= dt)
         in_step = np.zeros(codes.max() + 2, dtype=bool)
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
