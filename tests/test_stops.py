@@ -738,3 +738,27 @@ def test_smaller_unit_of_force_gives_the_same_motion_bit_for_bit(tmp_path, law, 
     assert np.array_equal(one.events.kind, other.events.kind)
     assert np.array_equal(one.x_r, other.x_r)
     assert np.array_equal(tiny * one.F_f, other.F_f)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_rest_against_a_rigid_stop_is_stuck_under_every_contact(seed):
+    """A mass pushed against a stop rests there from the same time on, whatever the contact."""
+    draw = np.random.default_rng(seed)
+    plant = Plant(5.0, float(draw.choice([0.0, 2e3])), 40.0)
+    # Nothing slides back: the push is far above spring and friction.
+    side, e = float(draw.choice([-1.0, 1.0])), float(draw.choice([0.0, 0.3]))
+    push = Samples(np.full(101, -side * draw.uniform(20.0, 40.0)), 0.01)
+    shares = []
+    for law in (
+        stopped_law(0.0, 0.0, LIMIT, e=e),
+        stopped_law(1e-9, 1e-9, LIMIT, e=e),
+        stopped_law(1e-9, 1e-9, LIMIT, e=e)._replace(k_t=1e-6),
+        stopped_law(1e-9, 1e-9, LIMIT, e=e)._replace(variation=1.5, omega=30.0),
+    ):
+        response = solved(law, push, plant=plant)
+        trajectory = response.trajectory
+        share = measure(trajectory, (0.0, trajectory.end), law.stops.limits)["stuck_share"]
+        shares.append(share)
+        assert response.stuck.mean() == pytest.approx(share, abs=0.02)
+    assert min(shares) > 0.8
+    assert shares == pytest.approx(shares[:1] * 4, abs=1e-9)

@@ -413,7 +413,7 @@ class Totals(NamedTuple):
     sliding_distance : float
         Integral of |v_r| times the relative normal force [m]: friction work divided by F_fk.
     stuck : float
-        Time without relative motion [s]; 0 under laws that never stick.
+        Time at rest, held by friction or against a rigid stop [s].
     u_dd2 : float
         Integral of ü² [m²/s³].
     u2 : float or None

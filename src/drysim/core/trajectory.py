@@ -256,7 +256,7 @@ class Columns(NamedTuple):
     F_f, F_stop : array of float
         Friction force and force of an end stop [N].
     d : array of int
-        Direction of motion; 0 where a rigid contact sticks.
+        Direction of motion; 0 at rest, held by friction or against a rigid stop.
     """
 
     x_r: Any
@@ -291,7 +291,7 @@ def evaluate_segments(solution, t, out):
         out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
         if is_rigid_slip(law, mode):
             out.d[k] = mode.contact
-        elif mode.direction == AT_REST and law.k_t == 0.0:
+        elif mode.direction == AT_REST:
             out.d[k] = 0
         else:
             out.d[k] = -1 if v < 0.0 else 1
@@ -597,7 +597,7 @@ def integrate_segments(solution, begin, end):
         if part.mode.entry == CHATTERING:
             more = integrate_chatter(plant, law, waves, part, lo, hi)
         elif part.mode.direction == AT_REST:
-            more = integrate_rest(waves, part, lo, hi, law.k_t == 0.0)
+            more = integrate_rest(waves, part, lo, hi)
         else:
             more = integrate_motion(law, waves, part, lo, hi)
         sums = add_segment_sums(sums, more)
@@ -638,7 +638,7 @@ def integrate_coulomb_segments(solution, begin, end):
 def integrate_slip_or_stick(law, waves, part, lo, hi):
     """Integrate a segment of Coulomb friction."""
     if part.mode.direction == AT_REST:
-        return integrate_rest(waves, part, lo, hi, True)
+        return integrate_rest(waves, part, lo, hi)
     return integrate_motion(law, waves, part, lo, hi)
 
 
@@ -654,11 +654,8 @@ def integrate_chatter(plant, law, waves, part, lo, hi):
 
 
 @compiled
-def integrate_rest(waves, part, lo, hi, sticks):
-    """Integrate a segment at rest, where x" is that of the base.
-
-    `sticks` tells whether the contact is rigid, so that the time at rest counts as stuck.
-    """
+def integrate_rest(waves, part, lo, hi):
+    """Integrate a segment at rest, where x" is that of the base."""
     x_dd2, s = 0.0, lo
     while s < hi:
         length = min(panel_length(0.0, 0.0, waves, s), hi - s)
@@ -668,8 +665,7 @@ def integrate_rest(waves, part, lo, hi, sticks):
             x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
         s = s + length if length < hi - s else hi
     x2 = (part.x_origin + part.xi) ** 2 * (hi - lo)
-    stuck = hi - lo if sticks else 0.0
-    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0)
+    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, hi - lo, 0.0, 0.0)
 
 
 @compiled

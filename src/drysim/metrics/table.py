@@ -294,8 +294,8 @@ METRICS = (
            "share",
            lambda m: maximum(m.highest / m.limits.up, abs(m.lowest) / m.limits.down), (LIMITS,),
            in_tables=True),
-    Metric("stuck_share", "-", "share of the window without relative motion; 0 under laws "
-           "that never stick",
+    Metric("stuck_share", "-", "share of the window in which the mass is at rest relative to "
+           "the base, stuck by dry friction or pressed against a rigid stop",
            lambda m: m.totals.stuck / m.length, kind=SHARE, in_tables=True, with_interval=True,
            with_quantiles=True),
     Metric("chatter_share", "-", "share of the window with two sign changes of v_r within "
