@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.scenario.load import load
 from drysim.units import QUANTITY_NAMES, convert
-from test_record_formats import at2, mat, wav
+from test_record_formats import at2, conversion, conversions, mat, mdf, rpc, tdms, uff, wav
 
 HERE = Path(__file__).parents[1]
 GALLERY = HERE.parent / "scenarios"
@@ -83,6 +84,16 @@ def written(folder: Path, name: str, write: Callable[[Path], object]) -> list[by
     return [(folder / name).read_bytes()]
 
 
+def converted(folder: Path) -> list[bytes]:
+    """Return MDF files with each kind of conversion, formulas included."""
+    kinds = [given for given, _ in conversions().values()] + [conversion(3, formula="2 * X")]
+    files = []
+    for given in kinds:
+        write = partial(mdf, given=TWO, samples=given)
+        files += written(folder, "c.mf4", write)
+    return [*files, *written(folder, "c.mf4", lambda path: mdf(path, TWO, times=kinds[0]))]
+
+
 def targets(folder: Path) -> dict[str, Target]:
     """Return what is fuzzed by name; sound input is made in a folder."""
     (folder / "sound.yaml").write_text(SEAT)
@@ -116,6 +127,7 @@ def targets(folder: Path) -> dict[str, Target]:
     five = written(folder, "5.mat", lambda path: mat(path, TWO))
     packed = written(folder, "p.mat", lambda path: mat(path, TWO, do_compression=True))
     four = written(folder, "4.mat", lambda path: mat(path, TWO, format="4"))
+    channel = record(channel="acc", gravity="keep")
     return {
         "scenario": Target([file.read_bytes() for file in files], "f.yaml", scenario, 20),
         "--set": Target(texts(*words), "f.yaml", override, 10),
@@ -137,5 +149,27 @@ def targets(folder: Path) -> dict[str, Target]:
         "at2": Target(
             written(folder, "a.at2", lambda path: at2(path, VALUES, ".01")),
             "f.at2", record(), 5,
+        ),
+        "mdf": Target(
+            [
+                *written(folder, "m.mf4", lambda path: mdf(path, TWO)),
+                *written(folder, "z.mf4", lambda path: mdf(path, TWO, compression=2)),
+                *converted(folder),
+            ],
+            "f.mf4", channel, 1,
+        ),
+        "tdms": Target(
+            written(folder, "t.tdms", lambda path: tdms(path, TWO)), "f.tdms", channel, 2
+        ),
+        "uff": Target(
+            [
+                *written(folder, "b.uff", lambda path: uff(path, TWO)),
+                *written(folder, "t.uff", lambda path: uff(path, TWO, binary=0)),
+            ],
+            "f.uff", channel, 2,
+        ),
+        "rpc": Target(
+            written(folder, "r.rpc", lambda path: rpc(path, TWO)),
+            "f.rpc", channel, 2,
         ),
     }  # fmt: skip

@@ -7,6 +7,7 @@ import re
 import resource
 import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
@@ -46,11 +47,17 @@ class Watch:
             self.noted.append(f"{event} of {words[0]!r}")
 
 
+TEMPORARY = os.path.realpath(tempfile.gettempdir())
+SCRATCH = re.compile(re.escape(TEMPORARY) + r"(/tmp[a-z0-9_]{8})?")
+"""A file without a name of its own, which asammdf opens for every MDF and removes again."""
+
+
 def _is_ours(path: object) -> bool:
-    """Whether a path belongs to the installation."""
+    """Whether a path belongs to the installation, or is that of a temporary file."""
     if not isinstance(path, str | bytes | os.PathLike):
         return path is None
-    return os.path.realpath(os.fsdecode(path)).startswith(OURS)
+    real = os.path.realpath(os.fsdecode(path))
+    return real.startswith(OURS) or SCRATCH.fullmatch(real) is not None
 
 
 def megabytes() -> float:

@@ -282,6 +282,26 @@ def require_memory(display_path: str, need: float) -> None:
         raise record_error(display_path, f"{sentence}, this machine has {have / 1e9:.3g} GB")
 
 
+MAX_EXPANSION, ALWAYS_PLAUSIBLE = 100, 1 << 26
+"""Largest ratio of unpacked samples to the size of their file, beyond a size [bytes] that every
+machine has. Measured samples contain noise, which compresses tenfold at best."""
+
+
+def require_plausible_size(file: RecordFile, size: int) -> None:
+    """Raise unless a file may contain `size` bytes of samples, and the machine can load them.
+
+    Raises
+    ------
+    RecordError
+        If the samples are far larger than their file, or than the memory.
+    """
+    require_memory_to_load(file.display_path, size)
+    if size > max(ALWAYS_PLAUSIBLE, MAX_EXPANSION * len(file.reader)):
+        stated, room = (f"{count / 1e6:.3g} MB" for count in (size, len(file.reader)))
+        sentence = f"it states {stated} of samples in {room}"
+        raise file.error(f"{sentence}: such a file is damaged, or made to exhaust the memory")
+
+
 # Columns of numbers.
 
 
@@ -540,6 +560,8 @@ class Channels(Columns):
 
     def _series(self, index: int) -> Signal:
         loaded = self.channels[index].load()
+        if not len(loaded):
+            raise self.error(f"{self.describe_column(index)} has no samples")
         if isinstance(loaded, LazySamples):
             if len(loaded) > MAX_CACHED:
                 return loaded

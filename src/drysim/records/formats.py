@@ -6,27 +6,21 @@ excludes this has to parse the same tags and sizes. Memory: long series stay in 
 they are needed, as records may be larger than memory. Vibration recorders write WAV files
 without a unit.
 
-The other formats are read by optional packages, which are imported on demand and silenced, and
-whose exceptions become record errors: asammdf (MDF 4, automotive measurements), npTDMS
-(LabVIEW), pyuff (universal files, data set 58), rpc3-file (RPC III, test rigs of MTS).
+The other formats are read by optional packages (`drysim.records.packages`): asammdf (MDF 4,
+automotive measurements, `drysim.records.mdf`), npTDMS (LabVIEW), pyuff (universal files, data
+set 58), rpc3-file (RPC III, test rigs of MTS).
 """
 
 from __future__ import annotations
 
-import gc
-import logging
 import re
 import struct
-import sys
-import warnings
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from functools import partial
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +47,14 @@ from drysim.records.columns import (
     open_record,
     require_memory_to_load,
     shorten_quote,
+)
+from drysim.records.mdf import MDF
+from drysim.records.packages import (
+    UNUSED_KEYS,
+    call_package,
+    import_package,
+    label_of_samples,
+    label_of_times,
 )
 from drysim.units import conversion_factor
 
@@ -408,140 +410,7 @@ def _wav_error(file: RecordFile, what: str) -> RecordError:
 WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
 
 
-# Optional packages.
-
-
-T = TypeVar("T")
-
-UNUSED_KEYS = {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE}
-"""Keys without meaning for all formats below."""
-
-BUFFER_REPR = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
-"""How packages refer to the in-memory copy of a file."""
-
-
-def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -> Any:
-    """Import an optional package; raise with the installation command if it is missing.
-
-    `name` is the name of the distribution if it differs from the module.
-    """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return import_module(module)
-    except ImportError:
-        sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
-        command = f'pip install "drysim[{extra}]"'
-        raise file.error(f"{sentence}; install it with: {command}") from None
-
-
-def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
-    """Call a package silently; any exception becomes a record error that begins with `what`."""
-    with _silenced():
-        try:
-            return read()
-        except RecordError:
-            raise
-        except Exception as error:  # parsers raise exceptions of any type on damaged files
-            words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
-            why = shorten_quote(words) or type(error).__name__
-        gc.collect()  # incomplete readers may report errors when they are deleted
-    raise file.error(f"{what}: {why}")
-
-
-def _label_of_samples(name: str, unit: str) -> ColumnLabel:
-    """Return the label of a channel; programs write comments in place of its unit, too."""
-    return ColumnLabel(name, name, unit, is_unit_certain=False)
-
-
-def _label_of_times(name: str, unit: str) -> ColumnLabel:
-    """Return the label of the times of a channel."""
-    return ColumnLabel(f"time of {name}", f"time of {name}", unit)
-
-
-@contextmanager
-def _silenced() -> Iterator[None]:
-    log, hook = logging.root.manager.disable, sys.unraisablehook
-    logging.disable(logging.CRITICAL)
-    sys.unraisablehook = lambda _: None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        sys.unraisablehook = hook
-        logging.disable(log)
-
-
-# MDF.
-
-
-NOT_MDF = "the record is not an MDF file, or it is damaged"
-
-MAX_PACKED_ROW_SIZE = 1 << 20
-"""Bytes of a row of samples that a small compressed file may contain."""
-
-
-def mdf_columns(file: RecordFile) -> Channels:
-    """Return the channels of all groups of an MDF file, followed by their times."""
-    asammdf = _import_package("asammdf", "mdf", file)
-
-    def read() -> list[tuple[int, int, str, str]]:
-        """Return group, index, name and unit of every channel that is no time axis."""
-        with asammdf.MDF(BytesIO(file.raw)) as whole:
-            return [
-                (group, at, str(channel.name), str(channel.unit or "").strip())
-                for group, content in enumerate(whole.groups)
-                for at, channel in enumerate(content.channels)
-                if whole.masters_db.get(group) != at
-            ]
-
-    found = _call_package(read, file, NOT_MDF)
-    if not found:
-        raise file.error("the MDF file has no channels")
-    series = [
-        Channel(
-            _label_of_samples(name, unit),
-            partial(_load_mdf, asammdf, file, group, at, "samples"),
-            time_column=len(found) + number,
-        )
-        for number, (group, at, name, unit) in enumerate(found)
-    ]
-    times = [
-        Channel(
-            _label_of_times(name, "s"),
-            partial(_load_mdf, asammdf, file, group, at, "timestamps"),
-        )
-        for group, at, name, _ in found
-    ]
-    return make_channels(file, [*series, *times])
-
-
-def _load_mdf(
-    asammdf: Any, file: RecordFile, group: int, at: int, what: str
-) -> NDArray[np.generic]:
-    """Load samples or times of a channel, without those marked as invalid."""
-
-    def read() -> NDArray[np.generic]:
-        with asammdf.MDF(BytesIO(file.raw)) as whole:
-            # Reject implausible sizes before the package allocates memory for them.
-            about = whole.groups[group].channel_group
-            size = about.samples_byte_nr + about.invalidation_bytes_nr
-            if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
-                raise file.error(f"{NOT_MDF}: one row of {size} bytes")
-            require_memory_to_load(file.display_path, size * about.cycles_nr)
-            signal = whole.get(group=group, index=at)
-        # 1 is time; other values are angle or distance.
-        if what == "timestamps" and signal.master_metadata[1] != 1:
-            raise file.error(f"`{signal.name}` is not sampled over time")
-        return np.asarray(getattr(signal, what))
-
-    return _call_package(read, file, f"channel {at} of group {group + 1} cannot be read")
-
-
-MDF = Format("an MDF", mdf_columns, {**UNUSED_KEYS, "time": KNOWN_TIMES})
-
-
+# Formats read by optional packages.
 # TDMS.
 
 
@@ -551,7 +420,7 @@ UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 def tdms_columns(file: RecordFile) -> Channels:
     """Return the channels of all groups of a TDMS file."""
-    nptdms = _import_package("nptdms", "tdms", file)
+    nptdms = import_package("nptdms", "tdms", file)
 
     def read() -> list[Channel]:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
@@ -563,7 +432,7 @@ def tdms_columns(file: RecordFile) -> Channels:
             for channel in group.channels()
         ]
 
-    found = _call_package(read, file, "the record is not a TDMS file, or it is damaged")
+    found = call_package(read, file, "the record is not a TDMS file, or it is damaged")
     if not found:
         raise file.error("the TDMS file has no channels")
     return make_channels(file, found)
@@ -588,7 +457,7 @@ def _load_tdms(nptdms: Any, file: RecordFile, group: str, name: str) -> NDArray[
         with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
             return np.asarray(whole[group][name][:])
 
-    return _call_package(read, file, f"channel `{shorten_quote(name)}` cannot be read")
+    return call_package(read, file, f"channel `{shorten_quote(name)}` cannot be read")
 
 
 TDMS = Format("a TDMS", tdms_columns, UNUSED_KEYS)
@@ -608,7 +477,7 @@ DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-
 
 def uff_columns(file: RecordFile) -> Channels:
     """Return the time histories of a universal file, followed by their times."""
-    pyuff = _import_package("pyuff", "uff", file)
+    pyuff = import_package("pyuff", "uff", file)
     if len(DATA_SET_DELIMITER.findall(file.raw)) % 2:
         raise file.error(f"{NOT_UNIVERSAL}: its last data set is not terminated")
 
@@ -624,7 +493,7 @@ def uff_columns(file: RecordFile) -> Channels:
             if head["func_type"] == 1 and head["ord_data_type"] in (2, 4)
         ]
 
-    found = _call_package(read, file, NOT_UNIVERSAL)
+    found = call_package(read, file, NOT_UNIVERSAL)
     if not found:
         sentence = "the record is not a universal file with a time history in a data set 58"
         raise file.error(sentence)
@@ -645,7 +514,7 @@ def _uff_channel(
     unit = _header_text(head, "ordinate_axis_units_lab")
     second = _header_text(head, "abscissa_axis_units_lab").lower()
     load = partial(_load_uff, file, sets, n, head["num_pts"])
-    samples = Channel(_label_of_samples(name, unit), partial(load, "data"))
+    samples = Channel(label_of_samples(name, unit), partial(load, "data"))
     if head["abscissa_spacing"] == 1:
         try:
             factor = conversion_factor(second, "s") if second else 1.0
@@ -654,7 +523,7 @@ def _uff_channel(
         samples = samples._replace(
             dt=head["abscissa_inc"] * factor, first=head["abscissa_min"] * factor
         )
-    return samples, Channel(_label_of_times(name, second), partial(load, "x"))
+    return samples, Channel(label_of_times(name, second), partial(load, "x"))
 
 
 def _header_text(head: Mapping[str, Any], key: str) -> str:
@@ -666,7 +535,7 @@ def _load_uff(
     file: RecordFile, sets: Any, n: int, count: int, what: str
 ) -> NDArray[np.generic]:
     where = f"data set {n + 1} cannot be read"
-    values = _call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
+    values = call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
         sentence = f"data set {n + 1} is truncated or damaged"
         raise file.error(f"{sentence}: it has {len(values)} samples, not {count}")
@@ -694,7 +563,7 @@ def rpc_columns(file: RecordFile) -> Channels:
             str(text).strip().strip('"').strip() for text in (properties.name, properties.unit)
         )
         load = partial(_load_rpc, file, at)
-        series.append(Channel(_label_of_samples(name, unit), load, properties.dt))
+        series.append(Channel(label_of_samples(name, unit), load, properties.dt))
     return make_channels(file, series)
 
 
@@ -703,13 +572,13 @@ def _load_rpc(file: RecordFile, at: int) -> NDArray[np.generic]:
 
 
 def _read_rpc(file: RecordFile, header_only: bool) -> Any:
-    rpc3 = _import_package("rpc3.rpc3", "rpc", file, "rpc3-file")
+    rpc3 = import_package("rpc3.rpc3", "rpc", file, "rpc3-file")
 
     def read() -> Any:
         rpc3.progressbar = False
         return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
 
-    return _call_package(
+    return call_package(
         read, file, "the record is not an RPC III time history, or it is damaged"
     )
 
