@@ -220,7 +220,7 @@ def drafted_again(drysim, name, content):
     return drafted(drysim, name, content)
 
 
-@pytest.mark.parametrize("header", ["t [s],a [m/s2]", "Zeit,Sensor"])
+@pytest.mark.parametrize("header", ["t [s],a [m/s2]", "Zeit,Beschleunigung"])
 def test_missing_cell_hides_no_column_of_times_and_is_named(drysim, tmp_path, header):
     text = header + "\n" + rows(T, FLOOR + 9.81).replace("\n0.125000,", "\n,")
     found = drafted(drysim, "hole.csv", text)

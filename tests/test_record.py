@@ -716,7 +716,7 @@ def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(
 
 
 def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
-    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in np.sin(np.arange(500) * 0.02).tolist())
+    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in np.cos(np.arange(500) * 0.02).tolist())
     words = {"step": 0.1, "window": {"from": 0, "to": 10}}
     (given,) = motion_of(tmp_path, text, **words).warnings
     assert given.sentence.endswith("`remove: mean` removes a sensor offset")

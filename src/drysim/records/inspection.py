@@ -19,12 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.model import mean_and_std
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid, mean_rate
 from drysim.records.columns import Columns, Floats, time_factor
 from drysim.records.formats import open_with_format
+from drysim.records.level import Level, measure_level
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
 from drysim.records.text import (
     MAX_ROWS_EXAMINED,
@@ -35,7 +35,7 @@ from drysim.records.text import (
     is_number,
     split_cells,
 )
-from drysim.records.warnings import describe_wrong_unit, is_gravity
+from drysim.records.warnings import describe_wrong_unit
 from drysim.units import conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
 
@@ -47,6 +47,14 @@ NAMES_OF_TIME = re.compile(
 )
 NAMES_OF_BASE = re.compile(r"(?i).*(base|floor|ground|platform|chassis|boden|plancher).*")
 NAMES_OF_VERTICAL = re.compile(r"(?i).*(?<![a-z])((a|acc)?_?z|vert[a-z]*)(?![a-z]).*")
+
+NAMES_OF_ACCELERATION = re.compile(
+    r"(?i).*(acc|beschl|accél|g-?force|u_dd|ü).*|(a|lin)?[ _-]?[axyz]([ _-](axis|achse))?"
+)
+"""Names that make a mean of 9.81, 1 or 1000 gravity; a mean alone does not."""
+
+AXES = 3
+"""Columns without names that may be the axes of an accelerometer."""
 
 LONG_STEP = 0.1
 """Times without a unit that advance by more than this [s] are not taken as seconds: vibration
@@ -89,8 +97,7 @@ class ColumnSummary(NamedTuple):
     column: int
     name: str
     unit: str
-    mean: float
-    rms_about_mean: float
+    level: Level
     smallest: float
     largest: float
     missing: int
@@ -136,11 +143,11 @@ def inspect_record(path: Path) -> Inspection:
     rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
     layout.insert(1, format_count(count, "sample") + rate)
     is_choice = len(columns.series()) > 1 + any(one.key == "time" for one in of_time)
-    chosen, quantity, of_column = _propose_column(columns, summaries, is_choice)
+    chosen, measured, of_column = _propose_column(columns, summaries, is_choice)
     proposals += of_time + of_column
     layout += (sentence for one in summaries for sentence in _suspect_unit(columns, one))
     if chosen is not None:
-        proposals += _propose_clean_up(values[chosen.column], grid, chosen, quantity)
+        proposals += _propose_clean_up(values[chosen.column], grid, chosen, measured)
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 
 
@@ -201,13 +208,12 @@ def _describe_layout(columns: Columns) -> str:
 def _summarise(columns: Columns, index: int, x: Floats) -> ColumnSummary:
     """Return the statistics of a column."""
     there = x[~np.isnan(x)]
-    mean, rms = mean_and_std(there) if len(there) else (np.nan, np.nan)
+    level = measure_level(there) if len(there) else Level(np.nan, np.nan, np.nan)
     return ColumnSummary(
         index,
         columns.labels[index].name,
         columns.labels[index].unit,
-        mean,
-        rms,
+        level,
         float(there.min(initial=np.inf)),
         float(there.max(initial=-np.inf)),
         len(x) - len(there),
@@ -357,9 +363,10 @@ def _seconds_of_day(text: str) -> float:
 
 def _propose_column(
     columns: Columns, summaries: list[ColumnSummary], is_choice: bool
-) -> tuple[ColumnSummary | None, str, list[Proposal]]:
-    """Return the column that is most likely ü, its quantity, and the keys that select it."""
-    known = {one: _measure(one) for one in summaries}
+) -> tuple[ColumnSummary | None, Measurement, list[Proposal]]:
+    """Return the column that is most likely ü, what it measures, and keys that select it."""
+    is_triaxial = len(summaries) == AXES and not any(one.name for one in summaries)
+    known = {one: _measure(one, is_triaxial) for one in summaries}
 
     def likelihood(one: ColumnSummary) -> tuple[bool, ...]:
         quantity = known[one].quantity
@@ -402,18 +409,19 @@ def _propose_column(
         proposals.append(Proposal("unit", None, "the file does not contain it; e.g. m/s2 or g"))
     elif not is_unit_certain:
         reason = (
-            f"no unit in the file; the mean of {best.mean:.4g} looks like gravity in {unit}"
+            f"no unit in the file; the mean of {best.level.mean:.4g} looks like gravity in "
+            f"{unit}"
         )
         proposals.append(Proposal("unit", unit, reason, False))
     if quantity not in ("", "acceleration"):
         proposals.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
-    return (best if len(ties) == 1 else None), quantity, proposals
+    return (best if len(ties) == 1 else None), known[best], proposals
 
 
 def _describe_level(key: str | int, one: ColumnSummary) -> str:
     """Return RMS and peak of a column, by which its motion may be told from noise."""
-    peak = max(abs(one.smallest - one.mean), abs(one.largest - one.mean))
-    numbers = f"{format_number(one.rms_about_mean)} and {format_number(peak)}"
+    peak = max(abs(one.smallest - one.level.mean), abs(one.largest - one.level.mean))
+    numbers = f"{format_number(one.level.spread)} and {format_number(peak)}"
     return f"`{key}` {numbers} {one.unit}".rstrip()
 
 
@@ -426,16 +434,20 @@ class Measurement(NamedTuple):
     is_unit_certain: bool = False
 
 
-def _measure(one: ColumnSummary) -> Measurement:
-    """Return what a column measures, from its unit, or else from a mean that is gravity."""
+def _measure(one: ColumnSummary, is_triaxial: bool = False) -> Measurement:
+    """Return what a column measures, from its unit, or else from gravity and its name.
+
+    `is_triaxial` tells that it may be one of three axes without names.
+    """
     for quantity in ("acceleration", "velocity", "displacement"):
         if one.unit and is_common_unit(one.unit, SI[quantity]):
-            mean = one.mean * conversion_factor(one.unit, SI[quantity])
-            has_gravity = quantity == "acceleration" and is_gravity(mean)
+            level = one.level.scaled(conversion_factor(one.unit, SI[quantity]))
+            has_gravity = quantity == "acceleration" and level.has_gravity
             return Measurement(quantity, one.unit, has_gravity, True)
-    if not one.unit and one.rms_about_mean < abs(one.mean):
+    may_be_acceleration = is_triaxial or NAMES_OF_ACCELERATION.fullmatch(one.name) is not None
+    if may_be_acceleration and not one.unit and one.level.spread < abs(one.level.rest):
         for unit in ("m/s2", "g", "mg"):
-            if is_gravity(one.mean * conversion_factor(unit, "m/s²")):
+            if one.level.scaled(conversion_factor(unit, "m/s²")).has_gravity:
                 return Measurement("acceleration", unit, True, False)
     return Measurement()
 
@@ -445,7 +457,7 @@ def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
     measured = _measure(one)
     if measured.quantity == "acceleration" and measured.is_unit_certain:
         factor = conversion_factor(measured.unit, "m/s²")
-        found = describe_wrong_unit(one.mean * factor, one.rms_about_mean * factor, None)
+        found = describe_wrong_unit(one.level.scaled(factor), None)
         if found:
             yield f"{columns.describe_column(one.column)}: {found}"
 
@@ -454,10 +466,10 @@ def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
 
 
 def _propose_clean_up(
-    x: Floats, grid: TimeGrid | None, summary: ColumnSummary, quantity: str
+    x: Floats, grid: TimeGrid | None, summary: ColumnSummary, measured: Measurement
 ) -> list[Proposal]:
     """Return the keys that fill gaps and remove gravity, offset and drift."""
-    proposals = []
+    proposals, level = [], summary.level
     if grid is not None:
         at = grid.positions(len(x))[~np.isnan(x)]
         longest = float(np.diff(at).max(initial=0.0)) * grid.dt
@@ -472,13 +484,21 @@ def _propose_clean_up(
             proposals.append(Proposal("gaps", gaps, reason, not is_long))
         enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
         is_fast = 2.0 * SUGGESTED_HIGH_PASS * grid.dt < 1.0
-        if quantity == "acceleration" and is_fast and len(x) * grid.dt >= enough:
+        is_event = abs(level.mean) > LARGE_MEAN * level.spread and not level.has_offset
+        is_long = len(x) * grid.dt >= enough
+        if measured.quantity == "acceleration" and is_fast and is_long and not is_event:
             reason = "high-pass: removes gravity, offset and drift; T_x is known with it"
             below = {"below": f"{SUGGESTED_HIGH_PASS:g} Hz"}
             return [*proposals, Proposal("remove", below, reason, False)]
-    if abs(summary.mean) > LARGE_MEAN * summary.rms_about_mean:
-        what = "gravity" if _measure(summary).has_gravity else "an offset"
-        trend = "line" if quantity == "velocity" else "mean"
-        reason = f"the mean of {summary.mean:.4g} {summary.unit} looks like {what}"
+    if level.has_offset:
+        what = "gravity" if measured.has_gravity else "an offset"
+        trend: str | None = "line" if measured.quantity == "velocity" else "mean"
+        reason = f"the mean of {level.mean:.4g} {summary.unit} looks like {what}"
+        if not level.mean_is_offset:
+            trend = None
+            reason = (
+                f"at rest it shows {level.rest:.4g} {summary.unit}, which looks like {what}: "
+                f"subtract it in the file; the mean of {level.mean:.4g} contains motion as well"
+            )
         proposals.append(Proposal("remove", trend, reason.replace("  ", " "), False))
     return proposals

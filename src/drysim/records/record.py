@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.model import Input, NormalForceRecord, Samples, Signal, blocks, mean_and_std
+from drysim.core.model import Input, NormalForceRecord, Samples, Signal, blocks
 from drysim.errors import RecordError, WarningMessage
 from drysim.records import SI
 from drysim.records.clean import (
@@ -47,6 +47,7 @@ from drysim.records.columns import (
     time_factor,
 )
 from drysim.records.formats import open_with_format
+from drysim.records.level import Level, measure_level
 from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
@@ -68,8 +69,7 @@ class CleanedRecord(NamedTuple):
     """A cleaned record with reports and warnings.
 
     `before_high_pass` is the series before a high-pass, None without one. `file_spacing` is the
-    time step of the file [s]. `level` is mean and RMS about it before the clean-up; None if
-    nothing was cleaned.
+    time step of the file [s]. `level` is that before the clean-up; None if nothing was cleaned.
     """
 
     series: Series
@@ -77,7 +77,7 @@ class CleanedRecord(NamedTuple):
     reports: tuple[CleaningReport, ...]
     warnings: tuple[WarningMessage, ...]
     file_spacing: float
-    level: tuple[float, float] | None = None
+    level: Level | None = None
 
 
 def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
@@ -113,15 +113,16 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
             motion = motion._replace(u=u)
         else:
             otherwise = None
+        whole = motion.u_dd
         motion = cut_window(motion, first, last, len(series.values))
         _check_range(motion.u_dd, motion.dt, display_path)
-        level = mean_and_std(motion.u_dd)
-        check_gravity(record, level[0])
+        level = measure_level(motion.u_dd, whole)
+        check_gravity(record, level)
         wrong_unit = tuple(unit_warnings(record, level_before or level))
         warnings = (
             *seen,
             *(wrong_unit or mean_warnings(record, motion, level)),
-            *interpolation_warnings(record, motion, level[1], file_spacing),
+            *interpolation_warnings(record, motion, level.spread, file_spacing),
             *displacement_warnings(record, motion.u, otherwise),
         )
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
@@ -272,7 +273,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     if target:
         series = decimate(series, target)
         before_high_pass = before_high_pass and decimate(before_high_pass, target)
-    level = mean_and_std(values)
+    level = measure_level(values)
     return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt, level)
 
 

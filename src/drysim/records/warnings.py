@@ -28,20 +28,14 @@ from drysim.errors import WarningMessage
 from drysim.records import SI
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import Floats, record_error
+from drysim.records.level import Level, is_gravity, measure_level
 from drysim.records.options import (
-    LARGE_MEAN,
     SUGGESTED_HIGH_PASS,
     TRENDS,
     Recorded,
     RecordedMotion,
 )
 from drysim.units import conversion_factor
-
-GRAVITY = 9.81
-"""Gravitational acceleration as rounded in the paper [m/s²]."""
-
-GRAVITY_TOLERANCE = 0.05
-"""Relative tolerance for gravity: an accelerometer may be tilted slightly."""
 
 STANDARD_GRAVITY = conversion_factor("g", "m/s²")
 """Acceleration of 1 g [m/s²]."""
@@ -126,52 +120,50 @@ def rises_evenly(x: Floats) -> bool:
     return float(np.median(np.abs(steps - usual))) <= 0.25 * usual
 
 
-def is_gravity(mean: float) -> bool:
-    """Whether a mean of ü [m/s²] may be that of a sensor at rest."""
-    return abs(abs(mean) - GRAVITY) <= GRAVITY_TOLERANCE * GRAVITY
-
-
-def describe_wrong_unit(mean: float, rms_about_mean: float, unit: str | None) -> str | None:
+def describe_wrong_unit(level: Level, unit: str | None) -> str | None:
     """Return why the unit of ü is suspected, and a remedy; None if it is not.
 
-    Mean and RMS are those before clean-up [m/s²]; `unit` is None if the file contains it.
+    The level is that before clean-up [m/s²]; `unit` is None if the file contains it.
     """
     for wrong, right, factor in (
         ("m/s2", "g", STANDARD_GRAVITY),
         ("g", "m/s2", 1 / STANDARD_GRAVITY),
     ):
-        if is_gravity(mean * factor) and rms_about_mean < abs(mean):
+        if level.scaled(factor).has_gravity and level.spread < abs(level.rest):
             is_stated = unit and conversion_factor(unit, "m/s²") == conversion_factor(
                 wrong, "m/s²"
             )
             remedy = f"`unit: {right}`" if is_stated else f"`scale: {factor:.6g}`"
             return (
-                f"the mean before clean-up is {mean:.4g} m/s², as of gravity in {right} with "
-                f"the unit {wrong}: if the unit is wrong, {remedy} corrects it"
+                f"the mean before clean-up is {level.mean:.4g} m/s², as of gravity in {right} "
+                f"with the unit {wrong}: if the unit is wrong, {remedy} corrects it"
             )
     return None
 
 
-def unit_warnings(
-    record: RecordedMotion, level: tuple[float, float]
-) -> Iterator[WarningMessage]:
+def unit_warnings(record: RecordedMotion, level: Level) -> Iterator[WarningMessage]:
     """Warn of a mean before clean-up that is gravity in another unit."""
     if record.quantity == "acceleration" and record.scale == 1.0:
-        found = describe_wrong_unit(*level, record.unit)
+        found = describe_wrong_unit(level, record.unit)
         if found:
-            numbers = {"mean": level[0], "rms_about_mean": level[1]}
+            numbers = {"mean": level.mean, "rms_about_mean": level.spread}
             yield WarningMessage("record-unit", f"{record.named}: {found}", numbers)
 
 
-def check_gravity(record: RecordedMotion, mean: float) -> None:
-    """Raise RecordError if the mean of ü looks like gravity that is not to be kept."""
-    means = {mean, mean / record.scale if record.scale else mean}  # before or after scaling
-    if any(map(is_gravity, means)) and record.gravity == "refuse":
+def check_gravity(record: RecordedMotion, level: Level) -> None:
+    """Raise RecordError if ü at rest looks like gravity that is not to be kept."""
+    rests = {level.rest, level.rest / (record.scale or 1.0)}  # before or after scaling
+    if any(map(is_gravity, rests)) and record.gravity == "refuse":
+        high_pass = record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
+        if level.mean_is_offset:
+            found = f"the mean of ü is {level.mean:.4g} m/s²"
+            removal = record.remove.yaml_with(trend=_trend_to_remove(record))
+            remedy = f"remove it with {removal} or a high-pass, {high_pass}"
+        else:
+            found = f"at rest ü is {level.rest:.4g} m/s²"
+            remedy = f"subtract it in the file or use a high-pass, {high_pass}"
         sentence = (
-            f"the mean of ü is {mean:.4g} m/s², which looks like gravity: remove it with "
-            f"{record.remove.yaml_with(trend=_trend_to_remove(record))} or a high-pass, "
-            f"{record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)}, or keep it with "
-            "`gravity: keep`"
+            f"{found}, which looks like gravity: {remedy}, or keep it with `gravity: keep`"
         )
         raise record_error(str(record.path), sentence)
 
@@ -182,18 +174,29 @@ def _trend_to_remove(record: RecordedMotion) -> str:
 
 
 def mean_warnings(
-    record: RecordedMotion, motion: Samples, level: tuple[float, float]
+    record: RecordedMotion, motion: Samples, level: Level
 ) -> Iterator[WarningMessage]:
-    """Warn of a large mean of u where it is known, else of ü; `level` is mean and RMS of ü."""
-    (mean, spread), name, unit = level, "ü", "m/s²"
+    """Warn of an offset of u where it is known, else of ü, whose level is given."""
+    name, unit = "ü", "m/s²"
     if motion.u is not None:
-        (mean, spread), name, unit = mean_and_std(motion.u), "u", "m"
-    if record.gravity == "refuse" and abs(mean) > LARGE_MEAN * spread:
+        level, name, unit = measure_level(motion.u), "u", "m"
+    if record.gravity == "refuse" and level.has_offset:
+        mean, spread, rest = level.mean, level.spread, level.rest
+        if level.mean_is_offset:
+            found = f"the mean of {name} is {mean:.4g} {unit}"
+            remedy = _mean_remedy(record)
+        else:
+            found = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
+            remedy = (
+                f"subtract this offset in the file; the mean, {mean:.4g} {unit}, contains "
+                "motion as well"
+            )
         sentence = (
-            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large compared with the "
-            f"RMS about it, {spread:.4g} {unit}; {_mean_remedy(record)}"
+            f"{record.named}: {found}, large compared with the RMS about the mean, "
+            f"{spread:.4g} {unit}; {remedy}"
         )
-        yield WarningMessage("record-mean", sentence, {"mean": mean, "rms_about_mean": spread})
+        numbers = {"mean": mean, "rms_about_mean": spread, "rest": rest}
+        yield WarningMessage("record-mean", sentence, numbers)
 
 
 def _mean_remedy(record: RecordedMotion) -> str:

@@ -124,7 +124,7 @@ def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
     """Yield the rows of a table with the statistics of the columns."""
     rows: list[tuple[str, ...]] = [HEADER]
     for one in columns:
-        numbers = (one.mean, one.rms_about_mean, one.smallest, one.largest)
+        numbers = (one.level.mean, one.level.spread, one.smallest, one.largest)
         words = (str(one.column + 1), sanitise(one.name) or "-", sanitise(one.unit) or "-")
         rows.append((*words, *map(format_number, numbers), str(one.missing)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
