@@ -326,7 +326,7 @@ def test_law_solved_by_series_is_held_to_the_error_that_it_states(drysim, tmp_pa
     (tmp_path / "sliding.yaml").write_text(SLIDING.replace("coulomb", law))
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots", "--json")
     first = json.loads(answer.out)["cases"][0]["scores"][0]
-    assert first["verdict"] == "exact, by its own error bound"
+    assert first["verdict"] == "exact, by its own error estimate"
     assert 0 < first["error_x_r"] < 1e-9
 
 

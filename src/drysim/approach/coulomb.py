@@ -273,13 +273,13 @@ def find_orbit(
 ) -> Orbit:
     """Return the periodic orbit reached from a start, as `steady_state.find_orbit` does."""
     scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
-    (x_r, v_r, _), multiple, closure, periods, peak, unique = orbit.find_orbit(
+    (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.find_orbit(
         scene, period, *start[:2], MAX_PERIODS, period_buffers()
     )
     check_progress(multiple, periods * period, (x_r, v_r))
     return Orbit(
         State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
-        periods * period, peak,
+        periods * period, peak, distance,
     )  # fmt: skip
 
 

@@ -272,7 +272,7 @@ def exact_response(
     events : Events or None
         None where they are the turning points.
     error : float or None
-        Error bound of x_r relative to its peak [-].
+        Estimated error of x_r relative to its peak [-].
     approach : str
     """
     law, motion = trajectory.law, trajectory.motion

@@ -143,11 +143,16 @@ class Numerics:
         Smallest relative margin ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions between stick
         and slip [-].
     closure : float or None
-        Largest change of the scaled state over one repetition of a periodic orbit [-].
+        Largest change of the scaled state over one repetition of a periodic orbit [-]; not an
+        error, as the motion may be much farther from the orbit.
+    distance : float or None
+        Estimated distance of the motion to its periodic orbit, scaled as the closure [-]; None
+        where unknown, as by fixed steps or where nearby motions are not attracted.
     period_multiple : int or None
         Excitation periods per repetition of the orbit.
     error : float or None
-        Error bound of x_r relative to its peak [-], where the method provides one.
+        Estimated error of x_r relative to its peak [-], where the method provides one; that of
+        a periodic orbit includes `distance`.
     lyapunov : LyapunovExponent or None
         Of a motion under Coulomb friction with F_fs > F_fk that has not become periodic.
     """
@@ -163,6 +168,7 @@ class Numerics:
     period_multiple: int | None = None
     error: float | None = None
     lyapunov: LyapunovExponent | None = None
+    distance: float | None = None
 
 
 class Points(NamedTuple):
@@ -545,8 +551,8 @@ class Orbit(NamedTuple):
     run_up_peak : float
         Largest |x_r| during that time [m].
     distance : float
-        Estimated distance of the state from the orbit, scaled as the closure [-]: the sum of
-        all remaining changes, where the motion is marched until it repeats.
+        Estimated distance of the state to the orbit, scaled as the closure [-]: the sum of all
+        remaining changes. Infinite where nearby motions are not attracted, NaN if unknown.
     """
 
     state: AnyState
@@ -556,4 +562,4 @@ class Orbit(NamedTuple):
     unique: bool
     run_up: float
     run_up_peak: float
-    distance: float = 0.0
+    distance: float = math.nan

@@ -12,10 +12,18 @@ Method
     accepted only if the next period of the true motion changes less. The orbit itself is always
     marched, never extrapolated.
 
-Uniqueness
-    Finite differences of the period map at the orbit estimate its Jacobian. Where its spectral
-    radius is not below 1, neighbours are not attracted: the orbit is one of a continuum
-    (Csernák, Stépán and Shaw 2007), or the motion still drifts.
+Period
+    A motion that swings about its orbit, with a multiplier near -1 or a complex pair, is nearer
+    to itself two or more periods earlier than one period earlier. Such a repetition counts only
+    where its change is far smaller than that over each divisor of it (`shortest_repetition`).
+
+Distance and uniqueness
+    Finite differences of the map of a repetition at the orbit estimate its Jacobian M. The
+    distance to the orbit is (I - M)⁻¹ times the change over a repetition: beside a multiplier
+    near 1 it is far larger than that change. Where the spectral radius of M is not below 1,
+    neighbours are not attracted: the orbit is one of a continuum (Csernák, Stépán and Shaw
+    2007), or the motion still drifts. A contact with hysteresis remembers more than its state
+    has components; its distance follows from the rate at which the changes decay.
 """
 
 from __future__ import annotations
@@ -37,17 +45,19 @@ from drysim.core.model import (
     PiecewiseLaw,
     Plant,
     Sines,
+    State,
 )
 from drysim.core.orbit import (
+    DIVISOR_RATIO,
+    EXPLAINED_CHANGE,
     MAX_MULTIPLE,
     MAX_ORBIT_DISTANCE,
     REST_SPREAD,
+    ROUNDING_PER_REPETITION,
     SLOW_DECAYS,
     USUAL_MULTIPLE,
     decay_count,
-    fixed_point_offset,
     period_budget,
-    spectral_radius,
 )
 
 if TYPE_CHECKING:
@@ -135,7 +145,8 @@ MAX_CONTRACTION = 1.0 - 1e-4
 """Largest spectral radius of an attracting orbit [-]. A map closer to 1 would not have settled,
 and finite differences are about this accurate."""
 
-ReturnMap = Callable[[float, float], AnyState]
+ReturnMap = Callable[[AnyState], AnyState]
+"""Function that returns the state one repetition after a state."""
 
 
 def find_orbit_by_marching(
@@ -189,27 +200,129 @@ def march_to_orbit(
                 break
         state = convergence.next_state()
     settled, run_up = change <= convergence.closed, periods * period
-    left, multiple = change * convergence.gain, multiple if settled else 1
-
-    # Finite differences need a smaller error than the tolerance of the law may allow.
-    fine_law = law._replace(tolerance=CLOSURE_TOLERANCE) if isinstance(law, DynamicLaw) else law
-
-    def return_map(dx: float, dv: float) -> AnyState:
-        state, length = perturbed_state(law, end, dx, dv), multiple * period
-        return march_period(plant, fine_law, motion, state, length).state(length)
-
-    unique = True
-    moves = float(np.ptp(path.x_r)) > REST_SPREAD * peak
-    if settled and moves and decay_count(plant, multiple * period) < SLOW_DECAYS:
-        unique, remaining = check_attraction(
-            return_map, end, plant.k_x > 0.0, (convergence.scale[0], convergence.scale[1])
-        )
-        left = max(left, remaining)
-        if not unique and remaining > MAX_ORBIT_DISTANCE:
+    unique, left = True, change * convergence.gain
+    if settled and float(np.ptp(path.x_r)) > REST_SPREAD * peak:
+        multiple, change, unique, left = examine_orbit(plant, law, motion, period, convergence)
+        if not unique and change > MAX_ORBIT_DISTANCE:
             # Neutrally stable and still moving: a slow drift, not an orbit.
-            settled, multiple, unique = False, 1, True
+            settled, unique = False, True
+    if not settled:
+        multiple = 1
     orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
     return orbit, len(trajectory.turning_points) - 1
+
+
+def examine_orbit(
+    plant: Plant,
+    law: PiecewiseLaw | DynamicLaw,
+    motion: Sines,
+    period: float,
+    convergence: OrbitConvergence,
+) -> tuple[int, float, bool, float]:
+    """Return the period of a motion that repeats, and its distance to the orbit.
+
+    Returns
+    -------
+    periods : int
+        Excitation periods per repetition: those found by `convergence`, or a divisor of them
+        over which the motion changes no more than its distance to the orbit explains.
+    change : float
+        Scaled change over a repetition [-].
+    unique : bool
+        Whether neighbours are attracted; tested where the motion decays slowly.
+    distance : float
+        Scaled distance to the orbit [-]; infinite where neighbours are not attracted, NaN if
+        unknown.
+    """
+    change, periods = convergence.repetition()
+    length = periods * period
+    if getattr(convergence.period_ends[0], "reversals", False):
+        distance = convergence.observed_distance(periods, law)
+    else:
+        # Finite differences need a smaller error than the tolerance of the law may allow.
+        fine = law._replace(tolerance=CLOSURE_TOLERANCE) if isinstance(law, DynamicLaw) else law
+
+        def return_map(state: AnyState) -> AnyState:
+            return march_period(plant, fine, motion, state, length).state(length)
+
+        end, begin = convergence.period_ends[0], convergence.period_ends[periods]
+        image = end if fine == law else return_map(begin)
+        keeps_anchor = law.is_elastic and convergence.eventless_periods >= periods
+        # Without a spring all positions are equivalent, and so are anchors that are kept.
+        parts = [
+            i
+            for i, size in enumerate(convergence.scale)
+            if size > 0.0 and (plant.k_x > 0.0 or i != 0) and not (keeps_anchor and i == 2)
+        ]
+        sizes = np.array(convergence.scale)[parts]
+        M = scaled_jacobian(return_map, law, begin, image, parts, sizes)
+        gap = (np.array(end[:3]) - np.array(begin[:3]))[parts] / sizes
+        distance = fixed_point_distance(M, gap, error_per_repetition(law))
+    if math.isinf(distance):
+        return periods, change, decay_count(plant, length) >= SLOW_DECAYS, distance
+    for fewer, less in enumerate(convergence.changes()[: periods - 1].tolist(), start=1):
+        if periods % fewer == 0 and less <= EXPLAINED_CHANGE * distance:
+            return fewer, less, True, distance
+    return periods, change, True, distance
+
+
+def fixed_point_distance(M: Floats, gap: Floats, error: float) -> float:
+    """Return the scaled distance of a state to the fixed point of a map [-].
+
+    Parameters
+    ----------
+    M : ndarray, shape (n, n)
+        Jacobian of the map.
+    gap : ndarray, shape (n,)
+        Image minus state.
+    error : float
+        Error of the image.
+
+    Returns
+    -------
+    float
+        Infinite if the map is no contraction.
+    """
+    radius = np.abs(np.linalg.eigvals(M)).max(initial=0.0) if np.isfinite(M).all() else np.nan
+    if not radius < MAX_CONTRACTION:
+        return math.inf
+    inverse = np.linalg.inv(np.eye(len(M)) - M)
+    largest = float(np.abs(inverse).sum(axis=1).max(initial=0.0))
+    return float(np.abs(inverse @ gap).max(initial=0.0)) + error * largest
+
+
+def error_per_repetition(law: PiecewiseLaw | DynamicLaw) -> float:
+    """Return the relative error of the motion over a repetition [-]."""
+    return law.tolerance if isinstance(law, DynamicLaw) else ROUNDING_PER_REPETITION
+
+
+def scaled_jacobian(
+    return_map: ReturnMap,
+    law: PiecewiseLaw | DynamicLaw,
+    state: AnyState,
+    image: AnyState,
+    parts: list[int],
+    sizes: Floats,
+) -> Floats:
+    """Return the scaled Jacobian of a return map at a state, by finite differences.
+
+    Parameters
+    ----------
+    return_map : ReturnMap
+    law : PiecewiseLaw or DynamicLaw
+    state, image : State or ContactState
+        State and its image.
+    parts : list of int
+        Components of the state that count.
+    sizes : ndarray, shape (parts,)
+        Their scales.
+    """
+    columns = []
+    for part, size in zip(parts, sizes.tolist(), strict=True):
+        moved, step = perturbed_state(law, state, part, PERTURBATION * size)
+        off = np.array(return_map(moved)[:3]) - np.array(image[:3])
+        columns.append(off[parts] / sizes * (size / step))
+    return np.array(columns).T
 
 
 def march_period(
@@ -241,16 +354,29 @@ def state_scales(
 
 
 def perturbed_state(
-    law: PiecewiseLaw | DynamicLaw, state: AnyState, dx: float, dv: float
-) -> AnyState:
-    """Return a state displaced by dx [m] and dv [m/s].
+    law: PiecewiseLaw | DynamicLaw, state: AnyState, part: int, size: float
+) -> tuple[AnyState, float]:
+    """Return a state with one component displaced by a size, and by how much.
 
-    An elastic contact keeps its anchor; the deflection of a dynamic law moves along.
+    Displacements and deflections decrease: a state beyond a rigid stop or beyond the limit of a
+    contact does not exist. An elastic contact keeps its anchor where the mass is displaced; the
+    deflection of a dynamic law moves along.
     """
-    x_r, v_r = state.x_r + dx, state.v_r + dv
-    if isinstance(law, DynamicLaw) and isinstance(state, ContactState):
-        return ContactState(x_r, v_r, state.z + dx, state.reversals)
-    return state._replace(x_r=x_r, v_r=v_r)
+    values = list(state[:3])
+    if part == 0:
+        step = -math.copysign(size, values[0])
+        if isinstance(law, DynamicLaw) and len(values) > 2:
+            values[2] += step
+    elif part == 1:
+        step = size
+    else:
+        loaded = values[0] - values[2] if law.is_elastic else -values[2]
+        step = math.copysign(size, loaded)
+    values[part] += step
+    x_r, v_r, *deflection = values
+    if isinstance(state, ContactState):
+        return ContactState(x_r, v_r, deflection[0], state.reversals), step
+    return State(x_r, v_r), step
 
 
 def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
@@ -258,48 +384,6 @@ def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
     if isinstance(law, DynamicLaw):
         return max(CLOSURE_TOLERANCE, TOLERANCE_FACTOR * law.tolerance)
     return CLOSURE_TOLERANCE
-
-
-def check_attraction(
-    return_map: ReturnMap, end: AnyState, has_spring: bool, scale: tuple[float, float]
-) -> tuple[bool, float]:
-    """Return whether an orbit attracts its neighbours, and its remaining distance.
-
-    Parameters
-    ----------
-    return_map : callable
-        Returns the state one repetition after the end, perturbed by dx_r [m] and dv_r [m/s].
-    end : State or ContactState
-        State at the end of a repetition.
-    has_spring : bool
-        Whether a spring acts on the mass; without one, all positions are equivalent and only
-        speeds count.
-    scale : tuple of float
-        Largest |x_r| [m] and |v_r| [m/s] of the motion.
-
-    Returns
-    -------
-    unique : bool
-        Whether neighbours are attracted.
-    distance : float
-        Estimated distance from the fixed point, scaled [-]; the change over one repetition
-        where neighbours are not attracted.
-    """
-    image, slopes = return_map(0.0, 0.0), []
-    # Perturb inwards: a state beyond a rigid stop does not exist.
-    for dx, dv in ((-math.copysign(PERTURBATION, end.x_r), 0.0), (0.0, PERTURBATION)):
-        moved = return_map(dx * scale[0], dv * scale[1])
-        off = (moved.x_r - image.x_r) / scale[0], (moved.v_r - image.v_r) / scale[1]
-        slopes.append([each / (dx or dv) for each in off])
-    (a, c), (b, e) = slopes
-    gap = (image.x_r - end.x_r) / scale[0], (image.v_r - end.v_r) / scale[1]
-    # Without a spring the position is a free integral of the velocity: only the derivative
-    # of the velocity by the velocity decides.
-    if not has_spring:
-        a, b, gap = 0.0, 0.0, (0.0, gap[1])
-    if not spectral_radius(a, b, c, e) < MAX_CONTRACTION:
-        return False, max(map(abs, gap))
-    return True, max(map(abs, fixed_point_offset(a, b, c, e, 1.0, *gap)))
 
 
 # Convergence of a motion that is marched period by period.
@@ -321,6 +405,35 @@ RANK_TOLERANCE = 1e-8
 ROUNDING_ERROR = 1e-15
 """Relative rounding error of a change [-]. Extrapolation is rejected where it magnifies this
 error to more than the last change."""
+
+
+def shortest_repetition(changes: Floats, closed: float) -> int:
+    """Return the least number of periods after which a motion repeats, or may repeat; else 0.
+
+    Parameters
+    ----------
+    changes : ndarray, shape (n,)
+        Scaled changes of the state since 1, 2, ..., n periods earlier [-].
+    closed : float
+        Change that counts as zero [-].
+
+    Notes
+    -----
+    Where the change over a divisor of the repetition is not far larger, that divisor is
+    returned, although its change is not yet zero: the motion may still be on its way there.
+    """
+    for periods in (np.flatnonzero(changes <= closed)[:1] + 1).tolist():
+        for fewer in range(1, periods // 2 + 1):
+            distinct = changes[periods - 1] <= DIVISOR_RATIO * changes[fewer - 1]
+            if periods % fewer == 0 and not distinct:
+                return fewer
+        return int(periods)
+    return 0
+
+
+OBSERVED_CHANGES = 9
+"""Changes over a repetition whose mean ratio is the rate of their decay: enough for the turns
+of a complex multiplier to average out."""
 
 
 class OrbitConvergence:
@@ -373,19 +486,38 @@ class OrbitConvergence:
     def repetition(self) -> tuple[float, int]:
         """Return the scaled change over a repetition [-], and its length in periods.
 
-        This is the shortest repetition within the tolerance; where there is none, the one up to
-        `USUAL_MULTIPLE` with the smallest change. A longer one does not count while the change
-        over a usual one is small: such a motion decays and does not repeat.
+        This is the `shortest_repetition` within the tolerance; where there is none, the one up
+        to `USUAL_MULTIPLE` with the smallest change. A longer one does not count while the
+        change over a usual one is small: such a motion decays and does not repeat.
         """
         if len(self.period_ends) < 2:
             return math.inf, 1
+        changes = self.changes()
+        least = int(changes[:USUAL_MULTIPLE].argmin()) + 1
+        closed = shortest_repetition(changes, self.closed)
+        if closed and (closed <= USUAL_MULTIPLE or changes[least - 1] > RANK_TOLERANCE):
+            least = closed
+        return float(changes[least - 1]), least
+
+    def changes(self) -> Floats:
+        """Return the scaled changes since 1, 2, ... periods earlier [-]."""
         period_ends = self.scaled(self.period_ends)
-        changes = np.abs(period_ends[1:] - period_ends[0]).max(axis=1)
-        least = int(changes[:USUAL_MULTIPLE].argmin())
-        closed = np.flatnonzero(changes <= self.closed)
-        if closed.size and (closed[0] < USUAL_MULTIPLE or changes[least] > RANK_TOLERANCE):
-            least = int(closed[0])
-        return float(changes[least]), least + 1
+        changes: Floats = np.abs(period_ends[1:] - period_ends[0]).max(axis=1)
+        return changes
+
+    def observed_distance(self, periods: int, law: PiecewiseLaw | DynamicLaw) -> float:
+        """Return the distance to an orbit of so many periods from the decay of the changes [-].
+
+        It is infinite where they do not decay, and NaN where only one is known.
+        """
+        states = self.scaled(self.period_ends[::periods][: OBSERVED_CHANGES + 1])
+        changes = np.abs(np.diff(states, axis=0)).max(axis=1)
+        if len(changes) < 2:
+            return math.nan
+        ratio = (changes[0] / changes[-1]) ** (1.0 / (len(changes) - 1)) if changes[0] else 0.0
+        if not ratio < MAX_CONTRACTION:
+            return math.inf
+        return float(changes[0] + error_per_repetition(law)) / (1.0 - float(ratio))
 
     def distance(self, one: AnyState, other: AnyState) -> float:
         """Return the scaled distance of two states [-]."""

@@ -14,8 +14,9 @@ Method
 
 Error
     `solve` computes a second solution with a larger tolerance and half the hysteresis depth.
-    Its distance at the points of the grid estimates the error of the first from above: as a
-    rule that is smaller by orders of magnitude.
+    Its distance at the points of the grid estimates the error of the first. As a rule that is
+    smaller by orders of magnitude, but both round, so that the estimate is no bound where it is
+    as small as rounding.
 
 Source
     Jorba and Zou, A software package for the numerical integration of ODEs by means of
@@ -94,7 +95,7 @@ MAX_TOLERANCE = 1e-3
 
 
 def response_on_grid(trajectory: TaylorTrajectory, step: float) -> Response:
-    """Return the response of a solution on a grid, with an error bound.
+    """Return the response of a solution on a grid, with its estimated error.
 
     Samples have their own step.
     """

@@ -269,7 +269,7 @@ def score_exact(
 ) -> Score:
     """Return the score of the exact approach, whose errors are those of the reference.
 
-    Without a reference the verdict rests on its own error bound, or on its energy balance.
+    Without a reference the verdict rests on its own error estimate, or on its energy balance.
     """
     if reference_score is not None and reference_score.in_doubt:
         words = f"in doubt, {describe_difference(reference_score)}"
@@ -280,7 +280,7 @@ def score_exact(
         return replace(exact, error_x_r=own_error, error_T_a=T_a, verdict=words)
     if stated_error is not None:
         word = verdict((stated_error, None), (False, False), False).partition(",")[0]
-        words = f"{word}, by its own error bound"
+        words = f"{word}, by its own error estimate"
         return replace(exact, error_x_r=stated_error, error_T_a=None, verdict=words)
     closed = (exact.energy_residual or 0.0) <= EXACT_BELOW
     words = (

@@ -62,7 +62,7 @@ class Answer(NamedTuple):
 
     @property
     def error(self) -> float | None:
-        """Error bound of x_r relative to its peak [-], if the entry has one."""
+        """Estimated error of x_r relative to its peak [-], if the entry has one."""
         return None if self.response is None else self.response.numerics.error
 
 

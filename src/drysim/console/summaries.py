@@ -102,7 +102,13 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
         count = _period_count(outcome, numerics.period_multiple)
         long = format_count(count, "period")
         closure = format_number(numerics.closure, digits=2)
-        yield "window", f"one repetition of the periodic orbit ({long}), closure {closure}"
+        away = ""
+        if numerics.distance is not None:
+            away = f", distance to the orbit {format_number(numerics.distance, digits=2)}"
+        yield (
+            "window",
+            f"one repetition of the periodic orbit ({long}), closure {closure}{away}",
+        )
     else:
         yield "window", _describe_window(outcome)
     if (found := outcome.spectra) is not None:
@@ -171,8 +177,8 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     residual = format_number(metrics["energy_residual"], digits=2)
     yield SummaryRow("energy", f"residual {residual}")
     if (error := outcome.response.numerics.error) is not None:
-        bound = "bound of the error of x_r, relative to its peak"
-        yield SummaryRow("error", format_number(error, digits=2), bound)
+        what = "estimated error of x_r, relative to its peak"
+        yield SummaryRow("error", format_number(error, digits=2), what)
     if (exponent := outcome.response.numerics.lyapunov) is not None:
         interval = f"{format_number(exponent.low)} to {format_number(exponent.high)}"
         over = f"95 % interval {interval} over {format_count(exponent.periods, 'period')}"

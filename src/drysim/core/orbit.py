@@ -14,10 +14,13 @@ Method
        and of a saltation matrix per event, all in closed form (`period_map_jacobian`). A step
        must reduce the residual by `NEWTON_REDUCTION` and the spectral radius of DP must be
        below 1; otherwise the iteration resumes from its own state.
-    3. Where the free motion decays little per repetition, sum the geometric series of the
-       remaining changes, (I - DP)⁻¹ (P(x) - x) (`uniqueness_and_distance`). A large sum means
-       that the orbit is not reached. A spectral radius of 1 means that the orbit is one of a
-       continuum: neutrally stable and not unique.
+    3. Sum the geometric series of the remaining changes, (I - DP)⁻¹ (P(x) - x): the distance to
+       the orbit (`uniqueness_and_distance`). Where the free motion decays little per
+       repetition, a large sum means that the orbit is not reached, and a spectral radius of 1
+       that the orbit is one of a continuum: neutrally stable and not unique.
+    4. A repetition of k periods counts only where the motion does not come as close to itself
+       over a divisor of k as it does while it swings in on a shorter orbit (`is_distinct`), and
+       where its distance to the orbit explains less than the change over that divisor.
 
 The outer loops are compiled into `solve_orbits` (`merged`).
 
@@ -131,6 +134,9 @@ class FoundOrbit(NamedTuple):
         Largest |x_r| during the run-up [m].
     unique : bool
         False if the orbit is found to be one of a continuum; tested where the decay is slow.
+    distance : float
+        Estimated distance of the state from the orbit, relative to the largest |x_r| [-];
+        infinite where neighbours are not attracted, NaN if unknown.
     """
 
     state: PeriodState
@@ -139,6 +145,7 @@ class FoundOrbit(NamedTuple):
     periods: int
     peak: float
     unique: bool
+    distance: float
 
 
 @compiled
@@ -167,7 +174,7 @@ def solve_orbits(scenes, answers, values, past, most, log):
             found = find_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
         else:
             state = PeriodState(row[X_R], row[V_R], int(ZERO))
-            found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True)
+            found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True, 0.0)
         state, multiple = found.state, found.multiple
         answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), found.closure
         answer[RUN_UP], answer[RUN_UP_PEAK] = found.periods * row[PERIOD], found.peak
@@ -282,6 +289,16 @@ every period, as hardly any orbit is longer."""
 LONG_MULTIPLE_INTERVAL = 16
 """Periods between two tests for the longer repetitions."""
 
+DIVISOR_RATIO = 1e-5
+"""Largest ratio of the changes over k periods and over a divisor d of them at which k is the
+period. A motion that approaches an orbit of d periods, with a multiplier λ per period, changes
+by |λ^k - 1| and |λ^d - 1| times its distance: a ratio above (1 - |λ|)/2. It is larger for all
+that settle, with 1 - |λ| above 1e-4; `EXPLAINED_CHANGE` decides about the others."""
+
+EXPLAINED_CHANGE = 4.0
+"""Change over a divisor of a repetition, in units of the distance to the orbit, up to which the
+orbit has that period: a distance explains a change of (1 + |M|) times as much."""
+
 CLOSURE_TOLERANCE = 1e-13
 """Scaled change over one repetition at which the orbit is closed: a few hundred roundings."""
 
@@ -317,13 +334,35 @@ def find_orbit(scene, period, x_r, v_r, most, past):
     state, multiple, closure, periods, peak = iterate_period_map(
         scene, period, PeriodState(x_r, v_r, d), period_budget(plant, period, most), past
     )
-    unique = True
-    length = multiple * period
-    if multiple > 0 and decay_count(plant, length) < SLOW_DECAYS:
-        unique, distance = uniqueness_and_distance(scene, length, state)
-        if distance > MAX_ORBIT_DISTANCE:
-            multiple = 0
-    return FoundOrbit(state, multiple, closure, periods, peak, unique)
+    unique, distance = True, math.nan
+    if multiple > 0:
+        length = multiple * period
+        attracts, distance = uniqueness_and_distance(scene, length, state)
+        if decay_count(plant, length) < SLOW_DECAYS:
+            unique = attracts
+            if attracts and distance > MAX_ORBIT_DISTANCE:
+                multiple = 0
+    if multiple > 1 and distance < math.inf:
+        multiple, closure = shortest_period(scene, period, state, multiple, closure, distance)
+    return FoundOrbit(state, multiple, closure, periods, peak, unique, distance)
+
+
+@merged
+def shortest_period(scene, period, state, multiple, closure, distance):
+    """Return the periods per repetition of an orbit, and the closure residual over them.
+
+    They are the smallest divisor of `multiple` over which the motion changes no more than its
+    distance to the orbit explains.
+    """
+    rate = velocity_scale_rate(scene.plant, period)
+    for fewer in range(1, multiple // 2 + 1):
+        if multiple % fewer == 0:
+            end, events, peak = period_map(scene, fewer * period, state)
+            change = state_change(end, state.x_r, state.v_r, rate)
+            scale = peak if peak > 0.0 else 1.0
+            if events >= 0 and change <= EXPLAINED_CHANGE * distance * scale:
+                return fewer, change / scale
+    return multiple, closure
 
 
 @merged
@@ -384,8 +423,7 @@ def iterate_period_map(scene, period, state, most, past):
         # Compare with the states 1, 2, ... periods before: the shortest repetition counts.
         longest = MAX_MULTIPLE if (n + 1) % LONG_MULTIPLE_INTERVAL == 0 else USUAL_MULTIPLE
         for multiple in range(1, min(n + 1, longest) + 1):
-            i = (n + 1 - multiple) % MAX_MULTIPLE
-            change = state_change(state, past.x_r[i], past.v_r[i], rate) / scale
+            change = change_since(past, n + 1 - multiple, state, rate) / scale
             closure = change if multiple == 1 else min(closure, change)
             if multiple == 1 and change < smallest:
                 smallest, smallest_at = change, n
@@ -394,9 +432,8 @@ def iterate_period_map(scene, period, state, most, past):
                 and change <= 10.0 * smallest
                 and n - smallest_at > STAGNATION_PERIODS
             )
-            # A closed repetition of k > 1 periods requires a change within a single period.
-            is_distinct = multiple == 1 or step > STAGNATION_TOLERANCE * scale
-            if is_distinct and (change <= CLOSURE_TOLERANCE or stagnant):
+            is_closed = change <= CLOSURE_TOLERANCE or stagnant
+            if is_closed and is_distinct(past, n + 1, state, rate, multiple, change * scale):
                 return state, multiple, change, n + 1, highest
         pause_left -= 1
         if pause_left <= 0 and step < NEWTON_RADIUS * scale and same_events:
@@ -410,6 +447,26 @@ def iterate_period_map(scene, period, state, most, past):
         step_before = step
         events_before = events
     return state, 0, closure, most, highest
+
+
+@compiled
+def is_distinct(past, n, state, rate, multiple, change):
+    """Return whether a repetition is none of fewer periods that is still being approached.
+
+    The change [m] over `multiple` periods must be far smaller than that over each divisor.
+    `past` holds the states up to that before period n.
+    """
+    for fewer in range(1, multiple // 2 + 1):
+        earlier = change_since(past, n - fewer, state, rate)
+        if multiple % fewer == 0 and not change <= DIVISOR_RATIO * earlier:
+            return False
+    return True
+
+
+@inlined
+def change_since(past, n, state, rate):
+    """Return the change of a state since the start of period n [m]."""
+    return state_change(state, past.x_r[n % MAX_MULTIPLE], past.v_r[n % MAX_MULTIPLE], rate)
 
 
 @inlined
@@ -467,6 +524,10 @@ def period_budget(plant, period, most):
     return min(most, CREEP_PERIODS) if creeps else most
 
 
+ROUNDING_PER_REPETITION = 3e-15
+"""Relative rounding error of the motion over a repetition [-]: a dozen roundings."""
+
+
 @merged
 def uniqueness_and_distance(scene, length, state):
     """Return whether an orbit is isolated, and the distance of the motion from it.
@@ -478,12 +539,13 @@ def uniqueness_and_distance(scene, length, state):
         distances, as for an orbit of a continuum. Without a spring only the velocity contracts
         and all positions are equivalent.
     left : float
-        Sum of all further changes of the state, relative to the largest |x_r| [-].
+        Sum of all further changes of the state and of the rounding in each repetition, relative
+        to the largest |x_r| [-]; infinite without contraction, NaN where the log is full.
     """
     plant, log = scene.plant, scene.log
     end, events, peak = period_map(scene, length, state)
-    if events <= 0 or events + SINES_LOG_RESERVE > len(log.kind):
-        return True, 0.0
+    if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
+        return True, math.nan
     if state.d == 0 and event_spread(log, events, state.x_r) <= REST_SPREAD * peak:
         return True, 0.0
     rate = velocity_scale_rate(plant, length)
@@ -493,9 +555,12 @@ def uniqueness_and_distance(scene, length, state):
         a, b, gap_x = 0.0, 0.0, 0.0
     # Written so that a NaN counts as not contracting.
     if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
-        return False, 0.0
+        return False, math.inf
     left_x, left_v = fixed_point_offset(a, b, c, e, rate, gap_x, gap_v)
-    return True, max(abs(left_x), abs(left_v) / rate) / (peak if peak > 0.0 else 1.0)
+    left = max(abs(left_x), abs(left_v) / rate) / (peak if peak > 0.0 else 1.0)
+    row = max(abs(1.0 - e) + abs(b), abs(c) + abs(1.0 - a))
+    amplification = row / abs((1.0 - a) * (1.0 - e) - b * c)
+    return True, left + ROUNDING_PER_REPETITION * amplification
 
 
 @compiled

@@ -364,7 +364,8 @@ METRICS = (
     Metric("energy_residual", "-", "residual of the energy balance, relative to the energy "
            "exchanged",
            lambda m: m.energy_residual, kind=SIGNED),
-    Metric("closure", "-", "scaled change of the state over one repetition of the orbit",
+    Metric("closure", "-", "scaled change of the state over one repetition of the orbit; no "
+           "error: beside a multiplier near 1 the motion is much farther from the orbit",
            lambda m: m.closure, in_tables=True),
     Metric("multiplier_1", "-", "modulus of the larger Floquet multiplier: a disturbance of "
            "the orbit becomes as many times larger per repetition",

@@ -595,9 +595,12 @@ def evidence(fields: Fields) -> Lines:
     if (closure := numerics.get("closure")) is not None:
         about = meaning_of_metric("closure")
         yield "closure", f"{format_number(closure, digits=2)}: {about}."
+    if (distance := numerics.get("distance")) is not None:
+        about = "estimated distance of the motion to its periodic orbit, scaled as the closure"
+        yield "distance to the orbit", f"{format_number(distance, digits=2)}: {about}."
     if (error := numerics.get("error")) is not None:
-        bound = "bound of the error of x_r, relative to its peak"
-        yield "error", f"{format_number(error, digits=2)}: {bound}."
+        what = "estimated error of x_r, relative to its peak"
+        yield "error", f"{format_number(error, digits=2)}: {what}."
     if statuses := numerics.get("statuses"):
         cases = ", ".join(f"{count} {status}" for status, count in statuses.items())
         yield "cases", f"{cases}."

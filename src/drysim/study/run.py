@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import ceil, isclose
+from math import ceil, isclose, isfinite
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from drysim.approach.solution import Floats, Orbit, Response, Trajectory
+from drysim.approach.steady_state import shortest_repetition
 from drysim.approach.stick_slip import ExactApproach, StickSlip
 from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
@@ -104,6 +105,7 @@ def periodic_motion(case: Case) -> SolvedMotion:
     length = orbit.periods * case.period
     response = response_on_grid(case, orbit.state, step, length)
     error, exponent = response.numerics.error, None
+    distance = orbit.distance if orbit.settled and isfinite(orbit.distance) else None
     if not orbit.settled and isinstance(case.approach, ExactApproach):
         assert isinstance(case.motion, Sines), "samples are not periodic"
         exponent = case.approach.lyapunov_exponent(
@@ -113,7 +115,10 @@ def periodic_motion(case: Case) -> SolvedMotion:
         response.numerics,
         closure=orbit.closure,
         period_multiple=orbit.periods,
-        error=None if error is None else error + orbit.distance,
+        distance=distance,
+        error=None
+        if error is None
+        else error + (orbit.closure if distance is None else distance),
         lyapunov=exponent,
     )
     motion_warnings = (
@@ -499,8 +504,7 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
         changes = np.maximum(
             closure_by_period(x_r, steps, burst), closure_by_period(v_r, steps, burst)
         )
-        closed = np.flatnonzero(changes <= CLOSURE_TOLERANCE)
-        multiple = int(closed[0]) + 1 if len(closed) else burst
+        multiple = shortest_repetition(changes, CLOSURE_TOLERANCE) or burst
         closure, before = float(changes[multiple - 1]), closure
         state = State(float(x_r[burst * steps]), float(v_r[burst * steps]))
         peak, bursts = max(peak, float(np.abs(x_r).max())), bursts + 1
