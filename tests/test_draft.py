@@ -193,8 +193,9 @@ def test_times_of_day_with_a_date_may_span_days(drysim, tmp_path):
     days = [(minute // 1440 + 1, minute // 60 % 24, minute % 60) for minute in range(1800)]
     rows_of_days = "".join(f"2024-01-{d:02d} {h:02d}:{m:02d}:00,{m % 7}\n" for d, h, m in days)
     found = drafted(drysim, "days.csv", "Time,a [m/s2]\n" + rows_of_days)
-    assert found["rate"].value == "0.01667 Hz"
+    assert found["time"].value == "Time"
     assert found["remove"].value == "mean"
+    assert base_motion(package.load("draft.yaml")).dt == 60.0
 
 
 def test_list_and_record_are_not_combined(drysim, tmp_path):
@@ -210,8 +211,12 @@ def test_times_with_gaps_are_still_times(drysim, tmp_path):
     found = drafted(drysim, "gaps.csv", text)
     assert found["time"].value == "time_s"
     assert not found["gaps"].is_certain
-    nameless = drafted_again(drysim, "nameless.csv", text.replace("time_s", "first"))
-    assert nameless["time"].value == "first"
+    nameless = drafted_again(drysim, "nameless.csv", text.partition("\n")[2])
+    assert nameless["time"].value == 1
+    # Frequencies and sample numbers rise, too: a name that is none of times decides nothing.
+    named = drafted_again(drysim, "named.csv", text.replace("time_s", "first"))
+    assert named["rate"].value is None
+    assert "set `time: first`" in named["rate"].reason
 
 
 def drafted_again(drysim, name, content):

@@ -199,7 +199,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
     table = text_columns(open_record(tmp_path / "r.csv", FORMATS_BY_SUFFIX))
     quick = _read_fast(table, [0, 2], ".")
     assert quick is not None
-    assert np.array_equal(quick, _read_by_cell(table, [0, 2], "."))
+    assert np.array_equal(quick, _read_by_cell(table, [0, 2]))
     assert np.array_equal(np.transpose(quick), values[:, [0, 2]])
 
 
@@ -269,7 +269,7 @@ def test_decimal_commas_count_in_the_columns_that_are_used(tmp_path):
         assert motion_of(tmp_path, delimited, **words).u_dd.tolist() == motion.u_dd.tolist()
     numbers = "x;acc [g]\n1.5;-0,5\n2.5;1,25\n"
     assert motion_of(tmp_path, numbers, **words).u_dd.tolist() == motion.u_dd.tolist()
-    found = problem_of(tmp_path, DATED + "x;0.5\n", **words)
+    found = problem_of(tmp_path, DATED + "12.03.2026 14:05:01;0.5\n", **words)
     assert found.sentence.endswith("`0.5` has a decimal point; write commas throughout")
     found = problem_of(tmp_path, DATED.replace("-0,5", "-0.5"), **words)
     assert found.sentence.endswith("`1,25e0` has a decimal comma; write points throughout")
@@ -353,13 +353,14 @@ def test_what_is_missing_is_asked_for_in_order(tmp_path):
     assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("set `column`")
 
 
-def test_times_of_day_are_told_from_other_words(tmp_path):
-    for stamp in ("10:00:00.002", "2026-03-12T10:00:00Z", "12.03.2026 10:00"):
+def test_times_of_day_are_no_samples_and_not_read_without_seconds(tmp_path):
+    for stamp in ("10:00:00.002", "2026-03-12T10:00:00Z"):
         text = f"t,a [g]\n{stamp},1\n{stamp},2\n"
-        said = problem_of(tmp_path, text, time="t").sentence
-        assert said.endswith(
-            "is a time of day, which is not supported; set `rate` or `step` instead of `time`"
-        )
+        said = problem_of(tmp_path, text, column="t", unit="g", rate=1).sentence
+        assert said.endswith("is a time of day, no sample")
+    text = "t,a [g]\n12.03.2026 10:00,1\n12.03.2026 10:01,2\n"
+    said = problem_of(tmp_path, text, time="t").sentence
+    assert "may be hours and minutes, or minutes and seconds; set `rate` or `step`" in said
 
 
 @pytest.mark.parametrize(("cell", "sentence"), CELLS.items())

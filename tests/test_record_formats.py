@@ -286,9 +286,20 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
         tmp_path, "r.mat", step=1
     )
     mat(tmp_path / "r.mat", {"fs": 1.0})
-    assert (
-        refused(tmp_path, "r.mat", step=1) == "the MAT file contains no vector of real numbers"
-    )
+    said = refused(tmp_path, "r.mat", step=1)
+    assert said.startswith("the MAT file contains no vector of real numbers")
+
+
+@pytest.mark.parametrize(
+    ("content", "remedy"),
+    [
+        ({"data": np.eye(3)}, "`data` is a matrix, 3x3; save its columns one by one"),
+        ({"s": {"a": np.arange(3.0)}}, "save the fields of a structure or table one by one"),
+    ],
+)
+def test_mat_without_a_vector_says_how_to_save_one(tmp_path, content, remedy):
+    mat(tmp_path / "r.mat", content)
+    assert remedy in refused(tmp_path, "r.mat", step=1)
 
 
 def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):

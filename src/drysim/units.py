@@ -79,7 +79,7 @@ UNIT_FACTORS: dict[str, dict[str, float]] = {
     "m": {"m": 1, "cm": 1e-2, "mm": 1e-3},
     "m/s": {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3},
     "m/s²": {"m/s^2": 1, "g": 9.80665, "mg": 9.80665e-3, "cm/s^2": 1e-2, "mm/s^2": 1e-3},
-    "s": {"s": 1, "ms": 1e-3, "min": 60},
+    "s": {"s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600},
     "Hz": {"Hz": 1, "1/s": 1, "kHz": 1e3},
     "J": {"J": 1, "mJ": 1e-3, "kJ": 1e3},
     "rad": {"rad": 1, "deg": math.pi / 180, "°": math.pi / 180},
@@ -103,7 +103,7 @@ MAX_UNIT_LENGTH = 60
 
 _UNIT_PATTERN = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _UNIT_START = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
-_ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
+_ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−µμ", "-123***-uu")
 
 
 class _PintUnit(NamedTuple):

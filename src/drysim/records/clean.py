@@ -28,6 +28,7 @@ from drysim.errors import RecordError
 from drysim.records.columns import (
     Columns,
     Floats,
+    PrintedTimes,
     record_error,
     require_memory_to_load,
     slice_signal,
@@ -95,8 +96,7 @@ class Series(NamedTuple):
 
 
 def fit_grid(
-    t: Floats,
-    second: float,
+    times: PrintedTimes,
     columns: Columns,
     index: int,
     may_jitter: bool = False,
@@ -106,10 +106,7 @@ def fit_grid(
 
     Parameters
     ----------
-    t : ndarray, shape (n,)
-        Times as printed.
-    second : float
-        Unit of the times [s].
+    times : PrintedTimes
     columns : Columns
         The file, for error messages.
     index : int
@@ -129,16 +126,12 @@ def fit_grid(
     Printed times are rounded. If a rate that is a whole number of samples per second agrees
     with the times within their rounding, it is used; otherwise the mean step.
     """
-    steps = np.diff(t)
+    t, second, digit = times
+    steps, first = np.diff(t), float(t[0]) * second
     halt = np.flatnonzero(steps <= 0)
     if halt.size:
         row = int(halt[0]) + 1
-        what = "decreases" if steps[row - 1] < 0 else "repeats"
-        sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
-        raise columns.at(
-            row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR_TIMES_HINT}")
-        )
-    digit, first = columns.printed_resolution(index), float(t[0]) * second
+        raise _backward_error(t, row, columns, index)
     dt = _even_step(t, np.arange(float(len(t))), digit, second)
     if dt is not None:
         return TimeGrid(dt, first)
@@ -160,6 +153,27 @@ def fit_grid(
     return TimeGrid(
         mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
     )
+
+
+def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> RecordError:
+    """Return the error for a time that repeats or decreases at a 0-based row."""
+    what = f"from {t[row - 1]:.12g} to {t[row]:.12g}"
+    if t[row] == t[row - 1]:
+        return columns.at(row, index, f"time repeats: {what}; {POOR_TIMES_HINT}")
+    sentence, line = f"time decreases: {what}", columns.at(row, index, "").problem.line
+    count = int((np.diff(t) < 0).sum())
+    if count > 1:
+        sentence += f", the first of {count} such rows"
+    if not line:
+        return columns.at(row, index, sentence)
+    if t[row - 1] - t[row] > (t[row - 1] - t[0]) / 2:
+        first = "" if count > 1 else f", `rows: {{from: {line}}}` the second one"
+        remedy = (
+            f"a second record begins here: `rows: {{to: {line - 1}}}` reads the first{first}"
+        )
+    else:
+        remedy = "sort the rows by time"
+    return columns.at(row, index, f"{sentence}: {remedy}")
 
 
 def _fit_parts(

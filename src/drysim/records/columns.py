@@ -26,14 +26,14 @@ from numpy.typing import NDArray
 from drysim import system
 from drysim.core.model import MAX_CACHED, Signal, blocks
 from drysim.errors import Problem, RecordError
-from drysim.records import SI
+from drysim.records import SI, clock
+from drysim.records.options import Rows
 from drysim.units import (
     closest_match,
     conversion_factor,
     convert,
     did_you_mean,
     format_value,
-    is_common_unit,
 )
 
 READ_SIZE = 1 << 20
@@ -47,6 +47,28 @@ MAX_QUOTE_LENGTH = 40
 
 MAX_FILES_EXAMINED = 1000
 """Files of a folder searched for a similar name."""
+
+CONVERT_SEISMIC = (
+    "convert it to one acceleration per row, in Python with ObsPy: "
+    "`numpy.savetxt('record.csv', obspy.read(file)[0].data)`, scaled to its unit"
+)
+"""Remedy for a seismic record that is not read."""
+
+SEISMIC = (".sac", ".mseed", ".msd", ".seed", ".sgy", ".segy", ".gcf", ".smc", ".v1", ".v2")
+SEISMIC_OF_JAPAN = (".ns", ".ew", ".ud", ".ns1", ".ew1", ".ud1", ".ns2", ".ew2", ".ud2")
+
+REMEDIES = {
+    (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods", ".numbers"): ": save the sheet as CSV",
+    (".h5", ".hdf5", ".hdf", ".npy", ".npz", ".parquet", ".feather", ".pkl"): (
+        ": write times and samples as columns of a CSV file"
+    ),
+    SEISMIC + SEISMIC_OF_JAPAN: f", as of seismic formats: {CONVERT_SEISMIC}",
+    (".zip", ".gz", ".7z", ".rar", ".bz2", ".xz"): ": unpack it",
+    (".blf", ".dbc", ".pti", ".d7d", ".dxd", ".bin", ".sie"): (
+        ": export it with the program of the logger as CSV, MDF or UFF"
+    ),
+}
+"""Remedies for files of other formats, by suffix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +158,8 @@ class RecordFile:
     """In hex."""
     skip: int = 0
     """Rows to skip at the top of a text file."""
+    rows: Rows | None = None
+    """Rows of a text file that are samples; None for all."""
 
     @cached_property
     def raw(self) -> bytes:
@@ -155,6 +179,7 @@ class TextFile(NamedTuple):
     text: Reader | bytes
     begin: int = 0
     line: int = 1
+    rows: Rows | None = None
 
     def error(self, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
         """Return the error for a line, or for one of its cells; line 0 is the whole file."""
@@ -199,7 +224,12 @@ def _record_size(path: Path, suffixes: Collection[str]) -> int:
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
         suffix = f"of type `{path.suffix}`" if path.suffix else "without an extension"
-        raise record_error(str(path), f"a record {suffix} is not supported; supported: {kinds}")
+        remedy = next(
+            (what for ends, what in REMEDIES.items() if path.suffix.lower() in ends), ""
+        )
+        raise record_error(
+            str(path), f"a record {suffix} is not supported{remedy}; supported: {kinds}"
+        )
     return size
 
 
@@ -336,6 +366,17 @@ class ColumnLabel(NamedTuple):
         return shorten_quote(self.text)
 
 
+class PrintedTimes(NamedTuple):
+    """Times of the samples as the file has them."""
+
+    t: Floats
+    """Times in their unit, shape (n,)."""
+    second: float = 1.0
+    """Their unit [s]."""
+    resolution: float = 0.0
+    """Unit of the last printed digit; 0 for binary numbers."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Columns:
     """Columns of numbers in a file; implemented by every format."""
@@ -369,6 +410,19 @@ class Columns:
             Column in which samples may be missing.
         """
         raise NotImplementedError
+
+    def with_times(
+        self, time: int, wanted: list[int], gap_column: int | None = None, unit: str = ""
+    ) -> tuple[PrintedTimes, list[Signal]]:
+        """Return the times in one column, and other columns as `numbers` does.
+
+        `unit` is that of the times in the scenario, empty without one.
+        """
+        second = time_factor(self, time, unit)
+        t, *found = self.numbers([time, *wanted], gap_column)
+        if second is None:
+            second = UNIT_OF_VALUES[clock.unit_of_values(t[:])]
+        return PrintedTimes(t[:], second, self.printed_resolution(time)), found
 
     def printed_resolution(self, index: int) -> float:
         """Return the unit of the last digit with which a column is printed."""
@@ -713,10 +767,37 @@ def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place:
     return file_factor
 
 
-def time_factor(columns: Columns, index: int) -> float:
-    """Return the factor from a column of times to seconds; 1 without a unit."""
-    written = columns.labels[index].unit
-    return _parse_unit(columns, index, written, "s") if written else 1.0
+UNIT_OF_VALUES = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": clock.DAY}
+"""Seconds of the units by which times without a unit identify themselves."""
+
+
+def time_factor(columns: Columns, index: int, unit: str = "") -> float | None:
+    """Return the factor from a column of times to seconds; None without a unit.
+
+    Parameters
+    ----------
+    columns : Columns
+    index : int
+        0-based column.
+    unit : str, optional
+        As in the scenario.
+
+    Raises
+    ------
+    RecordError
+        If the unit is unknown or none of time, or the header has another one.
+    """
+    label = columns.labels[index]
+    stated = _parse_unit(columns, index, unit, "s") if unit else None
+    if label.unit:
+        written = _parse_unit(columns, index, label.unit, "s")
+        if stated not in (None, written):
+            sentence = f"the {columns.place} says `{label.unit}`, the scenario says `{unit}`"
+            raise columns.error(f"{columns.describe_column(index)}: {sentence}", index)
+        return written
+    if stated is None and (named := clock.unit_in_name(label.name)):
+        return _parse_unit(columns, index, named, "s")
+    return stated
 
 
 def missing_spacing_error(columns: Columns) -> RecordError:
@@ -724,11 +805,7 @@ def missing_spacing_error(columns: Columns) -> RecordError:
     sentence = f"the time step is unknown: set `time` (a {columns.word}), `rate` or `step`"
     for label in columns.labels:
         # A unit of time identifies times; without a unit, the name does.
-        if (
-            is_common_unit(label.unit, "s")
-            if label.unit
-            else label.name.lower() in ("t", "time")
-        ):
+        if clock.is_unit(label.unit) if label.unit else clock.is_time_name(label.name):
             where = f"the {columns.place} has `{label.quote}`"
             sentence += f"; `time: {label.name}` fits, as {where}"
             break
@@ -745,12 +822,14 @@ def _parse_unit(columns: Columns, index: int, written: str, si: str) -> float:
 # Formats, and the sentences that reject keys without meaning for them.
 
 
-KNOWN_STEP = dict.fromkeys(("time", "rate", "step"), "contains its time step; remove `{key}`")
-KNOWN_TIMES = "contains its times; remove `{key}`"
+KNOWN_STEP = dict.fromkeys(
+    ("time", "time_unit", "rate", "step"), "contains its time step; remove `{key}`"
+)
+KNOWN_TIMES = dict.fromkeys(("time", "time_unit"), "contains its times; remove `{key}`")
 USE_CHANNEL = "has channels; write `channel` instead of `column`"
 USE_COLUMN = "has no channels; write `column` instead of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
-NOT_TEXT = "is not a text table; remove `skip`"
+NOT_TEXT = dict.fromkeys(("skip", "rows"), "is not a text table; remove `{key}`")
 NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and set `unit` if the file has none"
 
 

@@ -270,6 +270,21 @@ def _read_compressed(
     return values
 
 
+def _mat_remedy(found: list[MatVariable]) -> str:
+    """Return how to save the columns of a matrix, or the fields of a structure, as vectors."""
+    matrices = (variable for variable in found if min(variable.shape) > 1)
+    if (matrix := next(matrices, None)) is not None:
+        shape, name = "x".join(map(str, matrix.shape)), matrix.name
+        return (
+            f": `{name}` is a matrix, {shape}; save its columns one by one, in MATLAB: "
+            f"`a = {name}(:, 1); save('record.mat', 'a', '-v7')`"
+        )
+    return (
+        "; save the fields of a structure or table one by one, in MATLAB: "
+        "`a = s.a; save('record.mat', 'a', '-v7')`"
+    )
+
+
 def mat_columns(file: RecordFile) -> Channels:
     """Return the real vectors among the variables of a MAT file."""
     head = file.reader[:1024]
@@ -286,14 +301,14 @@ def mat_columns(file: RecordFile) -> Channels:
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise file.error("the MAT file contains no vector of real numbers")
+        raise file.error(f"the MAT file contains no vector of real numbers{_mat_remedy(found)}")
     return make_channels(file, vectors, word="variable", key="column")
 
 
 MAT = Format(
     "a MAT file",
     mat_columns,
-    {"skip": NOT_TEXT, "channel": USE_COLUMN, "full_scale": NO_FULL_SCALE},
+    {**NOT_TEXT, "channel": USE_COLUMN, "full_scale": NO_FULL_SCALE},
 )
 
 
@@ -407,7 +422,7 @@ def _wav_error(file: RecordFile, what: str) -> RecordError:
     return file.error(f"the WAV is truncated or damaged: {what}")
 
 
-WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
+WAV = Format("a WAV", wav_columns, {**NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
 
 
 # Formats read by optional packages.
@@ -542,7 +557,7 @@ def _load_uff(
     return values
 
 
-UFF = Format("a universal file", uff_columns, {**UNUSED_KEYS, "time": KNOWN_TIMES})
+UFF = Format("a universal file", uff_columns, {**UNUSED_KEYS, **KNOWN_TIMES})
 
 
 # RPC III.
@@ -594,6 +609,8 @@ FORMATS_BY_SUFFIX = {
     ".tsv": text.TEXT,
     ".txt": text.TEXT,
     ".dat": text.TEXT,
+    ".asc": text.TEXT,
+    ".lvm": text.TEXT,
     ".wav": WAV,
     ".mat": MAT,
     ".at2": text.AT2,

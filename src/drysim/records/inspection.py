@@ -9,9 +9,9 @@ has to decide, and validation of the scenario reports the key until then.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 from math import ceil
 from pathlib import Path
@@ -21,20 +21,36 @@ import numpy as np
 
 from drysim.errors import RecordError
 from drysim.records import SI
-from drysim.records.clean import MIN_GAP_STEPS, TimeGrid, fit_grid, mean_rate
-from drysim.records.columns import Columns, Floats, time_factor
-from drysim.records.formats import open_with_format
-from drysim.records.level import Level, measure_level
-from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
-from drysim.records.text import (
-    MAX_ROWS_EXAMINED,
-    MISSING,
-    TIME_OF_DAY,
-    TextTable,
-    end_of_rows,
-    is_number,
-    split_cells,
+from drysim.records.clean import (
+    MIN_GAP_STEPS,
+    POOR_TIMES_HINT,
+    TimeGrid,
+    fit_grid,
+    mean_rate,
 )
+from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_values
+from drysim.records.columns import (
+    Columns,
+    Floats,
+    Format,
+    PrintedTimes,
+    RecordFile,
+    shorten_quote,
+    time_factor,
+)
+from drysim.records.formats import open_with_format
+from drysim.records.layout import (
+    Statement,
+    describe_across,
+    describe_labels,
+    find_foot,
+    read_preamble,
+    runs_across_rows,
+    sensors_in_turn,
+)
+from drysim.records.level import Level, measure_level
+from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS, Rows
+from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TextTable, is_number
 from drysim.records.warnings import describe_wrong_unit
 from drysim.units import conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
@@ -42,9 +58,7 @@ from drysim.wording import format_count, format_number
 MAX_BYTES = 1 << 26
 """Bytes of a text file that are inspected; what follows is left to validation."""
 
-NAMES_OF_TIME = re.compile(
-    r"(?i)(t|time(stamp)?|elapsed|seconds?|sec|zeit|temps|tiempo|tempo)(?![a-z]).*"
-)
+NAMES_OF_FREQUENCY = re.compile(r"(?i)f|fn|f_?n|freq(uency|uenz)?([ _].*)?|hz")
 NAMES_OF_BASE = re.compile(r"(?i).*(base|floor|ground|platform|chassis|boden|plancher).*")
 NAMES_OF_VERTICAL = re.compile(r"(?i).*(?<![a-z])((a|acc)?_?z|vert[a-z]*)(?![a-z]).*")
 
@@ -59,6 +73,14 @@ AXES = 3
 LONG_STEP = 0.1
 """Times without a unit that advance by more than this [s] are not taken as seconds: vibration
 is not recorded at less than 10 Hz."""
+
+MAX_RATE_ERROR = 2e-3
+"""Largest relative uncertainty of a rate that follows from rounded times."""
+
+MIN_WIDE = 16
+"""Numbers in the only row of a file from which they are taken as one series."""
+
+NO_TIMES = "the file does not contain the times"
 
 SHORT_GAP = 0.05
 """Longest gap [s] whose interpolation is proposed without a question."""
@@ -120,22 +142,24 @@ def inspect_record(path: Path) -> Inspection:
     RecordError
         If the file cannot be read, or contains no rows or channels of numbers.
     """
-    skip, columns = _find_columns(path)
-    proposals, layout = [], [_describe_layout(columns)]
-    if skip:
-        proposals.append(Proposal("skip", skip, "rows above the header or the first numbers"))
+    columns, rows = _find_columns(path)
+    proposals, layout = [*rows], [_describe_layout(columns)]
     columns, is_whole = _first_part(columns)
     if not is_whole:
         layout.append(f"only the first {MAX_BYTES / 1e6:.0f} MB were inspected")
+    _refuse_other_layouts(columns)
+    clocks, turns = _clock_columns(columns), _label_columns(columns)
     values: dict[int, Floats] = {}
     for index in columns.series():
+        if index in clocks | turns:
+            continue
         try:
             values[index] = columns.numbers([index], index)[0][:]
         except RecordError as error:
             layout.append(f"left out: {error.message}")
     if not values:
         raise columns.error("; ".join([f"there is no {columns.word} of numbers", *layout[1:]]))
-    time, grid, of_time = _propose_times(columns, values)
+    time, grid, of_time = _propose_times(columns, values, clocks)
     summaries = [_summarise(columns, i, x) for i, x in values.items() if i != time]
     if not summaries:
         raise columns.error(f"there is no {columns.word} of numbers besides the time")
@@ -143,16 +167,19 @@ def inspect_record(path: Path) -> Inspection:
     rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
     layout.insert(1, format_count(count, "sample") + rate)
     is_choice = len(columns.series()) > 1 + any(one.key == "time" for one in of_time)
+    said = read_preamble(columns) if isinstance(columns, TextTable) else {}
     chosen, measured, of_column = _propose_column(columns, summaries, is_choice)
-    proposals += of_time + of_column
+    if chosen is not None:
+        of_column = _unit_in_preamble(of_column, columns, chosen.column, said)
+    proposals += _rate_in_preamble(of_time, said) + of_column
     layout += (sentence for one in summaries for sentence in _suspect_unit(columns, one))
     if chosen is not None:
-        proposals += _propose_clean_up(values[chosen.column], grid, chosen, measured)
+        proposals += _propose_clean_up(columns, values[chosen.column], grid, chosen, measured)
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 
 
-def _find_columns(path: Path) -> tuple[int, Columns]:
-    """Return the rows to skip, and the columns below them."""
+def _find_columns(path: Path) -> tuple[Columns, list[Proposal]]:
+    """Return the columns of the rows that are samples, and the keys that select these rows."""
     file, member = open_with_format(path)
     try:
         columns = member.columns(file)
@@ -160,23 +187,91 @@ def _find_columns(path: Path) -> tuple[int, Columns]:
     except RecordError as error:
         fault = error
     if fault is None:
-        return 0, columns
+        return _select_rows(columns, file, member)
     if "skip" not in member.unused_keys:
-        for skip in range(1, MAX_ROWS_EXAMINED):
+        first = fault.problem.line + 1  # a row of words below a header
+        attempts = [replace(file, rows=Rows.model_validate({"from": first}))] * (first > 2)
+        attempts += [replace(file, skip=skip) for skip in range(1, MAX_ROWS_EXAMINED)]
+        for attempt in attempts:
             try:
-                columns = member.columns(replace(file, skip=skip))
+                columns = member.columns(attempt)
             except RecordError:
                 continue
             if _has_numbers(columns):
-                return skip, columns
+                return _select_rows(columns, attempt, member)
     raise fault
+
+
+def _select_rows(
+    columns: Columns, file: RecordFile, member: Format
+) -> tuple[Columns, list[Proposal]]:
+    """Return the columns of the rows that are samples, and the keys that select these rows."""
+    proposals, rows, reasons = [], dict[str, object](), []
+    if file.skip:
+        reason = "rows above the header or the first numbers"
+        proposals.append(Proposal("skip", file.skip, reason))
+    if not isinstance(columns, TextTable):
+        return columns, proposals
+    if file.rows and file.rows.start:
+        rows["from"] = file.rows.start
+        reasons.append(f"row {file.rows.start - 1} is no sample")
+    if (foot := find_foot(columns)) is not None:
+        rows["to"] = foot.first - 1
+        listed = ", ".join(f"`{shorten_quote(word)}`" for word in foot.words[:MAX_LISTED])
+        which = f"rows {foot.first} to {foot.last}"
+        which = which if foot.last > foot.first else f"row {foot.first}"
+        reasons.append(f"{which} below the samples: {listed}")
+    if rows:
+        columns = member.columns(replace(file, rows=Rows.model_validate(rows)))
+        proposals.append(Proposal("rows", rows, "; ".join(reasons), False))
+    if isinstance(columns, TextTable) and (found := sensors_in_turn(columns)) is not None:
+        reason = describe_labels(columns, found, rows)
+        proposals = [one for one in proposals if one.key != "rows"]
+        proposals.append(Proposal("rows", None, "; ".join([*reasons, reason])))
+        where = {found.column + 1: found.labels[0]}
+        columns = member.columns(
+            replace(file, rows=Rows.model_validate({**rows, "where": where}))
+        )
+    return columns, proposals
+
+
+def _refuse_other_layouts(columns: Columns) -> None:
+    """Raise for a table whose rows or columns are not series of samples."""
+    if not isinstance(columns, TextTable):
+        return
+    count = sum(len(cells) for _, cells in islice(columns.rows(), MAX_ROWS_EXAMINED))
+    is_one_row = MIN_WIDE <= columns.width == count
+    if is_one_row or runs_across_rows(columns):
+        samples = sum(len(cells) for _, cells in columns.rows())
+        raise columns.file.error(describe_across(columns, samples), columns.line)
+    label = columns.labels[0]
+    if NAMES_OF_FREQUENCY.fullmatch(label.name) or is_common_unit(label.unit, "Hz"):
+        sentence = "contains frequencies: this is a spectrum, not samples over time"
+        raise columns.error(f"{columns.describe_column(0)} {sentence}", 0)
+
+
+def _label_columns(columns: Columns) -> set[int]:
+    """Return the columns with the labels of sensors, by which rows are selected."""
+    rows = columns.file.rows if isinstance(columns, TextTable) else None
+    return {columns.find(key) for key in rows.where} if rows else set()
+
+
+def _clock_columns(columns: Columns) -> set[int]:
+    """Return the columns of dates and times of day."""
+    if not isinstance(columns, TextTable):
+        return set()
+    clocks = {index for index in range(columns.width) if columns.clock(index) is not None}
+    dates = {columns.date_column(index) for index in clocks}
+    return clocks | {date[0] for date in dates if date is not None}
 
 
 def _has_numbers(columns: Columns) -> bool:
     """Whether the first rows of a text table have numbers in the same columns throughout."""
     if not isinstance(columns, TextTable):
         return True
-    rows = [cells for _, cells in islice(columns.rows(), MAX_ROWS_EXAMINED) if cells]
+    foot = find_foot(columns)
+    samples = ((line, x) for line, x in columns.rows() if not foot or line < foot.first)
+    rows = [cells for _, cells in islice(samples, MAX_ROWS_EXAMINED) if cells]
     if not rows or any(len(cells) != columns.width for cells in rows):
         return False
     first, last = (
@@ -238,59 +333,152 @@ class Times(NamedTuple):
     proposals: list[Proposal]
 
 
-def _propose_times(columns: Columns, values: dict[int, Floats]) -> Times:
+def _propose_times(columns: Columns, values: dict[int, Floats], clocks: set[int]) -> Times:
     """Return what is known of the times."""
     for index in values:
         if (spacing := columns.file_spacing(index)) is not None:
             return Times(None, TimeGrid(*spacing), [])
         if (found := columns.time_column(index)) is not None:
-            times, second = columns.numbers([found])[0][:], time_factor(columns, found)
-            grid = fit_grid(times, second, columns, found, may_jitter=True)
+            times, _ = columns.with_times(found, [])
+            grid = fit_grid(times, columns, found, may_jitter=True)
             return Times(found, grid, _propose_resampling(grid))
-    column = _find_times(columns, values)
-    if column is not None:
-        return _propose_time_column(columns, column, values[column])
-    span, reason = _time_of_day_span(columns)
-    steps = max(map(len, values.values())) - 1
-    if span <= 0 or steps < 1:
-        return Times(None, None, [Proposal("rate", None, reason)])
-    rate = Proposal("rate", f"{steps / span:.4g} Hz", reason, False)
-    return Times(None, TimeGrid(span / steps, 0.0), [rate])
+    # The first column that can be used, else the first one.
+    candidates = dict.fromkeys(_time_columns(columns, values, clocks))
+    proposed = [_propose_time_column(columns, index) for index in candidates]
+    usable = [one for one in proposed if one.grid is not None]
+    for one in (*usable, *proposed):
+        return one
+    rising = next((i for i, x in values.items() if _always_rises(x)), None)
+    if rising is None or columns.labels[rising].unit:
+        return Times(None, None, [Proposal("rate", None, NO_TIMES)])
+    if len(values) == 1:
+        sentence = "rises from row to row, as times do, and there is no other column of numbers"
+        raise columns.error(f"{columns.describe_column(rising)} {sentence}")
+    return _propose_rising(columns, rising, values[rising])
 
 
-def _propose_time_column(columns: Columns, column: int, t: Floats) -> Times:
-    """Return the keys for a column of times: `time`, or `rate` where it cannot be used."""
-    name, unit = columns.describe_column(column), columns.labels[column].unit
-    if len(t) < MIN_ROWS:
-        return Times(column, None, [Proposal("rate", None, "there is only one row")])
-    step = float(np.nanmedian(np.diff(t)))
-    if not unit and step > LONG_STEP:
-        counts = f"{name} advances by {step:.6g}"
-        if step == 1.0 and np.nanstd(np.diff(t)) == 0.0:
-            reason = f"{counts}: sample numbers, or milliseconds (then 1000 Hz)"
-            return Times(column, None, [Proposal("rate", None, reason)])
-        rate = Proposal(
-            "rate", f"{1e3 / step:.6g} Hz", f"{counts}, taken as milliseconds", False
+def _time_columns(
+    columns: Columns, values: dict[int, Floats], clocks: set[int]
+) -> Iterator[int]:
+    """Yield the columns of times: by their units, by their contents, and by their names."""
+    there = [index for index, x in values.items() if not np.isnan(x).all()]
+    units = {index: columns.labels[index].unit for index in there}
+    yield from (index for index in there if units[index] and is_unit(units[index]))
+    yield from (i for i in sorted(clocks) if _clock_of(columns, i))
+    names = (index for index in there if not units[index])
+    yield from (index for index in names if is_time_name(columns.labels[index].name))
+
+
+def _clock_of(columns: Columns, index: int) -> bool:
+    return isinstance(columns, TextTable) and columns.clock(index) is not None
+
+
+def _propose_rising(columns: Columns, column: int, x: Floats) -> Times:
+    """Return the keys for numbers that rise, but are not named as times are."""
+    name, step = columns.describe_column(column), float(np.nanmedian(np.diff(x)))
+    first, last = x[~np.isnan(x)][[0, -1]]
+    if columns.labels[column].name or step > LONG_STEP:
+        what = "sample numbers" if step == round(step) else "are these times?"
+        key = _identify(columns, column)
+        reason = (
+            f"{name} rises from {first:.6g} to {last:.6g} in steps of {step:.6g}: {what}; if "
+            f"these are times, set `time: {key}` and `time_unit` instead"
         )
-        return Times(column, TimeGrid(step * 1e-3, 0.0), [rate])
-    second = time_factor(columns, column)
+        return Times(column, None, [Proposal("rate", None, reason)])
+    return _propose_time_column(columns, column)
+
+
+def _propose_time_column(columns: Columns, column: int) -> Times:
+    """Return the keys for a column of times: `time`, or `rate` where it cannot be used."""
+    name = columns.describe_column(column)
+    try:
+        times, _ = columns.with_times(column, [], column)
+    except RecordError as error:
+        return Times(column, None, [Proposal("rate", None, error.message)])
+    t = times.t
+    if np.isfinite(t).sum() < MIN_ROWS:
+        return Times(column, None, [Proposal("rate", None, "there is only one row")])
+    is_clock = _clock_of(columns, column)
+    is_known = is_clock or time_factor(columns, column) is not None or unit_of_values(t) != ""
+    step = float(np.nanmedian(np.diff(t)))
+    key = _identify(columns, column)
     try:
         if np.isnan(t).any():
-            row = int(np.isnan(t).argmax())
-            raise columns.at(row, column, "the time is missing")
-        grid = fit_grid(t, second, columns, column, may_jitter=True)
+            raise columns.at(int(np.isnan(t).argmax()), column, "the time is missing")
+        grid = fit_grid(times, columns, column, may_jitter=True)
     except RecordError as error:
-        there = np.flatnonzero(~np.isnan(t))
-        first, last = int(there[0]), int(there[-1])
-        mean = float(t[last] - t[first]) * second / max(last - first, 1)
-        if not mean > 0:
-            return Times(column, None, [Proposal("rate", None, error.message)])
-        reason = f"mean rate; the times cannot be used: {error.message}"
-        rate = Proposal("rate", f"{1 / mean:.6g} Hz", reason, False)
-        return Times(column, TimeGrid(mean, 0.0), [rate])
-    span = f"{t[0]:.6g} to {t[-1]:.6g} {unit or 's'}{'' if unit else ', taken as seconds'}"
-    proposal = Proposal("time", _identify(columns, column), span, bool(unit))
+        fault, rate = error.message.removesuffix(f"; {POOR_TIMES_HINT}"), _rate_of_rows(times)
+        if not is_known and step > LONG_STEP:
+            rate = None
+        if rate is None:
+            return Times(column, None, [Proposal("rate", None, fault)])
+        reason = f"every printed time agrees with it; none of them can be `time`: {fault}"
+        proposal = Proposal("rate", f"{rate:.6g} Hz", reason, False)
+        return Times(column, TimeGrid(1 / rate, 0.0), [proposal])
+    if not is_known and step > LONG_STEP:
+        reason = f"{name} has no unit and advances by {step:.6g}: s, ms or us?"
+        steps = np.diff(t)
+        row = int(steps.argmax()) + 1
+        if steps[row - 1] > MIN_GAP_STEPS * step:
+            reason += f"; by {steps[row - 1]:.6g} before {_name_row(columns, row, column)}"
+        proposals = [
+            Proposal("time", key, f"{t[0]:.12g} to {t[-1]:.12g}"),
+            Proposal("time_unit", None, reason),
+        ]
+        return Times(column, None, proposals)
+    span = _describe_span(columns, column, times, is_clock)
+    proposal = Proposal("time", key, span, is_known)
     return Times(column, grid, [proposal, *_propose_resampling(grid)])
+
+
+def _describe_span(columns: Columns, column: int, times: PrintedTimes, is_clock: bool) -> str:
+    """Return the first and the last time in words."""
+    t, label = times.t, columns.labels[column]
+    if isinstance(columns, TextTable) and is_clock:
+        first, last = columns.end_texts(column)
+        return f"{first} to {last}"
+    unit = label.unit or unit_in_name(label.name)
+    if unit:
+        return f"{t[0]:.6g} to {t[-1]:.6g} {unit}"
+    if (of_values := unit_of_values(t)) == "d":
+        begin = datetime(1899, 12, 30) + timedelta(days=float(t[0]))
+        return f"days as Excel counts them, from {begin:%Y-%m-%d %H:%M:%S}"
+    if of_values:
+        begin = datetime.fromtimestamp(float(t[0]) * times.second, UTC)
+        return f"{of_values} since 1970, from {begin:%Y-%m-%d %H:%M:%S} UTC"
+    return f"{t[0]:.6g} to {t[-1]:.6g} s, taken as seconds"
+
+
+def _name_row(columns: Columns, row: int, column: int) -> str:
+    """Return a 0-based row as messages show it."""
+    line = columns.at(row, column, "").problem.line
+    return f"row {line}" if line else f"sample {row + 1}"
+
+
+def _rate_of_rows(times: PrintedTimes) -> float | None:
+    """Return the rate [Hz] of even rows with which all printed times agree; None without one.
+
+    Times may be missing, or printed with few digits, such as whole seconds.
+    """
+    rows = np.flatnonzero(~np.isnan(times.t))
+    t = times.t[rows]
+    if len(rows) <= MIN_ROWS or not t[-1] > t[0]:
+        return None
+    digit = max(times.resolution, 4 * float(np.spacing(np.abs(t).max())))
+    # Times of few digits repeat; the rows where they change show the step best.
+    changes = np.flatnonzero(np.diff(t)) + 1
+    first, last = int(changes[0]), int(changes[-1])
+    if last == first:
+        return None
+    slope = float(t[last] - t[first]) / float(rows[last] - rows[first])
+    for digits in (3, 4, 6, 12):
+        rate = float(f"{1 / (slope * times.second):.{digits}g}") if slope > 0 else 0.0
+        if not rate > 0:
+            return None
+        slack = digit * (1 + 1e-9) - float(np.ptp(t - rows / (rate * times.second)))
+        if slack >= 0 and slack * rate * times.second < MAX_RATE_ERROR * (rows[-1] - rows[0]):
+            return rate
+    return None
 
 
 def _propose_resampling(grid: TimeGrid) -> list[Proposal]:
@@ -305,57 +493,46 @@ def _propose_resampling(grid: TimeGrid) -> list[Proposal]:
     return [Proposal("resample", resample, reason)]
 
 
-def _find_times(columns: Columns, values: dict[int, Floats]) -> int | None:
-    """Return the column whose unit or name is one of time; else the first that always rises."""
-    for index in values:
-        label = columns.labels[index]
-        if label.unit:
-            of_time = is_common_unit(label.unit, "s")
-        else:
-            of_time = NAMES_OF_TIME.fullmatch(label.name) is not None
-        if of_time and not np.isnan(values[index]).all():
-            return index
-    rising = (index for index, x in values.items() if len(values) > 1 and _always_rises(x))
-    return next(rising, None)
-
-
 def _always_rises(x: Floats) -> bool:
     """Whether every sample is above the one before it, as times are and motions are not."""
     there = x[~np.isnan(x)]
     return len(there) > max(MIN_ROWS, len(x) / 2) and bool((np.diff(there) > 0).all())
 
 
-def _time_of_day_span(columns: Columns) -> tuple[float, str]:
-    """Return the seconds from the first to the last row by times of day, 0 if unknown."""
-    unknown = 0.0, "the file does not contain the times"
-    if not isinstance(columns, TextTable):
-        return unknown
-    text, last_byte = columns.file.text, end_of_rows(columns)
-    tail = text[max(0, last_byte - MAX_LINE) : last_byte].rstrip().splitlines()
-    first = next(cells for _, cells in columns.rows() if cells)
-    last = split_cells(tail[-1].decode(errors="replace"), columns.delimiter) if tail else []
-    for index, (begin, end) in enumerate(zip(first, last, strict=False)):
-        if TIME_OF_DAY.fullmatch(begin.text) and TIME_OF_DAY.fullmatch(end.text):
-            where = f"the times of day in {columns.describe_column(index)}"
-            span = _seconds_between(begin.text, end.text)
-            return span, f"mean rate of {where}" if span > 0 else f"{where} do not advance"
-    return unknown
+# What the lines above the rows say.
 
 
-def _seconds_between(begin: str, end: str) -> float:
-    """Return the time between two times of day [s]; without dates, less than a day."""
-    try:
-        dates = [datetime.fromisoformat(text.replace(",", ".")) for text in (begin, end)]
-        return (dates[1] - dates[0]).total_seconds()
-    except (ValueError, TypeError):  # no date, or another form of it
-        return (_seconds_of_day(end) - _seconds_of_day(begin)) % 86400.0
+def _rate_in_preamble(
+    proposals: list[Proposal], said: Mapping[str, Statement]
+) -> list[Proposal]:
+    """Return the rate or the step above the rows where the rows show no times."""
+    if proposals != [Proposal("rate", None, NO_TIMES)]:
+        return proposals
+    for key in ("rate", "step"):
+        if key in said:
+            value, reason = said[key]
+            if " " in value:
+                return [Proposal(key, value, reason, False)]
+            return [Proposal(key, None, f"{reason}, without a unit")]
+    return proposals
 
 
-def _seconds_of_day(text: str) -> float:
-    """Return the last group `h:m:s` of a time of day in seconds."""
-    clock = re.findall(r"\d{1,2}(?::\d\d){1,2}(?:[.,]\d*)?", text)[-1].replace(",", ".")
-    hours, minutes, *seconds = (float(part) for part in clock.split(":"))
-    return 3600.0 * hours + 60.0 * minutes + sum(seconds)
+def _unit_in_preamble(
+    proposals: list[Proposal], columns: Columns, index: int, said: Mapping[str, Statement]
+) -> list[Proposal]:
+    """Return the unit of a column above the rows where its header has none."""
+    if columns.labels[index].unit or not said.keys() & {"unit", "units"}:
+        return proposals
+    value, reason = said.get("units") or said["unit"]
+    unit = value.split("\t")[index] if "units" in said else value
+    for quantity in ("acceleration", "velocity", "displacement"):
+        if is_common_unit(unit, SI[quantity]):
+            of_unit = [Proposal("unit", unit, reason, False)]
+            if quantity != "acceleration":
+                of_unit.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
+            return [one for one in proposals if one.key not in ("unit", "quantity")] + of_unit
+    of_unit = [Proposal("unit", None, f"{reason}: `{unit}` is no unit of a motion")]
+    return [one for one in proposals if one.key != "unit"] + of_unit
 
 
 # The column of the samples, and its unit.
@@ -466,17 +643,23 @@ def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
 
 
 def _propose_clean_up(
-    x: Floats, grid: TimeGrid | None, summary: ColumnSummary, measured: Measurement
+    columns: Columns,
+    x: Floats,
+    grid: TimeGrid | None,
+    summary: ColumnSummary,
+    measured: Measurement,
 ) -> list[Proposal]:
     """Return the keys that fill gaps and remove gravity, offset and drift."""
     proposals, level = [], summary.level
     if grid is not None:
-        at = grid.positions(len(x))[~np.isnan(x)]
-        longest = float(np.diff(at).max(initial=0.0)) * grid.dt
+        rows = np.flatnonzero(~np.isnan(x))
+        steps = np.diff(grid.positions(len(x))[rows])
+        longest = float(steps.max(initial=0.0)) * grid.dt
         if longest > MIN_GAP_STEPS * grid.dt:
             at_most = ceil(min(longest, SHORT_GAP) * 1e3 * (1 - 1e-9))
             gaps = {"fill": "spline", "at_most": f"{at_most} ms"}
-            reason = f"the longest gap lasts {format_number(longest, 's')}"
+            row = _name_row(columns, int(rows[int(steps.argmax()) + 1]), summary.column)
+            reason = f"the longest gap, before {row}, lasts {format_number(longest, 's')}"
             if is_long := longest > SHORT_GAP:
                 reason += (
                     "; longer than 50 ms is an error, whose message names a window without it"

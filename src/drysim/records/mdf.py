@@ -395,4 +395,4 @@ def _unpacks_beyond(packed: bytes, size: int) -> bool:
         return False  # damaged, which asammdf reports where the block is read
 
 
-MDF = Format("an MDF", mdf_columns, {**UNUSED_KEYS, "time": KNOWN_TIMES})
+MDF = Format("an MDF", mdf_columns, {**UNUSED_KEYS, **KNOWN_TIMES})

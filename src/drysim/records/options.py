@@ -58,6 +58,8 @@ Interpolation = Literal["line", "spline"]
 
 PositiveTime = Annotated[float, Quantity("s", above=0)]
 
+RowNumber = Annotated[int, Field(strict=True, ge=1)]
+
 
 class Gaps(Block):
     """Interpolation of short gaps; longer gaps remain errors."""
@@ -145,6 +147,24 @@ class Window(Block):
         return -inf if self.start is None else self.start, inf if self.to is None else self.to
 
 
+class Rows(Block):
+    """The rows of a text file that are samples."""
+
+    start: RowNumber | None = Field(None, alias="from")
+    """First row, by its line in the file from 1; default: the first one below the header."""
+    to: RowNumber | None = None
+    """Last row; default: the last one of the file."""
+    where: dict[str | int, str | int] = Field({})
+    """A column, by name or number, and the contents of its cell in the rows to use, such as
+    `{sensor: S1}` where several sensors take turns; default: every row."""
+
+    @model_validator(mode="after")
+    def _forwards(self) -> Self:
+        if self.start is not None and self.to is not None and not self.start < self.to:
+            raise InvalidValue(f"must be above `from`, {self.start}", "to")
+        return self
+
+
 def _validate_column(value: object) -> object:
     if isinstance(value, str) and value.strip():
         return value
@@ -224,6 +244,9 @@ class Recorded(InFile):
     skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
     """Rows to skip at the top of a text file, such as a preamble above the header [-]; default
     0."""
+    rows: Rows | None = None
+    """The rows of a text file that are samples, `{from: 4, to: 6004}`, by their lines in the
+    file; default: all below the header."""
     column: Column | None = None
     """Column of the samples: its name in the header, with or without unit, or its number from
     1; in MATLAB files the variable. Optional if there is only one besides the time."""
@@ -237,7 +260,11 @@ class Recorded(InFile):
     """Value of digital full scale with its unit, such as `50 m/s2`, instead of `unit`: for WAV
     files with integer samples."""
     time: Column | None = None
-    """Column of the times, evenly spaced; in seconds unless its header has another unit."""
+    """Column of the times, evenly spaced: numbers, or dates and times of day, which count from
+    midnight. Numbers are in the unit of their header (`t [ms]`, `time_ms`) or of `time_unit`,
+    else in seconds; times since 1970 in s, ms, µs or ns and Excel's days are recognised."""
+    time_unit: str | None = None
+    """Unit of the times, such as ms, if the header has none."""
     rate: Frequency | None = None
     """Sampling rate [Hz], instead of `time`."""
     step: PositiveTime | None = None
@@ -266,6 +293,15 @@ class Recorded(InFile):
         quantity: str
         """Measured quantity, a key of `SI`; a field of every class with a choice."""
 
+    @field_validator("time_unit")
+    @classmethod
+    def _of_time(cls, unit: str | None, info: ValidationInfo) -> str | None:
+        if unit is not None:
+            conversion_factor(unit, "s")
+            if info.data.get("time") is None:
+                raise ValueError("needs `time`, the column whose unit it is")
+        return unit
+
     @field_validator("unit")
     @classmethod
     def _of_the_quantity(cls, unit: str | None, info: ValidationInfo) -> str | None:
@@ -281,7 +317,10 @@ class Recorded(InFile):
             raise ValueError(f"must be above 0 {si}, not {format_value(full_scale)}")
         return full_scale
 
-    @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
+    @field_validator(
+        "skip", "rows", "column", "channel", "unit", "full_scale", "time", "time_unit", "rate",
+        "step",
+    )  # fmt: skip
     @classmethod
     def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject a key that has no meaning for the format of the file."""

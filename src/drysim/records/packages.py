@@ -29,7 +29,7 @@ from drysim.records.columns import (
 
 T = TypeVar("T")
 
-UNUSED_KEYS = {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE}
+UNUSED_KEYS = {**NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE}
 """Keys without meaning for all formats that optional packages read."""
 
 BUFFER_REPR = re.compile(r"'?<_io\.BytesIO [^>]*>'?")

@@ -44,9 +44,9 @@ from drysim.records.columns import (
     missing_spacing_error,
     record_error,
     scaled,
-    time_factor,
 )
 from drysim.records.formats import open_with_format
+from drysim.records.layout import row_warnings
 from drysim.records.level import Level, measure_level
 from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import redact_quotes
@@ -223,7 +223,7 @@ def _open_columns(record: Recorded) -> Iterator[tuple[Columns, Input]]:
     file, member = open_with_format(record.path)
     source = Input(record.named, file.sha256, len(file.reader))
     try:
-        yield member.columns(replace(file, skip=record.skip)), source
+        yield member.columns(replace(file, skip=record.skip, rows=record.rows)), source
     except RecordError as error:
         if not record.path.is_symlink():
             raise
@@ -240,7 +240,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     """Return the samples of the selected column in SI, evenly spaced, cleaned as requested."""
     signal, grid, index = _read_series(record, columns)
     unit, display_path = SI[record.quantity], columns.display_path
-    warnings = list(clipping_warnings(record.named, signal, unit))
+    warnings = [*row_warnings(record, columns), *clipping_warnings(record.named, signal, unit)]
     if record.quantity == "acceleration":
         warnings += rising_warnings(record, signal, columns.describe_column(index))
     requested = record.gaps or record.resample or record.remove.any
@@ -302,20 +302,23 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     time, spacing = _sample_times(record, columns, index, time)
     options = record.unit, record.full_scale, record.quantity, record.block
     unit = column_factor(columns, index, *options)
-    second = 1.0 if time is None else time_factor(columns, time)
-    wanted = [index] if time is None else [time, index]
     # Gaps outside the window are no fault; `fill_gaps` reports those in it.
     may_miss = record.gaps is not None or record.window is not None
-    *times, values = columns.numbers(wanted, index if may_miss else None)
+    gap_column, times = index if may_miss else None, None
+    if time is None:
+        [values] = columns.numbers([index], gap_column)
+    else:
+        stated = record.time_unit or ""
+        times, [values] = columns.with_times(time, [index], gap_column, stated)
     if len(values) < 2:
         raise columns.error("the record has one sample only; motion needs two or more")
     values = scaled(values, unit * record.scale)
-    if not times or time is None:
+    if times is None or time is None:
         return values, TimeGrid(*spacing), index
     may_jitter, fill = record.resample is not None, "line"
     if record.quantity == "displacement":
         fill = "spline"
-    grid = fit_grid(times[0][:], second, columns, time, may_jitter, fill)
+    grid = fit_grid(times, columns, time, may_jitter, fill)
     if index == time:
         sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
         raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")

@@ -21,10 +21,10 @@ import math
 import re
 import warnings
 from array import array
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from functools import partial
+from functools import cached_property, partial
 from io import StringIO
 from itertools import islice, pairwise
 from typing import NamedTuple
@@ -34,7 +34,18 @@ import numpy as np
 from drysim.core.model import Signal
 from drysim.errors import RecordError
 from drysim.records import SI
+from drysim.records.clock import (
+    DAY,
+    HOUR_AND_MINUTE,
+    Clock,
+    across_midnight,
+    clock_resolution,
+    find_clock,
+    find_dates,
+    is_time_name,
+)
 from drysim.records.columns import (
+    CONVERT_SEISMIC,
     FLOAT64_SIZE,
     GAP_HINT,
     INFINITE_HINT,
@@ -50,6 +61,7 @@ from drysim.records.columns import (
     Columns,
     Floats,
     Format,
+    PrintedTimes,
     RecordFile,
     TextFile,
     make_channels,
@@ -75,6 +87,11 @@ DELIMITERS = "\t;,"
 LINES_SIZE = 1 << 16
 """Bytes split into lines at a time; often only the first lines of a file are needed."""
 
+SPREADSHEET_ERROR = re.compile(
+    r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|REF!|BEZUG!|NUM!|ZAHL!|NULL!|NAME\?)"
+)
+"""A cell of a spreadsheet without a value; a line that begins with it is no comment."""
+
 MAX_QUOTED_LINES = 100
 """Lines at the top of a file that messages may quote besides the faulty one."""
 
@@ -92,7 +109,7 @@ def content_lines(
     """
     for number, at, part in raw_lines(file, start, line):
         words = _decode_line(part)
-        if not words.lstrip().startswith("#"):
+        if not words.lstrip().startswith("#") or SPREADSHEET_ERROR.match(words.lstrip()):
             yield number, at, words
 
 
@@ -299,6 +316,50 @@ def is_number(cell: Cell) -> bool:
 DECIMAL_MARK = re.compile("[.,]")
 """Decimal point or comma."""
 
+FIXED_DIGITS = 1000
+"""So many rows with a mark in each are numbers printed with three decimal digits."""
+
+GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
+"""A number whose mark may be one between thousands."""
+
+Reading = Callable[[str], float]
+"""The number that the text of a cell stands for; NaN for none."""
+
+
+Readings = Mapping[int | str, Reading]
+"""How the cells of some 0-based columns are read; all others contain numbers."""
+
+NO_READINGS: Readings = {}
+"""All columns contain numbers."""
+
+
+class NumberForm(NamedTuple):
+    """Decimal mark of a column, and the mark between its thousands, empty without one."""
+
+    decimal: str
+    grouping: str = ""
+
+    def plain(self, text: str) -> str:
+        """Return a number with a decimal point and without marks between thousands."""
+        if self.grouping:
+            text = text.replace(self.grouping, "")
+        return text if self.decimal == "." else text.replace(".", "?").replace(",", ".", 1)
+
+    def number(self, text: str) -> float:
+        """Return the number in a cell; NaN for none."""
+        text = self.plain(text)
+        return float(text) if NUMBER_PATTERN.fullmatch(text) else math.nan
+
+
+def _may_be_grouped(values: Floats) -> bool:
+    """Return whether numbers read with decimal points may have points between thousands."""
+    for part in (values[:MAX_ROWS_EXAMINED], values):  # a few rows show it for most records
+        size = np.abs(part)
+        if ((size < 1.0) & (size > 0.0)).any():
+            return False
+    thousands = size * 1e3
+    return bool((size != np.rint(size)).any() and np.allclose(thousands, np.rint(thousands)))
+
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable(Columns):
@@ -315,21 +376,99 @@ class TextTable(Columns):
     """1-based line of that row."""
     header_line: int
     """1-based line of the header, 0 if there is none."""
+    spacing: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    """Time step and first time [s] of the columns of which the file contains them."""
 
     def rows(self) -> Iterator[tuple[int, list[Cell]]]:
         """Yield line and cells of every row of numbers, without comments and trailing blanks.
 
-        An empty row has no cells.
+        An empty row has no cells. Rows that the scenario leaves out are not among them.
         """
         blank: list[int] = []
+        last, where = self._last_row, self._selected_cells
         for line, _, text in content_lines(self.file, self.start, self.line):
+            if last is not None and line > last:
+                break
             if not text.strip():
                 blank.append(line)
                 continue
+            cells = split_cells(text, self.delimiter)
+            if where:
+                if len(cells) == self.width and any(cells[i].text != x for i, x in where):
+                    continue
+                blank.clear()
             for empty in blank:
                 yield empty, []
             blank.clear()
-            yield line, split_cells(text, self.delimiter)
+            yield line, cells
+
+    @cached_property
+    def _selected_cells(self) -> list[tuple[int, str]]:
+        """0-based columns, and the text in each of them that makes a row a sample."""
+        where = self.file.rows.where if self.file.rows else {}
+        return [(self.find(key), str(text)) for key, text in where.items()]
+
+    @property
+    def _last_row(self) -> int | None:
+        return self.file.rows.to if self.file.rows else None
+
+    def clock(self, index: int) -> Clock | None:
+        """Return how the clock readings of a column are written; None if it has none."""
+        first, last = ([*cells[index : index + 1]] for cells in self._end_rows)
+        return find_clock(first[0].text, last[0].text if last else "") if first else None
+
+    def date_column(self, time: int) -> tuple[int, Clock] | None:
+        """Return the column with the dates of times of day, and their form."""
+        first, last = self._end_rows
+        for index, (begin, end) in enumerate(zip(first, last, strict=False)):
+            is_date = not is_number(begin) or is_time_name(self.labels[index].name)
+            if index != time and is_date and (dates := find_dates(begin.text, end.text)):
+                return index, dates
+        return None
+
+    def end_texts(self, index: int) -> tuple[str, str]:
+        """Return the contents of a column in the first and in the last row."""
+        first, last = self._end_rows
+        return first[index].text, last[index].text if index < len(last) else ""
+
+    @cached_property
+    def _end_rows(self) -> tuple[list[Cell], list[Cell]]:
+        """Cells of the first and of the last row."""
+        first = next((cells for _, cells in self.rows() if cells), [])
+        end = end_of_rows(self)
+        tail = self.file.text[max(self.start, end - LINES_SIZE) : end].rstrip().splitlines()
+        last = split_cells(_decode_line(tail[-1]), self.delimiter) if tail else []
+        return first, last
+
+    def with_times(
+        self, time: int, wanted: list[int], gap_column: int | None = None, unit: str = ""
+    ) -> tuple[PrintedTimes, list[Signal]]:
+        """Return the times in one column, numbers or clock readings, and other columns."""
+        form = self.clock(time)
+        if form is None:
+            return super().with_times(time, wanted, gap_column, unit)
+        if unit:
+            sentence = "contains dates or times of day; remove `time_unit`"
+            raise self.error(f"{self.describe_column(time)} {sentence}", time)
+        readings: dict[int | str, Reading] = {time: form.seconds}
+        dates = None if form.date_format else self.date_column(time)
+        days = [] if dates is None else [dates[0]]
+        if dates is not None:
+            readings[dates[0]] = dates[1].days
+        columns = [time, *wanted]
+        t, *found = self._read([*columns, *days], gap_column, readings)
+        seconds = np.array(t[:])
+        if days:
+            seconds += DAY * found.pop()[:]
+        elif not form.date_format:
+            seconds = across_midnight(seconds)
+        examined = islice((cells for _, cells in self.rows() if cells), MAX_ROWS_EXAMINED)
+        texts = [cells[time].text for cells in examined if time < len(cells)]
+        return PrintedTimes(seconds, 1.0, clock_resolution(texts)), found
+
+    def file_spacing(self, index: int) -> tuple[float, float] | None:
+        """Return time step and first time [s] of a column if the file contains them."""
+        return self.spacing.get(index)
 
     def decimal(self, wanted: list[int]) -> str:
         """Return the decimal mark of some columns; a comma only where it is not the delimiter.
@@ -353,19 +492,55 @@ class TextTable(Columns):
             At the first row with a wrong number of cells, or at the first cell without a finite
             number.
         """
+        return self._read(wanted, gap_column, {})
+
+    def _read(
+        self, wanted: list[int], gap_column: int | None, readings: Readings
+    ) -> list[Signal]:
         decimal = self.decimal(wanted)
-        found = _read_fast(self, wanted, decimal)
-        if found is None:
-            found = _read_by_cell(self, wanted, decimal, gap_column)
+        found = _read_fast(self, wanted, decimal, readings)
+        if found is None or any(
+            index not in readings and _may_be_grouped(x) and self.number_form(index).grouping
+            for index, x in zip(wanted, found, strict=True)
+        ):
+            found = _read_by_cell(self, wanted, gap_column, readings)
         return list[Signal](found)
 
     def printed_resolution(self, index: int) -> float:
         """Return the unit of the last digit with which the first rows are printed."""
-        exponents = []
+        exponents, form = [0], self.number_form(index)
         for _, cells in islice(filter(lambda row: row[1], self.rows()), MAX_ROWS_EXAMINED):
-            exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
-            exponents.append(int(exponent))
-        return float(10.0 ** min(*exponents, 0))
+            if NUMBER_PATTERN.fullmatch(text := form.plain(cells[index].text)):
+                exponents.append(int(Decimal(text).as_tuple().exponent))
+        return float(10.0 ** min(exponents))
+
+    def number_form(self, index: int) -> NumberForm:
+        """Return the decimal mark of a column, and the mark between its thousands.
+
+        Marks before groups of three digits only are those of thousands if numbers below one
+        thousand have none, as in `980`, `990`, `1.000`.
+        """
+        if self.delimiter == ",":
+            return NumberForm(".")
+        mark, has_small = "", False
+        for count, (_, cells) in enumerate(self.rows()):
+            if count > FIXED_DIGITS and mark and not has_small:
+                break
+            text = cells[index].text if index < len(cells) else ""
+            marks = DECIMAL_MARK.findall(text)
+            if len(set(marks)) > 1:
+                return NumberForm(marks[-1], marks[0])
+            if len(marks) > 1:
+                return NumberForm("," if marks[0] == "." else ".", marks[0])
+            if marks and not GROUPED.fullmatch(text):
+                return NumberForm(marks[0])
+            mark = marks[0] if marks else mark
+            has_small |= text.lstrip("+-").isdecimal() and text.strip("+-0") != ""
+            if len(text.lstrip("+-")) > 3 and text.lstrip("+-").isdecimal():
+                return NumberForm(self.decimal([index]))
+        if mark and has_small:
+            return NumberForm("," if mark == "." else ".", mark)
+        return NumberForm(mark or ".")
 
     def at(self, row: int, index: int, sentence: str) -> RecordError:
         """Return the error at a cell in the 0-based row of numbers."""
@@ -405,7 +580,26 @@ class TextTable(Columns):
     def series(self) -> list[int]:
         """Return the 0-based columns that may contain samples; unnamed ones do not."""
         named = [i for i, label in enumerate(self.labels) if label.text]
-        return named or super().series()
+        return named or super().series()[: self.width - self.ends_in_delimiter]
+
+    @cached_property
+    def end(self) -> int:
+        """Offset where the rows end that are samples."""
+        last, size = self._last_row, len(self.file.text)
+        lines = raw_lines(self.file, self.start, self.line) if last else iter(())
+        return next((at for line, at, _ in lines if line > (last or 0)), size)
+
+    @cached_property
+    def ends_in_delimiter(self) -> bool:
+        """Whether the last cell of the first row is empty, as behind a trailing delimiter."""
+        first = self._end_rows[0]
+        return bool(self.delimiter and len(first) > 1 and not first[-1].text)
+
+    @cached_property
+    def begins_with_delimiter(self) -> bool:
+        """Whether the first cell of the first row is empty."""
+        first = self._end_rows[0]
+        return bool(self.delimiter and len(first) > 1 and not first[0].text)
 
 
 def check_quotes(file: TextFile, line: int, text: str) -> None:
@@ -443,6 +637,8 @@ def detect_table(file: TextFile) -> TextTable:
         ):
             units = below
             line, start, text = next(content, (0, 0, ""))
+    while line and file.rows and line < (file.rows.start or 1):
+        line, start, text = next(content, (0, 0, ""))
     if not line:
         raise file.error("the record contains no rows of numbers", header_line)
     delimiter = find_delimiter_below(header_text, text)
@@ -452,8 +648,11 @@ def detect_table(file: TextFile) -> TextTable:
     width = len(cells)
     if header_line and is_header(cells):  # prose, not a header
         cell = next(cell for cell in cells if cell.text)
-        raise file.error(f"row {line}: `{cell.quote}` is not a number", line, cell)
+        sentence = f"row {line}: `{cell.quote}` is not a number"
+        raise file.error(sentence, line, cell)
     header = header_cells(header_text, delimiter, width) if header_line else []
+    if delimiter and len(header) == width - 1 and not cells[-1].text:
+        header.append(Cell("", len(header_text) + 1))  # behind a trailing delimiter
     if header and len(header) != width:
         check_quotes(file, header_line, header_text)
         check_quotes(file, line, text)
@@ -491,9 +690,15 @@ def detect_table(file: TextFile) -> TextTable:
 PARSE_SIZE = 1 << 20
 """Bytes parsed at a time: small compared with the numbers, large compared with overhead."""
 
-COMMENT_LINE = re.compile(rb"(?m)^[ \t]*#.*\n?")
+COMMENT_LINE = re.compile(rb"(?m)^[ \t]*#(?!%s).*\n?" % SPREADSHEET_ERROR.pattern[1:].encode())
 
-MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
+OVERLOAD = re.compile(r"(?i)[+-]?(?:ol|ovl|ovr|o\.l\.|over|overload|overrange|overflow)")
+"""Contents of a cell whose sample was beyond the range."""
+
+MISSING = re.compile(
+    rf"(?i)|[+-]?nan|na|n/a|n\.a\.|null|none|missing"
+    rf"|{SPREADSHEET_ERROR.pattern}|{OVERLOAD.pattern[4:]}"
+)
 """Contents of a cell without a number."""
 
 MISSING_TIME_HINT = "a missing time is not filled: delete the row, or set `rate` instead"
@@ -502,19 +707,25 @@ MISSING_TIME_HINT = "a missing time is not filled: delete the row, or set `rate`
 EMPTY_ROW_HINT = "the record has a gap; delete the row: the times show the gap"
 """Hint for an empty row of a table with times."""
 
-TIME_OF_DAY = re.compile(
-    r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
-)
-"""A time of day, with or without date."""
 
-
-def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats] | None:
+def _read_fast(
+    table: TextTable,
+    wanted: list[int],
+    decimal: str,
+    readings: Readings = NO_READINGS,
+) -> list[Floats] | None:
     """Return columns of a table; None unless all rows are regular and all numbers finite."""
+    if table.file.rows and table.file.rows.where:
+        return None
     text, at, last = table.file.text, table.start, end_of_rows(table)
     found = [array("d") for _ in wanted]
+    outer = (
+        table.begins_with_delimiter and 0 not in wanted,
+        (table.ends_in_delimiter and table.width - 1 not in wanted),
+    )
     while at < last:
         end = min(text.find(b"\n", min(at + PARSE_SIZE, last)) + 1 or last, last)
-        rows = _parse_block(text[at:end], table, decimal)
+        rows = _parse_block(text[at:end], table, decimal, readings, outer)
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
         if not found[0]:  # estimate the size of all rows from the first ones
@@ -528,7 +739,7 @@ def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats
 
 def end_of_rows(table: TextTable) -> int:
     """Return the offset where the last row ends, before trailing line endings."""
-    text, end = table.file.text, len(table.file.text)
+    text, end = table.file.text, table.end
     while end > table.start:
         tail = text[max(table.start, end - PARSE_SIZE) : end]
         if kept := len(tail.rstrip(b"\r\n")):
@@ -537,8 +748,18 @@ def end_of_rows(table: TextTable) -> int:
     return end
 
 
-def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
-    """Parse whole lines to numbers, shape (rows, columns); None unless all are regular."""
+def _parse_block(
+    block: bytes,
+    table: TextTable,
+    decimal: str,
+    readings: Readings,
+    outer: tuple[bool, bool],
+) -> Floats | None:
+    """Parse whole lines to numbers, shape (rows, columns); None unless all are regular.
+
+    `outer` says whether the empty cells before the first delimiter, and behind the last one,
+    count as 0.
+    """
     if b"\r" in block:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
@@ -550,27 +771,45 @@ def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
     block = block.removesuffix(b"\n")
     if not block:
         return np.empty((0, table.width))
-    rows = _parse_rows(block, table.delimiter)
+    mark = table.delimiter.encode()
+    if outer[0]:
+        block = (b"\n" + block).replace(b"\n" + mark, b"\n0" + mark)[1:]
+    if outer[1]:
+        block = (block + b"\n").replace(mark + b"\n", mark + b"0\n")[:-1]
+    rows = _parse_rows(block, table.delimiter, readings)
     lines = block.count(b"\n") + 1  # more than there are rows if one is blank
     return rows if rows is not None and rows.shape == (lines, table.width) else None
 
 
-def _parse_rows(text: bytes, delimiter: str) -> Floats | None:
+def _parse_rows(text: bytes, delimiter: str, readings: Readings = NO_READINGS) -> Floats | None:
     """Parse lines of equally many numbers; None if the text contains anything else."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # text that is blank
             lines = StringIO(text.decode("ascii"))
-            return np.loadtxt(lines, delimiter=delimiter or None, comments=None, ndmin=2)
+            return np.loadtxt(
+                lines,
+                delimiter=delimiter or None,
+                comments=None,
+                converters=dict(readings) or None,
+                ndmin=2,
+                encoding=None,
+            )
     except ValueError:
         return None
 
 
 def _read_by_cell(
-    table: TextTable, wanted: list[int], decimal: str, gap_column: int | None = None
+    table: TextTable,
+    wanted: list[int],
+    gap_column: int | None = None,
+    readings: Readings = NO_READINGS,
 ) -> list[Floats]:
     """Return columns of a table, parsed cell by cell; raise at the first fault."""
     found = [array("d") for _ in wanted]
+    numbers = {index: readings.get(index, float) for index in wanted}
+    forms = dict[int, NumberForm]()
+    is_labelled = 0 not in wanted and _begins_with_number(table)
     for line, cells in table.rows():
         if not cells and wanted == [gap_column]:
             found[0].append(math.nan)
@@ -580,42 +819,86 @@ def _read_by_cell(
             raise table.file.error(f"row {line} is empty: {hint}", line)
         if len(cells) != table.width:
             raise table.ragged(line, len(cells))
+        if is_labelled and is_word(cells[0].text):
+            fault = f"`{cells[0].quote}` is not a number"
+            raise _not_a_sample(table, line, 0, cells[0], fault)
         for index, column in zip(wanted, found, strict=True):
-            lost = index == gap_column and MISSING.fullmatch(cells[index].text) is not None
-            value = math.nan if lost else _parse_cell(cells[index], decimal)
-            if not (lost or math.isfinite(value)):
-                where = f"row {line}, {table.describe_column(index)}"
+            text = cells[index].text
+            if index == gap_column and MISSING.fullmatch(text):
+                column.append(math.nan)
+                continue
+            if index not in readings and index not in forms and DECIMAL_MARK.search(text):
+                forms[index] = table.number_form(index)
+                numbers[index] = forms[index].number
+            value = _parse(numbers[index], text)
+            if not math.isfinite(value):
                 hint = GAP_HINT if index == wanted[-1] else MISSING_TIME_HINT
-                sentence = f"{where}: {_describe_fault(cells[index], decimal, hint)}"
-                raise table.file.error(sentence, line, cells[index])
+                form = forms.get(index, NumberForm("."))
+                fault = _describe_fault(cells[index], form, hint, index in readings)
+                raise _not_a_sample(table, line, index, cells[index], fault)
             column.append(value)
     return [np.array(column) for column in found]
 
 
-def _parse_cell(cell: Cell, decimal: str) -> float:
-    """Return the number in a cell with a given decimal mark; NaN for none."""
-    text = cell.text
-    if decimal == ",":
-        text = text.replace(".", "?").replace(",", ".", 1)
-    return float(text) if NUMBER_PATTERN.fullmatch(text) else math.nan
+def _parse(number: Reading, text: str) -> float:
+    if number is float and not NUMBER_PATTERN.fullmatch(text):
+        return math.nan
+    return number(text)
 
 
-def _describe_fault(cell: Cell, decimal: str, hint: str) -> str:
+def _begins_with_number(table: TextTable) -> bool:
+    """Return whether the first cell of the first row begins as a number or time does."""
+    first = next((cells for _, cells in table.rows() if cells), [])
+    return bool(first) and BEGIN_OF_NUMBER.match(first[0].text) is not None
+
+
+def is_word(text: str) -> bool:
+    """Return whether a cell begins with a word that stands for no number."""
+    return BEGIN_OF_WORD.match(text) is not None and MISSING.fullmatch(text) is None
+
+
+BEGIN_OF_NUMBER, BEGIN_OF_WORD = re.compile(r"[+-]?[.,]?\d"), re.compile(r"[^\W\d_]{3}")
+"""A word has three letters: `A0` may be a hexadecimal number."""
+
+
+def _not_a_sample(
+    table: TextTable, line: int, index: int, cell: Cell, fault: str
+) -> RecordError:
+    """Return the error for a cell without a number, with a remedy if it is in the last rows."""
+    sentence = f"row {line}, {table.describe_column(index)}: {fault}"
+    if is_word(cell.text) and line > table.line and _ends_table(table, line):
+        sentence += f"; if it is no sample, `rows: {{to: {line - 1}}}` leaves it out"
+    return table.file.error(sentence, line, cell)
+
+
+def _ends_table(table: TextTable, line: int) -> bool:
+    """Return whether no row from a line on begins with a number, as at the foot of a table."""
+    foot = islice((cells for at, cells in table.rows() if at >= line), MAX_ROWS_EXAMINED)
+    return not any(cells and is_number(cells[0]) for cells in foot)
+
+
+def _describe_fault(cell: Cell, form: NumberForm, hint: str, is_clock: bool) -> str:
     """Return what a cell contains instead of a number, and a remedy."""
     text = cell.text
     if not text:
         return f"the cell is empty: {hint}"
+    if OVERLOAD.fullmatch(text):
+        return f"`{cell.quote}` is an overload, not a number: {hint}"
     if MISSING.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {hint}"
-    if decimal == "," and "." in text and NUMBER_PATTERN.fullmatch(text):
+    if is_clock:
+        return f"`{cell.quote}` is not a time as in the first row"
+    if form.decimal == "," and "." in text and NUMBER_PATTERN.fullmatch(text):
         return f"`{cell.quote}` has a decimal point; write commas throughout"
     if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER_PATTERN.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {INFINITE_HINT}"
-    if is_number(cell) and decimal == ".":
+    if is_number(cell) and form.decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
-    if TIME_OF_DAY.fullmatch(text):
-        instead = "set `rate` or `step` instead of `time`"
-        return f"`{cell.quote}` is a time of day, which is not supported; {instead}"
+    if HOUR_AND_MINUTE.fullmatch(text):
+        either = "hours and minutes, or minutes and seconds"
+        return f"`{cell.quote}` may be {either}; set `rate` or `step` instead of `time`"
+    if find_clock(text, text) is not None:
+        return f"`{cell.quote}` is a time of day, no sample"
     return f"`{cell.quote}` is not a number"
 
 
@@ -650,12 +933,85 @@ def open_text(file: RecordFile) -> TextFile:
     below = next(islice(raw_lines(text), skip, None), None)
     if below is None and file.skip:
         raise file.error(f"`skip` skips {file.skip} rows, and the file has no more")
+    text = text._replace(rows=file.rows)
     return text._replace(line=below[0], begin=below[1]) if below else text
+
+
+FOREIGN = {
+    "a K-NET": re.compile(r"Origin Time\s"),
+    "a COSMOS": re.compile(r"(?i)(?:un|re)?corrected accelerogram|.*\bCOSMOS\b"),
+}
+"""First lines of seismic records whose series run across the rows."""
 
 
 def text_columns(file: RecordFile) -> TextTable:
     """Return the columns of a text file."""
-    return detect_table(open_text(file))
+    text = open_text(file)
+    top = text._replace(begin=0, line=1)
+    first = next((words.strip() for _, _, words in content_lines(top) if words.strip()), "")
+    for name, begin in FOREIGN.items():
+        if begin.match(first[:MAX_HEADER_LINE_LENGTH]):
+            sentence = f"this is {name} record, which is not read; {CONVERT_SEISMIC}"
+            raise text.error(sentence, 1)
+    is_lvm = first.startswith(LVM_BEGIN) and not file.skip
+    return _lvm_table(text) if is_lvm else detect_table(text)
+
+
+# LVM.
+
+
+LVM_BEGIN = "LabVIEW Measurement"
+LVM_END = "***End_of_Header***"
+"""First line of a LabVIEW measurement file, and last line of either of its two headers."""
+
+
+def _lvm_table(file: TextFile) -> TextTable:
+    """Return the columns of a LabVIEW measurement file, with units and time steps."""
+    keys: dict[str, list[str]] = {}
+    ends, names, names_line, delimiter, start = 0, list[Cell](), 0, "", 0
+    for line, at, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
+        delimiter = find_delimiter(text)
+        cells = split_cells(text, delimiter)
+        first, *others = (cell.text for cell in cells)
+        if ends == 2 and not names:
+            names, names_line = cells, line
+        elif names:
+            start = at
+            break
+        elif first == LVM_END:
+            ends += 1
+        elif first:
+            keys[first] = others
+    else:
+        raise file.error(f"the LabVIEW file has no rows of numbers below its `{LVM_END}`")
+    named = [cell.text for cell in names[: len(cells)]]
+    channels = [i for i, name in enumerate(named) if name not in ("X_Value", "Comment")]
+    units, labels = dict(zip(channels, keys.get("Y_Unit_Label", ()), strict=False)), []
+    is_time = "Time" in keys.get("X_Dimension", ["Time"])
+    has_times = keys.get("X_Columns", ["No"])[0] != "No"
+    for index, name in enumerate(named):
+        unit = units.get(index, "")
+        if name == "X_Value":
+            name, unit = (name, "s" if is_time else "") if has_times else ("", "")
+        labels.append(ColumnLabel("" if name == "Comment" else name, name, unit))
+    spacing = dict[int, tuple[float, float]]()
+    for index, *numbers in zip(
+        channels, keys.get("Delta_X", ()), keys.get("X0") or ["0"] * len(channels), strict=False
+    ):
+        step, begin = (_parse(float, text.replace(",", ".")) for text in numbers)
+        if is_time and step > 0 and not has_times:
+            spacing[index] = step, begin if math.isfinite(begin) else 0.0
+    return TextTable(
+        display_path=file.display_path,
+        labels=tuple(labels),
+        file=file,
+        delimiter=delimiter,
+        header=tuple(names[: len(cells)]),
+        start=start,
+        line=line,
+        header_line=names_line,
+        spacing=spacing,
+    )
 
 
 TEXT = Format("a text file", text_columns, {"channel": USE_COLUMN, "full_scale": NO_FULL_SCALE})
@@ -753,7 +1109,7 @@ AT2 = Format(
     "an AT2",
     at2_columns,
     {
-        "skip": NOT_TEXT,
+        **NOT_TEXT,
         "column": ONE_SERIES,
         "channel": ONE_SERIES,
         "full_scale": NO_FULL_SCALE,

@@ -3,6 +3,7 @@
 =====================  ===========================================================
 record-clipped         runs of samples at the largest or smallest value
 record-rises           samples that rise evenly, as times do
+record-rows            rows of several sensors, or one series across the rows (in `layout`)
 record-unit            a mean that is gravity in another unit
 record-mean            a mean as of gravity or of a sensor offset
 record-filled          a large share of filled gaps

@@ -32,6 +32,7 @@ from drysim.records.options import (
     Recorded,
     RemovalOption,
     Resample,
+    Rows,
     Window,
 )
 from drysim.scenario.axes import DottedKeysSchema, NumberOrText
@@ -170,8 +171,12 @@ class MeasuredResponse(InFile):
 
     skip: Annotated[int, Field(strict=True, ge=0)] = 0
     """Rows to skip at the top of a text file [-]; default 0."""
+    rows: Rows | None = None
+    """The rows of a text file that are samples; default: all below the header."""
     time: Column | None = None
-    """Column of the times."""
+    """Column of the times: numbers, or dates and times of day."""
+    time_unit: str | None = None
+    """Unit of the times, such as ms, if the header has none."""
     rate: Frequency | None = None
     """Sampling rate [Hz], instead of `time`."""
     step: PositiveTime | None = None

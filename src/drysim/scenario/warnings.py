@@ -114,10 +114,22 @@ def _step_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
 
 
+MIN_PERIODS = 0.5
+"""Natural periods below which a record is far too short, as if its times had another unit."""
+
+
 def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMessage]:
-    """Warn of a record whose samples are too far apart for the oscillator."""
+    """Warn of a record that is too short or too coarse for the oscillator."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
+    length = (len(motion.u_dd) - 1) * motion.dt
+    if length * f_0 < MIN_PERIODS:
+        yield WarningMessage(
+            "record-short",
+            f"the record lasts {length:.3g} s, far less than the natural period of "
+            f"{1 / f_0:.3g} s: check its times and their unit",
+            {"length": length, "f_0": f_0},
+        )
     if f_0 * motion.dt * MIN_STEPS_PER_PERIOD <= 1 + STEP_ROUNDING:
         return
     sentence = (
@@ -127,7 +139,7 @@ def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMes
     if getattr(scenario.excitation, "time", None) is not None:
         sentence += (
             "; times are in seconds unless their header has a unit, such as `t [ms]`: if this "
-            "is the cause, give `step` or `rate` instead of `time`"
+            "is the cause, set `time_unit`"
         )
     yield WarningMessage("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 

@@ -19,6 +19,9 @@ WIDTH, COMMENT_COLUMN = 96, 31
 HEADER = ("column", "name", "unit", "mean", "RMS about it", "smallest", "largest", "missing")
 """Header of the table of columns."""
 
+MAX_ROWS = 40
+"""Columns in the table of columns."""
+
 SEAT = """\
 # decide: the values of your seat, cab or mount. These are an example: a seat with its driver.
 oscillator:
@@ -123,7 +126,7 @@ def _comment(text: str) -> list[str]:
 def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
     """Yield the rows of a table with the statistics of the columns."""
     rows: list[tuple[str, ...]] = [HEADER]
-    for one in columns:
+    for one in columns[:MAX_ROWS]:
         numbers = (one.level.mean, one.level.spread, one.smallest, one.largest)
         words = (str(one.column + 1), sanitise(one.name) or "-", sanitise(one.unit) or "-")
         rows.append((*words, *map(format_number, numbers), str(one.missing)))
@@ -132,3 +135,5 @@ def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
         yield "  ".join(
             f"{word:<{width}}" for word, width in zip(row, widths, strict=True)
         ).rstrip()
+    if len(columns) > MAX_ROWS:
+        yield f"and {len(columns) - MAX_ROWS} more columns"

@@ -1,0 +1,249 @@
+"""What the rows of a text table are, and what the lines above them say.
+
+Rows that are not samples are found by their form: statistics below the samples begin with a
+word, the rows of several sensors in turn have a label that changes from row to row, and one
+series that runs across the rows goes on from the end of a row to the beginning of the next.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from itertools import islice, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.errors import WarningMessage
+from drysim.records import SI
+from drysim.records.clock import UNIT_BY_WORD
+from drysim.records.columns import Columns, shorten_quote
+from drysim.records.options import Recorded
+from drysim.records.text import (
+    LINES_SIZE,
+    MAX_ROWS_EXAMINED,
+    MISSING,
+    TextTable,
+    end_of_rows,
+    is_number,
+    is_word,
+    raw_lines,
+    read_label,
+    split_cells,
+)
+from drysim.units import is_common_unit
+from drysim.yaml_document import dump
+
+# Rows.
+
+
+MAX_LISTED = 8
+"""Labels that a message lists."""
+
+MAX_SENSORS = 32
+"""Labels that may be those of sensors in turn."""
+
+NAMES_OF_SENSORS = re.compile(
+    r"(?i)(sensor|channel|chan|ch|node|device|axis|kanal|id|probe)([ _.-]?(id|no|nr|name))?"
+)
+"""Columns in which whole numbers may be labels of sensors."""
+
+
+class Labels(NamedTuple):
+    """0-based column with the labels of sensors that take turns, and the labels."""
+
+    column: int
+    labels: tuple[str, ...]
+
+
+def sensors_in_turn(table: TextTable) -> Labels | None:
+    """Return the labels of the sensors to which the rows belong in turn; None without any."""
+    rows = [cells for _, cells in islice(table.rows(), MAX_ROWS_EXAMINED)]
+    if not rows or any(len(cells) != table.width for cells in rows):
+        return None
+    for index, label in enumerate(table.labels):
+        column = [cells[index] for cells in rows]
+        texts = [cell.text for cell in column]
+        labels = tuple(dict.fromkeys(texts))
+        changes = sum(text != before for before, text in pairwise(texts))
+        are_words = not any(map(is_number, column)) and not any(map(MISSING.fullmatch, labels))
+        are_numbers = all(text.isdecimal() for text in labels)
+        if (
+            2 <= len(labels) <= min(MAX_SENSORS, len(texts) // 2)
+            and changes >= len(texts) // 2
+            and (are_words or (are_numbers and NAMES_OF_SENSORS.fullmatch(label.name)))
+        ):
+            return Labels(index, labels)
+    return None
+
+
+def describe_labels(
+    table: TextTable, found: Labels, rows: Mapping[str, object] | None = None
+) -> str:
+    """Return what the labels say, and the key, with others, that selects one sensor."""
+    name: str | int = table.labels[found.column].name or found.column + 1
+    listed = ", ".join(found.labels[:MAX_LISTED]) + ", …" * (len(found.labels) > MAX_LISTED)
+    others = "".join(f"{key}: {value}, " for key, value in (rows or {}).items())
+    where = f"rows: {{{others}where: {{{dump({str(name): found.labels[0]}).strip()}}}}}"
+    return (
+        f"{table.describe_column(found.column)} is {listed} in turn: the rows belong to "
+        f"{len(found.labels)} sensors; `{where}` selects one"
+    )
+
+
+class Foot(NamedTuple):
+    """Rows below the samples: 1-based lines of the first and the last one, and their words."""
+
+    first: int
+    last: int
+    words: tuple[str, ...]
+
+
+def find_foot(table: TextTable) -> Foot | None:
+    """Return the rows below the samples that begin with words; None without any."""
+    end = end_of_rows(table)
+    tail = table.file.text[max(table.start, end - LINES_SIZE) : end].splitlines()
+    words: list[str] = []
+    for part in reversed(tail):
+        text = split_cells(part.decode("utf-8", "replace"), table.delimiter)[:1]
+        word = text[0].text if text else ""
+        if word and not is_word(word):
+            break
+        words.insert(0, word)
+    if not any(words) or len(words) == len(tail):
+        return None
+    lines = raw_lines(table.file, table.start, table.line)
+    last = max(line for line, at, _ in lines if at < end)
+    return Foot(last - len(words) + 1, last, tuple(filter(None, words)))
+
+
+def runs_across_rows(table: TextTable) -> bool:
+    """Return whether one series runs across the rows of a table without names.
+
+    Notes
+    -----
+    Then the step from the end of a row to the beginning of the next one is as small as those
+    within a row, while a column holds every n-th sample only and changes by more.
+    """
+    if table.header_line or table.width < MIN_ACROSS:
+        return False
+    found = islice((cells for _, cells in table.rows() if cells), MAX_ROWS_EXAMINED)
+    rows = [
+        cells for cells in found if len(cells) == table.width and all(map(is_number, cells))
+    ]
+    if len(rows) < MIN_ACROSS:
+        return False
+    x = np.array([[float(cell.text.replace(",", ".")) for cell in cells] for cells in rows])
+    steps = np.diff(x.ravel(), append=np.nan)[:-1]
+    by_place = [
+        float(np.sqrt(np.mean(steps[i :: table.width] ** 2))) for i in range(table.width)
+    ]
+    down = float(np.sqrt(np.mean(np.diff(x, axis=0) ** 2)))
+    return max(by_place) <= MAX_STEP_ACROSS * down or (down == 0.0 and max(by_place) > 0.0)
+
+
+MIN_ACROSS = 3
+"""Columns and rows from which a series across rows can be recognised."""
+
+MAX_STEP_ACROSS = 0.5
+"""Largest step between neighbours, in terms of that down a column, of a series across rows."""
+
+
+def describe_across(table: TextTable, count: int) -> str:
+    """Return that `count` samples run across the rows, and how to write one in each row."""
+    skip = f", skiprows={table.line - 1}" if table.line > 1 else ""
+    mark = f", delimiter={table.delimiter!r}" if table.delimiter else ""
+    return (
+        f"the rows look like one series of {count} samples, {table.width} in each; write one "
+        f"sample per row, in Python: `numpy.savetxt('column.csv', "
+        f"numpy.loadtxt(file{skip}{mark}).ravel())`"
+    )
+
+
+def row_warnings(record: Recorded, columns: Columns) -> Iterator[WarningMessage]:
+    """Warn of rows that belong to several sensors, or hold one series together."""
+    if not isinstance(columns, TextTable):
+        return
+    sentence = ""
+    if not (record.rows and record.rows.where) and (found := sensors_in_turn(columns)):
+        sentence = describe_labels(columns, found)
+    elif runs_across_rows(columns):
+        samples = sum(len(cells) for _, cells in columns.rows())
+        sentence = describe_across(columns, samples)
+    if sentence:
+        yield WarningMessage("record-rows", f"{record.named}: {sentence}", {})
+
+
+# The lines above the rows.
+
+
+MAX_PREAMBLE_LINE = 500
+"""Characters of a line above the rows that are searched."""
+
+UNIT = r"(?:[kM]?Hz|[kM]?S/s|sps|[mµu]?s|m?sec)"
+
+ASSIGNMENT = re.compile(
+    rf"\W*(?P<key>[^\W\d][\w .,/-]*?)\s*(?:[(\[](?P<unit_of_key>{UNIT})[)\]])?\s*[:=\t;, ]\s*"
+    rf"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>{UNIT})?\s*\W*"
+)
+"""A line such as `Sampling rate: 100 Hz` or `SAMPLING_INTERVAL_S: 0.005`."""
+
+KEYS_OF_RATE = re.compile(
+    r"(?i).*(sampl|acqui|scan|abtast|data|logg|mess).*(rate|freq).*|fs|sps"
+)
+KEYS_OF_STEP = re.compile(
+    r"(?i).*(sampl|acqui|scan|abtast|logg).*(interval|period|step|time|zeit).*|dt"
+    r"|delta ?[xt]|time ?step|zeitschritt"
+)
+KEY_OF_UNIT = re.compile(r"(?i)\W*(?:units?|einheit(?:en)?)\W+(?P<unit>[^\s,;]+)\s*")
+
+
+class Statement(NamedTuple):
+    """A value that a line above the rows states, and the line as messages quote it."""
+
+    value: str
+    reason: str
+
+
+def read_preamble(table: TextTable) -> dict[str, Statement]:
+    """Return what the lines above the rows say: `rate` or `step`, `unit`, and units of columns.
+
+    The value of `units` are those of all columns, separated by tabs.
+    """
+    found: dict[str, Statement] = {}
+    above = raw_lines(table.file._replace(begin=0, line=1))
+    for line, _, part in islice(above, min(table.line - 1, MAX_ROWS_EXAMINED)):
+        text = part.decode("utf-8", "replace")[:MAX_PREAMBLE_LINE].strip()
+        key, value = _parse_preamble_line(text)
+        cells = split_cells(text.lstrip("%#/ "), table.delimiter or ",")
+        units = [read_label(cell.text).unit for cell in cells]
+        if (
+            not key
+            and line != table.header_line
+            and len(units) == table.width > 1
+            and all(units)
+        ):
+            key, value = "units", "\t".join(units)
+        if key:
+            found[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`")
+    return found
+
+
+def _parse_preamble_line(text: str) -> tuple[str, str]:
+    """Return the key of a record that a line states, and its value; empty for other lines."""
+    if named := KEY_OF_UNIT.fullmatch(text):
+        unit = named["unit"]
+        return (
+            ("unit", unit) if any(is_common_unit(unit, si) for si in SI.values()) else ("", "")
+        )
+    found = ASSIGNMENT.fullmatch(text)
+    if found is None:
+        return "", ""
+    words = re.split(r"[\s_.]+", found["key"].strip())
+    unit = found["unit_of_key"] or found["unit"] or UNIT_BY_WORD.get(words[-1].lower(), "")
+    key, number = " ".join(words), float(found["number"].replace(",", "."))
+    if KEYS_OF_RATE.fullmatch(key) and number > 0:
+        return "rate", f"{number:.12g} {unit.replace('S/s', 'Hz').replace('sps', 'Hz') or 'Hz'}"
+    if KEYS_OF_STEP.fullmatch(key) and number > 0:
+        return "step", f"{number:.12g} {unit}".strip()
+    return "", ""
