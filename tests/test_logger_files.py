@@ -102,7 +102,7 @@ OF_CASES = {
     "layout/key-value-head.txt": Expected(200),
     "layout/lvm-like.txt": Expected(100),
     "layout/one-row.txt": Expected(said=("one series of 600 samples", "numpy.savetxt")),
-    "layout/percent-units.csv": Expected(said=("`V` is no unit of a motion",)),
+    "layout/percent-units.csv": Expected(said=("excitation.unit has no value",)),
     "layout/thousands.csv": Expected(100, 0.7071 * 9.80665),
     "layout/two-runs.csv": Expected(said=("row 302", "a second record begins here")),
     "layout/wide-rows.txt": Expected(said=("one series of 640 samples", "skiprows=4")),
@@ -488,6 +488,18 @@ def test_rate_above_the_rows_is_proposed(tmp_path, line, key, value):
     assert found[key].value == value
     assert "row 2" in found[key].reason
     assert found["unit"].value == "cm/s^2"
+
+
+@pytest.mark.parametrize(("unit", "value"), [("V", None), ("m/s2", "m/s2"), ("mm", "mm")])
+def test_units_of_columns_above_the_header_count(tmp_path, unit, value):
+    rows = "".join(f"{i / 100:.2f},{1 + x:.4f}\n" for i, x in enumerate(A))
+    (tmp_path / "r.csv").write_text(
+        f"% Logger\n% Time (s), Input 1 ({unit})\nTime,disp1\n{rows}"
+    )
+    found = {one.key: one for one in inspect_record(tmp_path / "r.csv").proposals}
+    assert found["unit"].value == value
+    assert "row 2" in found["unit"].reason
+    assert ("quantity" in found) == (unit == "mm")
 
 
 @pytest.mark.parametrize(

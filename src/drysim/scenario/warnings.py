@@ -114,7 +114,7 @@ def _step_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
 
 
-MIN_PERIODS = 0.5
+MIN_PERIODS = 0.1
 """Natural periods below which a record is far too short, as if its times had another unit."""
 
 
