@@ -27,7 +27,6 @@ from drysim import system
 from drysim.core.model import MAX_CACHED, Signal, blocks
 from drysim.errors import Problem, RecordError
 from drysim.records import SI, clock
-from drysim.records.options import Rows
 from drysim.units import (
     closest_match,
     conversion_factor,
@@ -146,6 +145,20 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
+class RowSelection(NamedTuple):
+    """The rows of a text table that are samples; by default all of them."""
+
+    start: int | None = None
+    """First row, by its 1-based line in the file."""
+    to: int | None = None
+    """Last row."""
+    where: Mapping[str | int, str | int] = {}
+    """Column, by name or number, and the contents of its cell in each of the rows."""
+
+
+ALL_ROWS = RowSelection()
+
+
 @dataclass(frozen=True, eq=False)
 class RecordFile:
     """A record file with its SHA-256."""
@@ -158,8 +171,8 @@ class RecordFile:
     """In hex."""
     skip: int = 0
     """Rows to skip at the top of a text file."""
-    rows: Rows | None = None
-    """Rows of a text file that are samples; None for all."""
+    rows: RowSelection = ALL_ROWS
+    """Rows of a text file that are samples."""
 
     @cached_property
     def raw(self) -> bytes:
@@ -179,7 +192,7 @@ class TextFile(NamedTuple):
     text: Reader | bytes
     begin: int = 0
     line: int = 1
-    rows: Rows | None = None
+    rows: RowSelection = ALL_ROWS
 
     def error(self, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
         """Return the error for a line, or for one of its cells; line 0 is the whole file."""

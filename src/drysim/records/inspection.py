@@ -30,11 +30,13 @@ from drysim.records.clean import (
 )
 from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_values
 from drysim.records.columns import (
+    ALL_ROWS,
     Columns,
     Floats,
     Format,
     PrintedTimes,
     RecordFile,
+    RowSelection,
     shorten_quote,
     time_factor,
 )
@@ -49,7 +51,7 @@ from drysim.records.layout import (
     sensors_in_turn,
 )
 from drysim.records.level import Level, measure_level
-from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS, Rows
+from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
 from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TextTable, is_number
 from drysim.records.warnings import describe_wrong_unit
 from drysim.units import conversion_factor, is_common_unit
@@ -190,7 +192,7 @@ def _find_columns(path: Path) -> tuple[Columns, list[Proposal]]:
         return _select_rows(columns, file, member)
     if "skip" not in member.unused_keys:
         first = fault.problem.line + 1  # a row of words below a header
-        attempts = [replace(file, rows=Rows.model_validate({"from": first}))] * (first > 2)
+        attempts = [replace(file, rows=RowSelection(first))] * (first > 2)
         attempts += [replace(file, skip=skip) for skip in range(1, MAX_ROWS_EXAMINED)]
         for attempt in attempts:
             try:
@@ -212,7 +214,7 @@ def _select_rows(
         proposals.append(Proposal("skip", file.skip, reason))
     if not isinstance(columns, TextTable):
         return columns, proposals
-    if file.rows and file.rows.start:
+    if file.rows.start:
         rows["from"] = file.rows.start
         reasons.append(f"row {file.rows.start - 1} is no sample")
     if (foot := find_foot(columns)) is not None:
@@ -222,16 +224,15 @@ def _select_rows(
         which = which if foot.last > foot.first else f"row {foot.first}"
         reasons.append(f"{which} below the samples: {listed}")
     if rows:
-        columns = member.columns(replace(file, rows=Rows.model_validate(rows)))
+        file = replace(file, rows=file.rows._replace(to=foot.first - 1 if foot else None))
+        columns = member.columns(file)
         proposals.append(Proposal("rows", rows, "; ".join(reasons), False))
     if isinstance(columns, TextTable) and (found := sensors_in_turn(columns)) is not None:
         reason = describe_labels(columns, found, rows)
         proposals = [one for one in proposals if one.key != "rows"]
         proposals.append(Proposal("rows", None, "; ".join([*reasons, reason])))
-        where = {found.column + 1: found.labels[0]}
-        columns = member.columns(
-            replace(file, rows=Rows.model_validate({**rows, "where": where}))
-        )
+        where: dict[str | int, str | int] = {found.column + 1: found.labels[0]}
+        columns = member.columns(replace(file, rows=file.rows._replace(where=where)))
     return columns, proposals
 
 
@@ -252,8 +253,8 @@ def _refuse_other_layouts(columns: Columns) -> None:
 
 def _label_columns(columns: Columns) -> set[int]:
     """Return the columns with the labels of sensors, by which rows are selected."""
-    rows = columns.file.rows if isinstance(columns, TextTable) else None
-    return {columns.find(key) for key in rows.where} if rows else set()
+    rows = columns.file.rows if isinstance(columns, TextTable) else ALL_ROWS
+    return {columns.find(key) for key in rows.where}
 
 
 def _clock_columns(columns: Columns) -> set[int]:

@@ -36,8 +36,10 @@ from drysim.records.clean import (
     window_range,
 )
 from drysim.records.columns import (
+    ALL_ROWS,
     Columns,
     Floats,
+    RowSelection,
     TextFile,
     column_factor,
     data_column,
@@ -223,7 +225,9 @@ def _open_columns(record: Recorded) -> Iterator[tuple[Columns, Input]]:
     file, member = open_with_format(record.path)
     source = Input(record.named, file.sha256, len(file.reader))
     try:
-        yield member.columns(replace(file, skip=record.skip, rows=record.rows)), source
+        wanted = record.rows
+        rows = RowSelection(wanted.start, wanted.to, wanted.where) if wanted else ALL_ROWS
+        yield member.columns(replace(file, skip=record.skip, rows=rows)), source
     except RecordError as error:
         if not record.path.is_symlink():
             raise

@@ -385,7 +385,7 @@ class TextTable(Columns):
         An empty row has no cells. Rows that the scenario leaves out are not among them.
         """
         blank: list[int] = []
-        last, where = self._last_row, self._selected_cells
+        last, where = self.file.rows.to, self._selected_cells
         for line, _, text in content_lines(self.file, self.start, self.line):
             if last is not None and line > last:
                 break
@@ -405,12 +405,7 @@ class TextTable(Columns):
     @cached_property
     def _selected_cells(self) -> list[tuple[int, str]]:
         """0-based columns, and the text in each of them that makes a row a sample."""
-        where = self.file.rows.where if self.file.rows else {}
-        return [(self.find(key), str(text)) for key, text in where.items()]
-
-    @property
-    def _last_row(self) -> int | None:
-        return self.file.rows.to if self.file.rows else None
+        return [(self.find(key), str(text)) for key, text in self.file.rows.where.items()]
 
     def clock(self, index: int) -> Clock | None:
         """Return how the clock readings of a column are written; None if it has none."""
@@ -585,7 +580,7 @@ class TextTable(Columns):
     @cached_property
     def end(self) -> int:
         """Offset where the rows end that are samples."""
-        last, size = self._last_row, len(self.file.text)
+        last, size = self.file.rows.to, len(self.file.text)
         lines = raw_lines(self.file, self.start, self.line) if last else iter(())
         return next((at for line, at, _ in lines if line > (last or 0)), size)
 
@@ -637,7 +632,7 @@ def detect_table(file: TextFile) -> TextTable:
         ):
             units = below
             line, start, text = next(content, (0, 0, ""))
-    while line and file.rows and line < (file.rows.start or 1):
+    while line and line < (file.rows.start or 1):
         line, start, text = next(content, (0, 0, ""))
     if not line:
         raise file.error("the record contains no rows of numbers", header_line)
@@ -715,7 +710,7 @@ def _read_fast(
     readings: Readings = NO_READINGS,
 ) -> list[Floats] | None:
     """Return columns of a table; None unless all rows are regular and all numbers finite."""
-    if table.file.rows and table.file.rows.where:
+    if table.file.rows.where:
         return None
     text, at, last = table.file.text, table.start, end_of_rows(table)
     found = [array("d") for _ in wanted]
