@@ -1,7 +1,7 @@
-"""The operating system: memory, processors, regular files and an ordered thread pool.
+"""The operating system: memory, processors, files, private folders and an ordered thread pool.
 
 Only regular files are read. Opening a device can have side effects, and reading a pipe can
-block forever.
+block forever. What Linux, macOS and Windows do differently is decided here and nowhere else.
 """
 
 from __future__ import annotations
@@ -9,12 +9,15 @@ from __future__ import annotations
 import os
 import stat
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
 from io import BufferedReader
+from math import ceil, inf
 from numbers import Integral
-from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from pathlib import Path, PurePosixPath
+from secrets import token_hex
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from drysim.errors import OutputError, UsageError
 from drysim.units import shorten
@@ -23,17 +26,80 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 
+# Limits: of the machine, and of the container or job that the process runs in.
+
+ROOT = Path("/")
+"""Where `proc` and `sys` are found."""
+
+
 def total_memory() -> float:
+    """Return the memory that the process may use [bytes]; infinity where that is not known.
+
+    It is the smallest of the physical memory and the limits of the control groups.
+    """
+    limits = _cgroup_limits("memory", ["memory.max"], ["memory.limit_in_bytes"])
+    return min([_physical_memory(), *(float(size) for (size,) in limits)])
+
+
+def processor_count() -> int:
+    """Return the number of processors that the process may use, at least 1.
+
+    A quota of a control group counts in whole processors, rounded up. `taskset`, a job of a
+    cluster and PYTHON_CPU_COUNT (from Python 3.13) limit the processors themselves.
+    """
+    if hasattr(os, "process_cpu_count"):  # Python 3.13
+        allowed = os.process_cpu_count()
+    elif hasattr(os, "sched_getaffinity"):
+        allowed = len(os.sched_getaffinity(0))
+    else:
+        allowed = os.cpu_count()
+    quotas = _cgroup_limits("cpu", ["cpu.max"], ["cpu.cfs_quota_us", "cpu.cfs_period_us"])
+    shares = [ceil(quota / period) for quota, period in quotas if period]
+    return max(1, min([allowed or 1, *shares]))
+
+
+def _physical_memory() -> float:
     """Return the physical memory [bytes]; infinity where the system does not report it."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, OSError, ValueError):
-        return float("inf")
+        return inf
 
 
-def processor_count() -> int:
-    """Return the number of processors; 1 where the system does not report it."""
-    return os.cpu_count() or 1
+def _cgroup_limits(
+    controller: str, unified: Sequence[str], legacy: Sequence[str]
+) -> Iterator[list[int]]:
+    """Yield the limits in the control group of the process and in all above it.
+
+    Parameters
+    ----------
+    controller : str
+        `memory` or `cpu`.
+    unified, legacy : sequence of str
+        Names of the files in version 2 and in version 1 of the groups; together they hold as
+        many numbers as there are names in `legacy`, or a word where there is no limit.
+
+    Notes
+    -----
+    A container may see its own group as the root, so folders that do not exist are passed over.
+    """
+    try:
+        groups = (ROOT / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+    except OSError:  # not Linux
+        return
+    for group in groups:
+        _, _, rest = group.partition(":")
+        controllers, _, path = rest.partition(":")
+        if controllers and controller not in controllers.split(","):
+            continue
+        mount = ROOT / "sys/fs/cgroup" / (controller if controllers else "")
+        own = PurePosixPath(path.lstrip("/"))
+        for folder in (own, *own.parents):
+            files = [mount / folder / name for name in (legacy if controllers else unified)]
+            with suppress(OSError):
+                words = " ".join(file.read_text(encoding="utf-8") for file in files).split()
+                if len(words) == len(legacy) and all(map(str.isdecimal, words)):
+                    yield [int(word) for word in words]
 
 
 # Files.
@@ -110,6 +176,120 @@ def _require_regular_file(status: os.stat_result) -> None:
 def _open_nonblocking(path: str, flags: int) -> int:
     """Open a file without blocking on a pipe that has no writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+# Private folders, for what is kept between runs.
+
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | NO_LINK
+"""Flags of `os.open`: fail at a link; open a folder, not a link. Windows has neither."""
+
+
+class PrivateFolder(NamedTuple):
+    """A folder that only the user may write.
+
+    It is held open: whoever may rename a folder above it may put another in its place, but not
+    change what the descriptor refers to.
+    """
+
+    path: Path
+    descriptor: int | None
+    """None where a file cannot be opened relative to a folder, as on Windows."""
+
+    def read(self, name: str) -> bytes:
+        """Return the contents of a file."""
+        with open(name, "rb", opener=self._open) as stream:
+            return stream.read()
+
+    def write(self, name: str, contents: bytes) -> None:
+        """Write a file completely or not at all."""
+        draft = f"{name}.{token_hex(8)}.new"
+        try:
+            with open(draft, "xb", opener=self._open) as stream:
+                stream.write(contents)
+            if self.descriptor is None:
+                os.replace(self.path / draft, self.path / name)
+            else:
+                os.replace(draft, name, src_dir_fd=self.descriptor, dst_dir_fd=self.descriptor)
+        except BaseException:
+            with suppress(OSError):
+                if self.descriptor is None:
+                    os.unlink(self.path / draft)
+                else:
+                    os.unlink(draft, dir_fd=self.descriptor)
+            raise
+
+    def _open(self, name: str, flags: int) -> int:
+        """Open a file of the folder; links are not followed."""
+        if self.descriptor is None:
+            return os.open(self.path / name, flags, 0o600)
+        return os.open(name, flags | NO_LINK, 0o600, dir_fd=self.descriptor)
+
+
+@cache
+def private_folder(name: str) -> PrivateFolder | None:
+    """Return a folder that is kept between runs and that only the user may write, or None.
+
+    It is `drysim/<name>` in the user's cache folder, else below the temporary folder. Each
+    level below these two must be a folder, not a link, that is owned by the user and that
+    nobody else may write. The levels are opened one within the other: the folder that was
+    checked is the one that is used.
+    """
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(home):  # relative: to be ignored by the XDG specification
+        home = os.path.join(os.path.expanduser("~"), ".cache")
+    if os.path.isabs(home):
+        with suppress(OSError):
+            os.makedirs(home, 0o700, exist_ok=True)
+            return _open_private(Path(home), ("drysim", name))
+    with suppress(OSError):  # there may be no temporary folder
+        import tempfile
+
+        own = f"cache-{_user_id()}"
+        return _open_private(Path(tempfile.gettempdir()), (own, "drysim", name))
+    return None
+
+
+def _open_private(parent: Path, names: Sequence[str]) -> PrivateFolder:
+    """Create and open folders one within the other; PermissionError if one is not private."""
+    path, descriptor = parent, None
+    if os.open in os.supports_dir_fd:
+        descriptor = os.open(parent.resolve(), FOLDER_FLAGS)
+    try:
+        for name in names:
+            path /= name
+            if descriptor is None:
+                path.mkdir(exist_ok=True, mode=0o700)
+                status = path.lstat()
+            else:
+                with suppress(FileExistsError):
+                    os.mkdir(name, 0o700, dir_fd=descriptor)
+                inner = os.open(name, FOLDER_FLAGS, dir_fd=descriptor)
+                os.close(descriptor)
+                descriptor = inner
+                status = os.fstat(descriptor)
+            if not _is_private(status):
+                raise PermissionError(f"{path} is not a folder of the user alone")
+        if not os.access(path, os.W_OK):  # a file system that can only be read
+            raise PermissionError(f"{path} cannot be written")
+    except BaseException:
+        if descriptor is not None:
+            os.close(descriptor)
+        raise
+    return PrivateFolder(path, descriptor)
+
+
+def _is_private(status: os.stat_result) -> bool:
+    """Return whether a path is a folder, not a link, that only the user owns and may write."""
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != _user_id():
+        return False
+    return not hasattr(os, "getuid") or not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _user_id() -> int:
+    """Return the user ID; 0 where the system has none."""
+    return os.getuid() if hasattr(os, "getuid") else 0
 
 
 def removed_error(folder: Path) -> OutputError:

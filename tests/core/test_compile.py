@@ -15,8 +15,8 @@ import pytest
 
 import drysim
 from drysim.core import compile
-from drysim.core.compile import checked_cache_class
 from drysim.errors import DrysimError
+from drysim.system import private_folder
 
 # The engines: how one is settled, and where compiled kernels are kept.
 
@@ -37,33 +37,59 @@ def test_another_word_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         compile.engine()
 
 
-def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+@pytest.fixture
+def own_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
+    """Return an empty cache folder, for this test alone."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    compile.cache_folder.cache_clear()
-    try:
-        folder = compile.cache_folder()
-        assert folder == tmp_path / "drysim" / f"kernels-{compile.source_key()}"
-        assert folder.is_dir()
-    finally:
-        compile.cache_folder.cache_clear()
+    private_folder.cache_clear()
+    yield tmp_path
+    private_folder.cache_clear()
 
 
-def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
+    own_cache: Path,
 ) -> None:
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    compile.cache_folder.cache_clear()
-    try:
-        folder = compile.cache_folder()
-        assert folder is not None
-        assert folder.is_relative_to(tmp_path)
-    finally:
-        compile.cache_folder.cache_clear()
+    folder = compile.cache_folder()
+    assert folder is not None
+    assert folder.path == own_cache / "drysim" / f"kernels-{compile.source_key()}"
+    assert folder.path.is_dir()
+
+
+@pytest.fixture
+def numba_settings(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return the settings of numba, as a test may change them."""
+    monkeypatch.delenv(compile.ENGINE_VARIABLE, raising=False)
+    compile.is_plain.cache_clear()
+    import numba
+
+    yield numba.config
+    compile.is_plain.cache_clear()
+
+
+def test_kernels_are_plain_where_numba_is_switched_off(
+    numba_settings: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert (compile.engine(), compile.is_plain()) == ("compiled", False)
+    monkeypatch.setattr(numba_settings, "DISABLE_JIT", 1)
+    compile.is_plain.cache_clear()
+    assert (compile.engine(), compile.is_plain()) == ("plain", True)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[1, 2", "- a list", "!!python/name:os.system", "\udcff"],
+    ids=lambda text: text[:4],
+)
+def test_settings_that_numba_cannot_read_are_named_with_a_way_out(
+    tmp_path: Path, text: str
+) -> None:
+    (tmp_path / ".numba_config.yaml").write_bytes(text.encode(errors="surrogateescape"))
+    done = subprocess.run(
+        [sys.executable, "-c", "from drysim.core.compile import import_numba; import_numba()"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    last = done.stderr.splitlines()[-1]
+    assert "DrysimError: the compiler (numba) cannot be loaded: " in last
 
 
 def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
@@ -77,82 +103,6 @@ def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
     assert "DRYSIM_ENGINE=plain" in fault.value.hint
 
 
-@pytest.fixture
-def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
-    """Return a temporary folder for one whose cache cannot be made elsewhere."""
-    (tmp_path / "file").write_text("")
-    (tmp_path / "tmp").mkdir()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
-    compile.cache_folder.cache_clear()
-    yield tmp_path / "tmp"
-    compile.cache_folder.cache_clear()
-
-
-def folders_of(place: Path) -> list[Path]:
-    """Return the folders on the way to the kernels below a temporary folder."""
-    own = place / f"cache-{os.getuid()}"
-    return [own, own / "drysim", own / "drysim" / f"kernels-{compile.source_key()}"]
-
-
-OWNED = pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner there")
-
-
-@OWNED
-@pytest.mark.parametrize("mask", [0o000, 0o002, 0o022])
-def test_folders_of_kernels_are_for_the_user_alone(nowhere: Path, mask: int) -> None:
-    before = os.umask(mask)
-    try:
-        assert compile.cache_folder() == folders_of(nowhere)[-1]
-    finally:
-        os.umask(before)
-    assert {folder.stat().st_mode & 0o777 for folder in folders_of(nowhere)} == {0o700}
-
-
-@OWNED
-@pytest.mark.parametrize("deep", [0, 1, 2])
-@pytest.mark.parametrize("trap", ["writable by a group", "writable by all", "link", "owner"])
-def test_temporary_folder_that_somebody_has_prepared_is_not_used(
-    nowhere: Path, monkeypatch: pytest.MonkeyPatch, deep: int, trap: str
-) -> None:
-    folder = folders_of(nowhere)[deep]
-    folder.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    if trap == "link":
-        (nowhere / "mine").mkdir(mode=0o700)
-        folder.symlink_to(nowhere / "mine")
-    else:
-        folder.mkdir(mode=0o700)
-    if trap.startswith("writable"):
-        folder.chmod(0o770 if trap.endswith("group") else 0o707)
-    if trap == "owner":
-        about, lstat = os.lstat(folder), Path.lstat
-        theirs = os.stat_result((*about[:4], about.st_uid + 1, *about[5:10]))
-        monkeypatch.setattr(
-            Path, "lstat", lambda path: theirs if path == folder else lstat(path)
-        )
-    assert compile.cache_folder() is None
-
-
-@pytest.mark.parametrize("home", ["XDG_CACHE_HOME", "HOME"])
-def test_relative_cache_folder_is_ignored(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, home: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    monkeypatch.setenv(home, "here")
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
-    (tmp_path / "tmp").mkdir()
-    compile.cache_folder.cache_clear()
-    try:
-        folder = compile.cache_folder()
-    finally:
-        compile.cache_folder.cache_clear()
-    assert folder is not None
-    assert folder.is_relative_to(tmp_path / ("home/.cache" if home != "HOME" else "tmp"))
-    assert not (tmp_path / "here").exists()
-
-
 class Evil:
     """Runs a program when it is unpickled."""
 
@@ -160,34 +110,23 @@ class Evil:
         return os.mkdir, ("evil",)
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
 def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, ending: str
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    import numba
-
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    found = checked_cache_class()(compile.source_key)
-    files, data = found._cache_file, {"numbers": [1.0, 2.0]}
-    files.save("key", data)
-    assert files.load("key") == data
-    assert files.load("other") is None
-    (kept,) = tmp_path.rglob(f"*.{ending}")
-    whole = kept.read_bytes()
+    data = {"numbers": [1.0, 2.0]}
+    whole = compile.seal(pickle.dumps(data))
+    assert compile.unseal(whole) == data
     spoiled = bytearray(whole)
     spoiled[-1] ^= 255
     for words in (pickle.dumps(Evil()), whole[:-1], whole + b"\0", bytes(spoiled), b""):
-        kept.write_bytes(words)
         with pytest.raises(ValueError, match="does not match"):
-            files.load("key")
+            compile.unseal(words)
     assert not (tmp_path / "evil").exists()
-    kept.write_bytes(whole)
-    assert files.load("key") == data
 
 
 @pytest.fixture
-def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callable[..., str]]:
+def settled(monkeypatch: pytest.MonkeyPatch, own_cache: Path) -> Callable[..., str]:
     """Return the engine that `auto` settles on in a process that has loaded no kernel yet."""
 
     def engine(steps: int, *kernels: str) -> str:
@@ -196,10 +135,7 @@ def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callabl
         compile.choose_engine(steps, *kernels)
         return os.environ[compile.ENGINE_VARIABLE]
 
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    compile.cache_folder.cache_clear()
-    yield engine
-    compile.cache_folder.cache_clear()
+    return engine
 
 
 def test_short_job_stays_plain_and_a_long_one_is_compiled(
@@ -217,8 +153,7 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     assert settled(much, "taylor.march_taylor") == compile.COMPILED
     folder = compile.cache_folder()
     assert folder is not None
-    (folder / "core_0").mkdir()
-    (folder / "core_0" / "taylor.march_taylor-1.py311.nbi").touch()
+    (folder.path / "taylor.march_taylor-0123.nbc").touch()
     assert settled(middling, "taylor.march_taylor") == compile.COMPILED
     assert settled(middling, "march.march_modes sampled.march") == compile.PLAIN
 
@@ -318,13 +253,10 @@ def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
 @pytest.mark.parametrize("zeros", [0, 64], ids=["cut short", "ending in zeros"])
-def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(
-    site: Path, ending: str, zeros: int
-) -> None:
+def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site: Path, zeros: int) -> None:
     assert answer(start(site)) == (HALF, False)
-    kept = list((site.parent / "cache").rglob(f"*{ending}"))
+    kept = list((site.parent / "cache").rglob("*.nbc"))
     assert kept
     for file in kept:
         whole = file.read_bytes()

@@ -17,7 +17,6 @@ import contextlib
 import hashlib
 import os
 import pickle
-import stat
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -25,6 +24,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from drysim.errors import DrysimError
+from drysim.system import PrivateFolder, private_folder
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
@@ -74,21 +74,15 @@ def merged(function: Kernel) -> Kernel:
 
 
 def jit(function: Kernel, **options: Any) -> Kernel:
-    """Compile a kernel with the cache folder of this source."""
+    """Compile a kernel and keep it in the cache folder of this source."""
     numba = import_numba()
     make: Any = numba.njit
     # No kernel is called through a C function pointer: omitting that wrapper saves an eighth of
     # the time to compile.
     options |= {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
     kernel = make(**options)(function)
-    settings: Any = numba.config
-    before, folder = settings.CACHE_DIR, cache_folder()
-    if folder is not None:
-        settings.CACHE_DIR = str(folder)
-        try:
-            kernel._cache = checked_cache_class()(kernel.py_func)
-        finally:
-            settings.CACHE_DIR = before
+    if (folder := cache_folder()) is not None:
+        kernel._cache = kernel_cache_class()(function, folder)
     return cast(Kernel, kernel)
 
 
@@ -109,6 +103,13 @@ def import_numba() -> Any:
             "it needs about 0.5 GB of address space (see ulimit -v); "
             f"{ENGINE_VARIABLE}={PLAIN} runs without it, more slowly",
         ) from fault
+    except Exception as fault:  # numba reads its settings when it is imported
+        reason = " ".join(str(fault).split())
+        raise DrysimError(
+            f"the compiler (numba) cannot be loaded: {type(fault).__name__}: {reason}",
+            "remove .numba_config.yaml from this folder, or unset the variables NUMBA_*; "
+            f"{ENGINE_VARIABLE}={PLAIN} runs without it, more slowly",
+        ) from fault
     return numba
 
 
@@ -127,7 +128,7 @@ def as_engine_array(values: Any) -> Any:
 
 
 def engine() -> str:
-    """Return the requested engine: `plain` or `compiled`.
+    """Return the requested engine: `plain` or `compiled`; plain where numba is disabled.
 
     Raises
     ------
@@ -139,12 +140,16 @@ def engine() -> str:
         raise ValueError(
             f"{ENGINE_VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}"
         )
-    return COMPILED if word == AUTO else word
+    # A numba that the user has switched off cannot compile.
+    disabled = getattr(sys.modules.get("numba.core.config"), "DISABLE_JIT", 0)
+    return PLAIN if word == PLAIN or disabled else COMPILED
 
 
 @cache
 def is_plain() -> bool:
     """Return whether the kernels are plain; the first call fixes the answer for the process."""
+    if engine() == COMPILED:
+        import_numba()  # whose settings decide
     return engine() == PLAIN
 
 
@@ -174,7 +179,8 @@ def is_cached(kernels: str) -> bool:
     """Return whether one of these kernels, named as in `choose_engine`, is on disk."""
     folder = cache_folder()
     return not kernels or any(
-        folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
+        folder is not None and any(folder.path.glob(f"{name}-*.nbc"))
+        for name in kernels.split()
     )
 
 
@@ -182,118 +188,92 @@ def is_cached(kernels: str) -> bool:
 
 
 @cache
-def checked_cache_class() -> Any:
-    """Return a numba cache class that verifies checksums and ignores damaged files.
+def kernel_cache_class() -> Any:
+    """Return a numba cache class: one file with a checksum for each kernel and signature.
 
-    The folder is the one set in numba's configuration, see `cache_folder`.
+    numba's own cache reads its files by path and checks nothing. A file that is damaged counts
+    as missing.
     """
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
+    from numba.core.caching import _Cache
+    from numba.core.compiler import CompileResult
+    from numba.core.serialize import dumps
 
-    class ChecksummedIndex(IndexDataCacheFile):
-        """Index and kernels of a function, in files with a checksum."""
+    class KernelCache(_Cache):
+        """Compiled versions of one function in a private folder."""
 
-        def _load_index(self) -> Any:
-            try:
-                stamp, overloads = self._read(self._index_path)
-            except FileNotFoundError:
-                return {}
-            return overloads if stamp == self._source_stamp else {}
+        def __init__(self, function: Any, folder: PrivateFolder) -> None:
+            self._function = function
+            self._folder = folder
 
-        def _save_index(self, overloads: Any) -> None:
-            self._write(self._index_path, (self._source_stamp, overloads))
-
-        def _load_data(self, name: str) -> Any:
-            return self._read(self._data_path(name))
-
-        def _save_data(self, name: str, data: Any) -> None:
-            self._write(self._data_path(name), data)
-
-        def _read(self, path: str) -> Any:
-            with open(path, "rb") as stream:
-                sealed = stream.read()
-            checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
-            if hashlib.sha256(words).digest() != checksum:
-                raise ValueError("checksum of a cached kernel does not match")
-            return pickle.loads(words)
-
-        def _write(self, path: str, data: Any) -> None:
-            words = self._dump(data)
-            with self._open_for_write(path) as stream:
-                stream.write(hashlib.sha256(words).digest() + words)
-
-    class CheckedCache(FunctionCache):
-        """Cache of the kernels of one function."""
-
-        def __init__(self, py_func: Any) -> None:
-            super().__init__(py_func)
-            stamp = self._impl.locator.get_source_stamp()
-            self._cache_file = ChecksummedIndex(
-                self._cache_path, self._impl.filename_base, stamp
-            )
+        @property
+        def cache_path(self) -> str:
+            """Path of the folder."""
+            return str(self._folder.path)
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             """Return a kernel, or None if there is no undamaged one."""
+            target_context.refresh()
             try:
-                return super().load_overload(sig, target_context)
+                sealed = self._folder.read(self._file(sig, target_context.codegen()))
+                return CompileResult._rebuild(target_context, *unseal(sealed))
             except Exception:  # a file of another machine may raise anything
-                with contextlib.suppress(OSError):
-                    self.flush()
                 return None
 
         def save_overload(self, sig: Any, data: Any) -> None:
             """Save a kernel if the disk has room for it."""
+            if data.library.has_dynamic_globals:  # addresses of this process
+                return
             with contextlib.suppress(OSError):
-                super().save_overload(sig, data)
+                sealed = seal(dumps(data._reduce()))
+                self._folder.write(self._file(sig, data.codegen), sealed)
 
-    return CheckedCache
+        def _file(self, sig: Any, codegen: Any) -> str:
+            """Return the name of the file of a signature on a processor."""
+            key = repr((sig, codegen.magic_tuple())).encode()
+            return f"{kernel_name(self._function)}-{hashlib.sha256(key).hexdigest()[:16]}.nbc"
+
+        def enable(self) -> None:
+            """Do nothing: the cache is always in use."""
+
+        def disable(self) -> None:
+            """Do nothing: the cache is always in use."""
+
+        def flush(self) -> None:
+            """Do nothing: files are written at once."""
+
+    return KernelCache
+
+
+def kernel_name(function: Callable[..., Any]) -> str:
+    """Return `module.function` of a kernel, without the packages."""
+    return f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
+
+
+def seal(words: bytes) -> bytes:
+    """Return bytes with their checksum before them."""
+    return hashlib.sha256(words).digest() + words
+
+
+def unseal(sealed: bytes) -> Any:
+    """Unpickle what `seal` returned.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are damaged; they are not unpickled.
+    """
+    checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
+    if hashlib.sha256(words).digest() != checksum:
+        raise ValueError("checksum of a cached kernel does not match")
+    return pickle.loads(words)
+
+
+def cache_folder() -> PrivateFolder | None:
+    """Return the folder for the kernels of this source, None if there is no private one."""
+    return private_folder(f"kernels-{source_key()}")
 
 
 @cache
-def cache_folder() -> Path | None:
-    """Return a folder for the kernels of this source that only the user may write, or None.
-
-    It lies in the user's cache folder, else below the temporary folder. As anybody may create
-    folders there, each folder on that path must be owned by the user.
-    """
-    import tempfile
-
-    name, own = f"kernels-{source_key()}", f"cache-{_user_id()}"
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(home):  # relative: to be ignored by the XDG specification
-        home = os.path.join(os.path.expanduser("~"), ".cache")
-    cache, temporary = Path(home, "drysim"), Path(tempfile.gettempdir())
-    user_folder = temporary / own
-    candidates = (
-        (cache, (cache / name,)),
-        (temporary, (user_folder, user_folder / "drysim", user_folder / "drysim" / name)),
-    )
-    for parent, folders in candidates:
-        try:
-            if not parent.is_absolute():
-                continue
-            parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            for folder in folders:
-                folder.mkdir(exist_ok=True, mode=0o700)
-        except OSError:
-            continue
-        if all(map(_is_private, folders)) and os.access(folders[-1], os.W_OK):
-            return folders[-1]
-    return None
-
-
-def _is_private(folder: Path) -> bool:
-    """Return whether a path is a folder, not a link, that only the user owns and may write."""
-    about = folder.lstat()
-    if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user_id():
-        return False
-    return not hasattr(os, "getuid") or not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-
-
-def _user_id() -> int:
-    """Return the user ID; 0 where the system has none."""
-    return os.getuid() if hasattr(os, "getuid") else 0
-
-
 def source_key() -> str:
     """Return a short key that changes with the core's source, Python and numba."""
     numba = import_numba()

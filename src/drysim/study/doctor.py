@@ -125,8 +125,8 @@ def check_engine() -> list[Finding]:
     if cache is None:
         state = "no writable folder: every process compiles again; set XDG_CACHE_HOME"
     else:
-        kernels = sum(1 for _ in cache.rglob("*.nbi"))
-        state = f"{cache}, {kernels} kernels cached"
+        kernels = sum(1 for _ in cache.path.glob("*.nbc"))
+        state = f"{cache.path}, {kernels} kernels cached"
     return [Finding("engine", True, word), Finding("cache", cache is not None, state)]
 
 
