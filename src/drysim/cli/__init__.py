@@ -155,6 +155,7 @@ def command() -> NoReturn:
     sweep.
     """
     os.environ.setdefault(ENGINE_VARIABLE, AUTO)
+    process.set_environment()
     gc.set_threshold(GC_THRESHOLD, 20, 20)
     install_signal_handlers()
     code = main()

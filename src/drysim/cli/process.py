@@ -30,6 +30,7 @@ from drysim.errors import (
     OutputError,
     WarningMessage,
 )
+from drysim.system import private_folder
 
 if TYPE_CHECKING:
     from drysim.output.folder import LockedFolder
@@ -169,6 +170,22 @@ def discard_stdout() -> None:
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, sys.stdout.fileno())
     os.close(null_device)
+
+
+# Settings of libraries.
+
+
+def set_environment() -> None:
+    """Make the libraries independent of the user's settings; started processes inherit it.
+
+    Pictures are drawn with Agg. The list of fonts is kept: where matplotlib cannot write into
+    the home folder, it would scan all fonts in every process and leave a folder behind.
+    DRYSIM_ENGINE alone chooses the engine: the variable of numba overrides .numba_config.yaml.
+    """
+    os.environ["MPLBACKEND"] = "agg"
+    if (folder := private_folder("matplotlib")) is not None:
+        os.environ["MPLCONFIGDIR"] = str(folder.path)
+    os.environ["NUMBA_DISABLE_JIT"] = "0"
 
 
 # Output.

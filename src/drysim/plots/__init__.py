@@ -56,6 +56,8 @@ def plot(
         sweep,
     )
 
+    style.import_matplotlib()
+    style.register_with_notebook()
     with style.picture_style():
         if isinstance(result, BranchesResult):
             return branches.draw(result)

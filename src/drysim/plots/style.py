@@ -8,10 +8,13 @@ the number of lines in heading and legend determines the height of the picture.
 from __future__ import annotations
 
 import logging
+import os
 import re
+import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drysim import wording
+from drysim.errors import DrysimError
 from drysim.scenario.axes import FILE_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.compare import FREQUENCY_KEY, Comparison, describe_coinciding
@@ -82,16 +86,53 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
 @contextmanager
 def picture_style() -> Iterator[None]:
     """Draw in drysim's style, whatever the user's matplotlibrc says."""
-    # matplotlib warns where its cache folder is not writable; the picture is not affected.
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    import matplotlib
-
+    matplotlib = import_matplotlib()
     params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
     del params["backend"]
     with matplotlib.rc_context(params), warnings.catch_warnings():
         # A character that is missing in the font is drawn as a box, without a warning.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         yield
+
+
+def import_matplotlib() -> Any:
+    """Import and return matplotlib, whatever backend the environment names.
+
+    A picture needs no backend, and MPLBACKEND may name one that is missing here: programs that
+    a notebook starts inherit the one of its kernel.
+
+    Raises
+    ------
+    DrysimError
+        If matplotlib cannot be loaded, for lack of a folder or because of its settings.
+    """
+    # matplotlib warns where its cache folder is not writable; the picture is not affected.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    backend = None if "matplotlib" in sys.modules else os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib.font_manager  # needs a folder for its list of fonts
+    except Exception as fault:  # it reads settings and folders when it is imported
+        reason = " ".join(str(fault).split())
+        raise DrysimError(
+            f"matplotlib cannot be loaded: {type(fault).__name__}: {reason}",
+            "see MPLCONFIGDIR and a file matplotlibrc in this folder; a command computes "
+            "without it by --no-plots",
+        ) from fault
+    finally:
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    if backend:
+        with suppress(ValueError):  # as matplotlib does on import, but for the error
+            matplotlib.rcParams["backend"] = backend
+    return matplotlib
+
+
+def register_with_notebook() -> None:
+    """Load the backend of a notebook, which teaches IPython to show the figures of a cell."""
+    backend = os.environ.get("MPLBACKEND", "")
+    if "IPython" in sys.modules and backend.startswith("module://"):
+        with suppress(ImportError):
+            import_module(backend.removeprefix("module://"))
 
 
 # Layout: heading, panels, legend.

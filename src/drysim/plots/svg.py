@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from drysim.plots.style import SAVE_OPTIONS, picture_style
+from drysim.plots.style import SAVE_OPTIONS, import_matplotlib, picture_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,9 +87,7 @@ def inline_svg(
     str or None
         The element, None without a figure.
     """
-    import matplotlib
-
-    with picture_style(), matplotlib.rc_context(RC_PARAMS):
+    with picture_style(), import_matplotlib().rc_context(RC_PARAMS):
         if (figure := draw()) is None:
             return None
         texts: list[Any] = figure.findobj(lambda artist: hasattr(artist, "set_text"))
