@@ -42,10 +42,11 @@ fmt: $(TOOLS) ## put the code into shape
 
 lint: $(TOOLS) ## ruff: rules and shape
 	$(RUN) ruff check src tests
+	$(RUN) ruff check --quiet --preview --select PLW1514 src # each file names its encoding
 	$(RUN) ruff format --check src tests
 
-types: $(TOOLS) ## mypy, strict
-	$(RUN) mypy
+types: $(TOOLS) ## mypy, strict, for Linux, macOS and Windows
+	$(foreach system,linux darwin win32,$(RUN) mypy --platform $(system) --cache-dir .mypy_cache/$(system) &&) true
 
 layers: $(TOOLS) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo

@@ -666,7 +666,7 @@ def test_two_at_once_do_not_mix():
 @pytest.mark.parametrize("atomic", [True, False], ids=["exchange", "two renames"])
 def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, atomic):
     if not atomic:
-        monkeypatch.setattr(folder, "_exchange", lambda *_: False)
+        monkeypatch.setattr(folder, "exchange_folders", lambda *_: False)
 
     def put(word):
         with fresh(Path("out")) as partial:

@@ -6,8 +6,11 @@ block forever. What Linux, macOS and Windows do differently is decided here and 
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
+import sys
+import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -60,6 +63,13 @@ def processor_count() -> int:
 
 def _physical_memory() -> float:
     """Return the physical memory [bytes]; infinity where the system does not report it."""
+    if sys.platform == "win32":
+        import ctypes
+
+        status = (ctypes.c_uint64 * 8)()  # MEMORYSTATUSEX: its size, ..., the memory, ...
+        status[0] = ctypes.sizeof(status)
+        done = ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
+        return float(status[1]) if done else inf
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, OSError, ValueError):
@@ -290,6 +300,122 @@ def _is_private(status: os.stat_result) -> bool:
 def _user_id() -> int:
     """Return the user ID; 0 where the system has none."""
     return os.getuid() if hasattr(os, "getuid") else 0
+
+
+# Folders that are replaced while others may read them.
+
+
+MAX_WAIT, WAIT = 2.0, 0.05
+"""How long, and how often, a rename is tried on Windows [s]."""
+
+MAX_PATH = 260
+"""Length of a path from which Windows may fail without naming the reason [characters]."""
+
+ERROR_PATH_NOT_FOUND, ERROR_FILENAME_EXCED_RANGE = 3, 206
+"""What Windows reports where a path is too long; it gives the first for other reasons, too."""
+
+
+def replace(source: Path, target: Path) -> None:
+    """Rename a file or a folder; a file that exists is replaced.
+
+    On Windows, a file can be neither replaced nor moved while a program has it open. A virus
+    scanner or an index of files has it open for a moment only, so the rename is tried again.
+    """
+    begin = time.monotonic()
+    while True:
+        try:
+            os.replace(source, target)
+            return
+        except PermissionError:
+            if sys.platform != "win32" or time.monotonic() - begin > MAX_WAIT:
+                raise
+        time.sleep(WAIT)
+
+
+def exchange_folders(one: Path, other: Path) -> bool:
+    """Exchange two folders atomically; False where the system cannot (all but Linux)."""
+    import ctypes
+
+    try:
+        rename = ctypes.CDLL(None).renameat2
+    except (AttributeError, OSError, TypeError):
+        return False
+    at_fdcwd, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
+    return bool(rename(at_fdcwd, os.fsencode(one), at_fdcwd, os.fsencode(other), swap) == 0)
+
+
+@contextmanager
+def lock_folder(folder: Path) -> Iterator[None]:
+    """Lock a folder against other processes; the lock ends with the process, even if killed.
+
+    Where the file system has no locks, as on some network disks, there is none.
+
+    Raises
+    ------
+    BlockingIOError
+        When another process holds the lock, or has replaced the folder.
+    """
+    if sys.platform == "win32":
+        import msvcrt
+
+        # A file within the folder would keep it from being renamed. Windows does not remove a
+        # file that another process has open, so all processes lock the same file.
+        file = folder.with_name(f"{folder.name}.drysim-lock")
+        handle = os.open(file, os.O_RDWR | os.O_CREAT)
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        except PermissionError:
+            os.close(handle)
+            raise BlockingIOError(f"{file} is locked") from None
+        except OSError:
+            pass
+        try:
+            yield
+        finally:
+            os.close(handle)
+            with suppress(OSError):
+                file.unlink()
+    else:
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise
+            except OSError:
+                pass
+            if not os.path.samestat(os.fstat(handle), os.stat(folder)):
+                raise BlockingIOError(f"{folder} was replaced")
+            yield
+        finally:
+            os.close(handle)
+
+
+def flush_to_disk(path: Path) -> None:
+    """Flush a file or folder to the disk.
+
+    On Windows a folder cannot be opened, and a file must be open for writing.
+    """
+    on_windows = sys.platform == "win32"
+    if on_windows and path.is_dir():
+        return
+    handle = os.open(path, os.O_RDWR if on_windows else os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def is_path_too_long(fault: OSError) -> bool:
+    """Return whether a file could not be opened because its path is too long."""
+    code = getattr(fault, "winerror", None)  # only on Windows
+    return (
+        fault.errno == errno.ENAMETOOLONG
+        or code == ERROR_FILENAME_EXCED_RANGE
+        or (code == ERROR_PATH_NOT_FOUND and len(str(fault.filename)) >= MAX_PATH)
+    )
 
 
 def removed_error(folder: Path) -> OutputError:

@@ -8,8 +8,10 @@ and is stopped at a time limit.
 
 from __future__ import annotations
 
+import _thread
 import gc
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -114,36 +116,56 @@ def try_within(work: Callable[[], Given], seconds: float) -> Given | str:
         return f"{type(fault).__name__}: {fault}"
 
 
+if sys.platform == "win32":
+    TIMER_SIGNAL = signal.SIGABRT
+else:
+    TIMER_SIGNAL = signal.SIGALRM
+"""Signal whose handler ends a block at its time limit. A thread asks Python to call it, so that
+every system has such a timer."""
+
+
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
     """Limit the time of a block [s]; a running kernel is not interrupted.
 
-    Compilation does not count: the time starts again after it. There is no limit on systems
-    without SIGALRM and outside the main thread.
+    Compilation does not count: the time starts again after it. There is no limit outside the
+    main thread, where Python handles no signals.
 
     Raises
     ------
     SolverError
         After the time limit.
     """
-    here = threading.current_thread() is threading.main_thread()
-    if not (here and hasattr(signal, "setitimer")):
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
 
+    def start() -> threading.Timer:
+        timer = threading.Timer(seconds, _thread.interrupt_main, (TIMER_SIGNAL,))
+        timer.daemon = True
+        timer.start()
+        return timer
+
     def over(*_: object) -> None:
+        if ended:
+            return
         if is_compiling():
-            signal.setitimer(signal.ITIMER_REAL, seconds)
+            timers.append(start())
             return
         raise SolverError(f"time limit of {format_number(seconds, 's')} exceeded")
 
-    before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    before = signal.signal(TIMER_SIGNAL, over)
+    ended = False
+    timers: list[threading.Timer] = []
     try:
+        timers.append(start())
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        ended = True
+        for timer in timers:
+            timer.cancel()
+            timer.join()
+        signal.signal(TIMER_SIGNAL, before)
 
 
 class BenchOptions(NamedTuple):

@@ -25,7 +25,7 @@ from drysim.cli.process import (
     INTERRUPT_REQUESTED,
     STREAM_ERRORS,
     install_signal_handlers,
-    open_closed_streams,
+    prepare_streams,
     stdout_error,
     tolerate_closed_pipe,
 )
@@ -128,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 done, 1 a check failed, 2 nothing computed, 3 the numerics failed, 70 a bug,
         130 interrupted.
     """
-    open_closed_streams()
+    prepare_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -526,16 +527,18 @@ def validate(
 
 def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     """Show metrics, quantiles and checks of a finished result."""
-    from drysim.console import summaries
-    from drysim.output.folder import read_sidecar
+    from drysim.console import summaries, terminal
+    from drysim.output.folder import read_sidecar, translate_damage
 
     fields = read_sidecar(folder)
+    with translate_damage(folder):  # a damaged result is found before anything is shown
+        summaries.show_sidecar(fields, terminal.PlainConsole(StringIO()))
     with tolerate_closed_pipe():
         if as_json:
             words = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
             typer.echo(json.dumps(words, indent=2))
         else:
-            summaries.show_sidecar(fields)
+            summaries.show_sidecar(fields, terminal.stdout())
     return EXIT_OK
 
 

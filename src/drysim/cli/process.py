@@ -14,6 +14,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from threading import Event, Thread
 from time import sleep
@@ -38,8 +39,9 @@ if TYPE_CHECKING:
 
 # Signals.
 
-SIGNAL_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Signals that interrupt; Windows lacks SIGHUP."""
+SIGNAL_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+"""Signals that interrupt. Windows lacks SIGHUP; it alone has SIGBREAK, of Ctrl-Break and of a
+window that is closed."""
 
 DEFAULT_HANDLERS = (signal.SIG_DFL, signal.default_int_handler)
 """The handlers that Python sets; an ignored signal, as under `nohup`, stays ignored."""
@@ -67,7 +69,8 @@ def install_signal_handlers() -> None:
     for number in handled:
         signal.signal(number, _handle_signal)
     read, write = os.pipe()
-    os.set_blocking(write, False)
+    if sys.platform != "win32":  # where Python before 3.12 has no pipe that does not block
+        os.set_blocking(write, False)
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
     if hasattr(os, "register_at_fork"):  # a child process would write to the pipe of its parent
         os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
@@ -118,11 +121,18 @@ STREAM_ERRORS = {
 """Errors of a write to a stream; the OSError of a failed library load has no number."""
 
 
-def open_closed_streams() -> None:
-    """Replace a closed standard stream, as in `drysim run x.yaml >&-`, by the null device."""
+def prepare_streams() -> None:
+    """Make the standard streams take any text.
+
+    A closed one, as in `drysim run x.yaml >&-`, is replaced by the null device. Characters that
+    the encoding of a console lacks are shown as `?`.
+    """
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the end
+        if (stream := getattr(sys, name)) is None:
+            null_device = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - stays open
+            setattr(sys, name, null_device)
+        elif isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 @contextmanager

@@ -243,9 +243,8 @@ def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:
     yield SummaryRow("stops hit", times, impact + lost, "bold red")
 
 
-def show_sidecar(fields: Fields) -> None:
+def show_sidecar(fields: Fields, console: AnyConsole) -> None:
     """Show the summary of a result from the content of its drysim.json."""
-    console = stdout()
     print_line(console, (wording.sanitise(str(fields["scenario"]["name"])), "bold"))
     show_scene(console, sidecar_scene(fields))
     # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.

@@ -99,11 +99,8 @@ def stderr() -> AnyConsole:
 
 
 def _open_console(to_stderr: bool) -> AnyConsole:
-    """Return a console; characters that its encoding lacks are printed as `?`."""
+    """Return a console."""
     stream = sys.stderr if to_stderr else sys.stdout
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors="replace")
     if is_plain_stream(stream):
         return PlainConsole(stream)
     from rich.console import Console

@@ -35,8 +35,16 @@ from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
 from drysim.forced_exit import at_forced_exit, no_forced_exit
-from drysim.output.sidecar import Provenance, json_text
-from drysim.system import removed_error
+from drysim.output.sidecar import FORMAT_VERSION, Provenance, json_text
+from drysim.system import (
+    exchange_folders,
+    flush_to_disk,
+    is_path_too_long,
+    lock_folder,
+    removed_error,
+    replace,
+)
+from drysim.units import shorten
 from drysim.wording import sanitise
 
 MARKER = "drysim.json"
@@ -99,12 +107,19 @@ GENERATOR = '<meta name="generator" content="drysim '
 FITTED_FILE, BEST_FILE = "fitted.yaml", "best.yaml"
 """The scenario with the values that a fit found, and that of the best design."""
 
-IGNORED_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
-"""Files written by file managers; they may be deleted with the folder."""
+IGNORED_FILES = re.compile(
+    r"\.DS_Store|Thumbs\.db|desktop\.ini|\.nfs[0-9a-f]+|~\$.*|\.~lock\..*#", re.DOTALL
+)
+"""Files of file managers, network disks (removed while open) and office programs (a table that
+they show); they may be deleted with the folder."""
 
 BYTE_UNITS = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
 """Units of file sizes [B]."""
 
+DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+"""What reading values of a wrong type or size raises."""
+
+AGAIN_HINT = "compute the result again"
 OTHER_FOLDER_HINT = "choose another folder with --out"
 ERRNO_HINTS = {
     errno.ENOSPC: f"free disk space, or {OTHER_FOLDER_HINT}",
@@ -179,7 +194,7 @@ def write_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
     fields["files"] = dict(sorted(listed.items()))
     write_marker(folder, json_text(fields))
     (folder / MARKER_DRAFT).write_bytes(content)
-    os.replace(folder / MARKER_DRAFT, folder / REPORT_FILE)
+    replace(folder / MARKER_DRAFT, folder / REPORT_FILE)
 
 
 def result_files(partial: Path) -> list[Path]:
@@ -198,6 +213,10 @@ def _sha256(file: Path) -> str:
 
 
 # The lock on a folder, from before the work until its result is in place.
+
+
+class NotReplacedError(OutputError):
+    """A result is complete in `<name>.partial`, but the old folder cannot give way to it."""
 
 
 class LockedFolder(NamedTuple):
@@ -264,6 +283,8 @@ def _mark_partial(
             remove_contents(partial, {*STORES, MARKER} if resume else set())
             write_marker(partial, '{"format": 1, "complete": false}\n')
             yield LockedFolder(folder, partial, partial.stat())
+        except NotReplacedError:
+            raise
         except BaseException as fault:
             reserve.close()
             gone = isinstance(fault, FileNotFoundError) and not partial.exists()
@@ -297,11 +318,17 @@ def write_marker(folder: Path, text: str) -> None:
     """
     (folder / MARKER_DRAFT).write_text(text, encoding="utf-8", newline="\n")
     flush_to_disk(folder / MARKER_DRAFT)
-    os.replace(folder / MARKER_DRAFT, folder / MARKER)
+    replace(folder / MARKER_DRAFT, folder / MARKER)
 
 
 def install_partial(locked: LockedFolder) -> None:
-    """Replace the output folder by `<name>.partial`, without its finished cases."""
+    """Replace the output folder by `<name>.partial`, without its finished cases.
+
+    Raises
+    ------
+    NotReplacedError
+        When the old folder cannot give way, as on Windows while a file of it is open.
+    """
     target = resolve_name(locked.folder)
     check_lock(locked)
     kept = [path for path in locked.partial.iterdir() if path.name not in STORES]
@@ -310,7 +337,17 @@ def install_partial(locked: LockedFolder) -> None:
     foreign = {path.partition("/")[0] for path in foreign_files(locked.partial)}
     for name in set(STORES) - foreign:
         shutil.rmtree(locked.partial / name, ignore_errors=True)
-    replace_folder(locked.partial, target, sibling(target, "replaced"))
+    try:
+        replace_folder(locked.partial, target, sibling(target, "replaced"))
+    except (OSError, OutputError) as fault:
+        if not locked.partial.exists():
+            raise
+        reason = getattr(fault, "strerror", None) or str(fault)
+        raise NotReplacedError(
+            f"cannot replace {locked.folder}: {reason.lower()}",
+            f"the result is complete in {locked.partial}; close the programs that show files "
+            f"of {locked.folder}, and rename it",
+        ) from fault
 
 
 def release_partial(partial: Path) -> None:
@@ -434,7 +471,8 @@ def translate_os_errors(folder: Path) -> Iterator[None]:
         yield
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
-        hint = ERRNO_HINTS.get(fault.errno or 0, OTHER_FOLDER_HINT)
+        number = errno.ENAMETOOLONG if is_path_too_long(fault) else fault.errno or 0
+        hint = ERRNO_HINTS.get(number, OTHER_FOLDER_HINT)
         raise OutputError(f"cannot write {folder}: {reason}", hint) from fault
 
 
@@ -449,24 +487,19 @@ def check_ownership(target: Path, leftover: bool = False) -> None:
         )
     if not target.is_dir():
         raise OutputError(f"{target} is a file, not a folder", hint)
-    held = set(os.listdir(target)) - IGNORED_FILES - {MARKER_DRAFT}
+    names = {name for name in os.listdir(target) if not IGNORED_FILES.fullmatch(name)}
+    held = names - {MARKER_DRAFT}
     marker = _read_marker(target)
     if held and marker is None:
         raise OutputError(f"{target} was not written by drysim; it stays as it is", hint)
-    if leftover:
-        if foreign := foreign_files(target):
-            raise OutputError(f"{target} holds {foreign[0]}, which drysim did not write", hint)
-        return
-    if marker is None:
-        return
-    ours = _listed_files(marker)
-    folders = {name.partition("/")[0] for name in ours if "/" in name}
-    inner = {
-        f"{name}/{path}" for name in held & folders for path in _files_within(target / name)
-    }
-    foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
+    foreign = foreign_files(target, leftover)
+    if not leftover:
+        listed = {name.partition("/")[0] for name in _listed_files(marker)}
+        foreign += [name for name in held - listed - {*STORES} if _is_empty(target / name)]
     if foreign:
-        raise OutputError(f"{target} holds {foreign[0]}, which drysim did not write", hint)
+        raise OutputError(f"{target} holds {min(foreign)}, which drysim did not write", hint)
+    if leftover or marker is None:
+        return
     if _is_edited(target / SCENARIO_FILE, marker):
         raise OutputError(
             f"{target / SCENARIO_FILE} was edited since drysim wrote it, and would be replaced",
@@ -474,16 +507,24 @@ def check_ownership(target: Path, leftover: bool = False) -> None:
         )
 
 
-def foreign_files(partial: Path) -> list[str]:
-    """Return the files in a `<name>.partial` that drysim neither keeps nor writes there."""
-    ours = _listed_files(_read_marker(partial)) | {MARKER, MARKER_DRAFT}
+def foreign_files(folder: Path, leftover: bool = True) -> list[str]:
+    """Return the files in a folder of a result that drysim neither keeps nor writes there.
+
+    Finished cases may be left in any folder: a network disk keeps a file that is still open. In
+    a leftover, a `<name>.partial`, a file of a result need not be in the marker yet.
+    """
+    listed = _listed_files(_read_marker(folder)) | {MARKER, MARKER_DRAFT}
+    known = (RESUMABLE_FILES, RESULT_FILES) if leftover else (RESUMABLE_FILES,)
     return sorted(
         path
-        for path in _files_within(partial)
-        if path not in ours
-        and not RESUMABLE_FILES.fullmatch(path)
-        and not RESULT_FILES.fullmatch(path)
+        for path in _files_within(folder)
+        if path not in listed and not any(files.fullmatch(path) for files in known)
     )
+
+
+def _is_empty(path: Path) -> bool:
+    """Whether a path is a folder without any file."""
+    return path.is_dir() and not any(_files_within(path))
 
 
 def _read_marker(target: Path) -> dict[str, Any] | None:
@@ -504,7 +545,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     Raises
     ------
     OutputError
-        When the folder has none.
+        When the folder has none, or one of a later version.
     """
     file = folder / MARKER
     hint = (
@@ -528,7 +569,30 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
     if not isinstance(fields, dict) or not needed <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
+    version = fields.get("format")
+    if isinstance(version, int) and version > FORMAT_VERSION:
+        raise OutputError(
+            f"{file} was written by a later version of drysim: it has format {version}, and "
+            f"this version reads formats up to {FORMAT_VERSION}",
+            "update drysim",
+        )
     return fields
+
+
+@contextmanager
+def translate_damage(folder: Path) -> Iterator[None]:
+    """Turn what values of a wrong type or size raise into an error of drysim.json.
+
+    Raises
+    ------
+    OutputError
+        In place of an exception of the block.
+    """
+    try:
+        yield
+    except DAMAGE as fault:
+        reason = shorten(f"{type(fault).__name__}: {fault}", 200)
+        raise OutputError(f"{folder / MARKER} is damaged: {reason}", AGAIN_HINT) from fault
 
 
 def _no_number(word: str) -> None:
@@ -537,9 +601,22 @@ def _no_number(word: str) -> None:
 
 
 def add_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
-    """Write the report of a finished result into its folder; errors as of `check_report`."""
+    """Write the report of a finished result into its folder.
+
+    `fields` are those of drysim.json from which the report was made.
+
+    Raises
+    ------
+    OutputError
+        As of `check_report`, and when another result has taken the place of this one.
+    """
     with translate_os_errors(folder), exclusive_lock(folder, folder):
         check_ownership(folder)
+        if read_sidecar(folder) != fields:
+            raise OutputError(
+                f"{folder} was replaced by another result while its report was written",
+                "repeat the command",
+            )
         write_report(folder, page, fields)
 
 
@@ -584,7 +661,7 @@ def save_report(file: Path, page: str) -> None:
     with translate_os_errors(file):
         try:
             draft.write_bytes(page.encode())
-            os.replace(draft, file)
+            replace(draft, file)
         except BaseException:
             draft.unlink(missing_ok=True)
             raise
@@ -599,7 +676,7 @@ def _listed_files(marker: dict[str, Any] | None) -> set[str]:
 def _files_within(folder: Path) -> Iterator[str]:
     """Yield the files in a folder of a result, as relative paths."""
     for path in folder.rglob("*"):
-        if not path.is_dir() and path.name not in IGNORED_FILES:
+        if not path.is_dir() and not IGNORED_FILES.fullmatch(path.name):
             yield path.relative_to(folder).as_posix()
 
 
@@ -639,34 +716,22 @@ def replace_folder(partial: Path, target: Path, backup: Path) -> None:
     if target.exists() and not any(target.iterdir()):
         target.rmdir()
     if not target.exists():
-        partial.rename(target)
+        replace(partial, target)
         flush_to_disk(target.parent)
         return
     with exclusive_lock(target, target):
-        if _exchange(partial, target):
+        if exchange_folders(partial, target):
             backup = partial
         else:
             # A kill between these two leaves the old folder as `backup`: see recover().
-            target.rename(backup)
+            replace(target, backup)
             try:
-                partial.rename(target)
+                replace(partial, target)
             except OSError:
-                backup.rename(target)
+                replace(backup, target)
                 raise
         flush_to_disk(target.parent)
         remove_folder(backup)
-
-
-def _exchange(one: Path, other: Path) -> bool:
-    """Exchange two folders atomically; False where the system cannot (all but Linux)."""
-    import ctypes
-
-    try:
-        rename = ctypes.CDLL(None).renameat2
-    except (AttributeError, OSError, TypeError):
-        return False
-    at_fdcwd, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
-    return bool(rename(at_fdcwd, os.fsencode(one), at_fdcwd, os.fsencode(other), swap) == 0)
 
 
 def recover(target: Path, backup: Path) -> None:
@@ -674,7 +739,7 @@ def recover(target: Path, backup: Path) -> None:
     if backup.exists() and target.exists():
         remove_folder(backup)
     elif backup.exists():
-        backup.rename(target)
+        replace(backup, target)
 
 
 @contextmanager
@@ -686,27 +751,14 @@ def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
     OutputError
         When another process holds the lock, or has replaced the folder.
     """
-    if os.name == "nt":  # Folders cannot be locked there.
-        yield
-        return
-    import fcntl
-
-    busy = OutputError(
-        f"another drysim process is writing {folder}", f"wait for it, or {OTHER_FOLDER_HINT}"
-    )
-    handle = os.open(target, os.O_RDONLY)
     try:
-        # Some network disks have no locks: on any other OSError continue without.
-        with suppress(OSError):
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise busy from None
-        if not os.path.samestat(os.fstat(handle), os.stat(target)):
-            raise busy
-        yield
-    finally:
-        os.close(handle)
+        with lock_folder(target):
+            yield
+    except BlockingIOError:
+        raise OutputError(
+            f"another drysim process is writing {folder}",
+            f"wait for it, or {OTHER_FOLDER_HINT}",
+        ) from None
 
 
 def remove_contents(folder: Path, keep: Collection[str] = ()) -> None:
@@ -729,14 +781,3 @@ def remove_folder(folder: Path) -> None:
         remove_contents(folder)
     with suppress(OSError):
         folder.rmdir()  # works for an empty folder even if no more files can be opened
-
-
-def flush_to_disk(path: Path) -> None:
-    """Flush a file or folder to the disk."""
-    if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
-        return
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

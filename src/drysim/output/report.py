@@ -34,7 +34,14 @@ from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
 from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.output.folder import MARKER, REPORT_FILE, SCENARIO_FILE, read_sidecar
+from drysim.output.folder import (
+    AGAIN_HINT,
+    MARKER,
+    REPORT_FILE,
+    SCENARIO_FILE,
+    read_sidecar,
+    translate_damage,
+)
 from drysim.output.sidecar import Provenance
 from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
 from drysim.study.branches import BranchesResult
@@ -696,9 +703,6 @@ class Stored(BaseModel):
     files: dict[str, str]
 
 
-AGAIN_HINT = "compute the result again"
-
-
 def read_result(folder: Path) -> Fields:
     """Read the drysim.json of a finished result that has a report.
 
@@ -710,24 +714,18 @@ def read_result(folder: Path) -> Fields:
     fields, file = read_sidecar(folder), folder / MARKER
     if fields.get("exit_code") == EXIT_INTERRUPTED:
         raise OutputError(f"{folder} is not finished", "finish it with --resume")
-    try:
-        Stored.model_validate(fields)
+    with translate_damage(folder):
+        try:
+            Stored.model_validate(fields)
+        except ValidationError as fault:
+            first = fault.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
+            raise OutputError(sentence, AGAIN_HINT) from fault
         # All that a report takes of the file is taken here once, so that no value of a wrong
         # type or size is found later, where it could not be told from a fault of the program.
         content(fields), judge(fields), [*numbers(fields["metrics"])], compared_names(fields)
-    except ValidationError as fault:
-        first = fault.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
-        raise OutputError(sentence, AGAIN_HINT) from fault
-    except DAMAGE as fault:
-        sentence = f"{file} is damaged: {type(fault).__name__}: {fault}"
-        raise OutputError(sentence, AGAIN_HINT) from fault
     return fields
-
-
-DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
-"""What reading values of a wrong type or size raises."""
 
 
 def count_parts(fields: Fields) -> int:

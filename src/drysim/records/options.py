@@ -228,8 +228,15 @@ class InFile(Block):
 
     @property
     def path(self) -> Path:
-        """Path of the file as messages show it."""
-        return self._folder / self.file
+        """Path of the file as messages show it.
+
+        A scenario from Windows may separate folders by backslashes, which elsewhere belong to
+        a name.
+        """
+        path = self._folder / self.file
+        if os.sep in self.file or "\\" not in self.file or os.path.lexists(path):
+            return path
+        return self._folder / self.file.replace("\\", "/")
 
     def file_from(self, folder: Path) -> str:
         """Return the path of the record relative to another folder."""

@@ -92,10 +92,10 @@ class Store:
             self._files = len(files)
             return
         shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)  # a file that is still open may be left, as on Windows
         draft = (folder / IDENTITY_FILE).with_suffix(".new")
         draft.write_text(json.dumps(dict(identity)) + "\n", encoding="utf-8")
-        draft.replace(folder / IDENTITY_FILE)
+        system.replace(draft, folder / IDENTITY_FILE)
 
     def write(self, case_range: CaseRange, batch: Batch) -> None:
         """Write the batch of a range."""

@@ -1,0 +1,183 @@
+"""Damaged, newer and replaced results: what `summarise` and `report` make of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from seat import SEAT
+
+from drysim import output
+from drysim.cli import main
+from drysim.output.folder import add_report, read_sidecar
+from drysim.study.gallery import find
+
+SWEEP = "\nsweep: {excitation.frequency: {from: 1, to: 3, count: 3}}\n"
+NOISE = "excitation={kind: psd, points: [[1, 1], [4, 1]], duration: 9, seeds: 2}"
+KINDS = {
+    "run": ("run", "seat.yaml"),
+    "ensemble": ("run", "seat.yaml", "--set", NOISE, "--set", "measure=null"),
+    "sweep": ("sweep", "swept.yaml"),
+    "comparison": ("compare", "swept.yaml", "signum", "vs", "stick-slip", "-s"),
+    "fit": ("fit", find("fit-decay").file),
+    "map": (
+        "map", find("regime-map").file, "--set", "sweep.friction.kinetic.count=5",
+        "--set", "sweep.excitation.frequency.count=5",
+    ),
+}  # fmt: skip
+"""Kinds of results, and a command that writes a small one."""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Return the folder of a result of each kind, computed when it is first asked for."""
+    place, made = tmp_path_factory.mktemp("results"), {}
+    (place / "seat.yaml").write_text(SEAT)
+    (place / "swept.yaml").write_text(SEAT + SWEEP)
+
+    def folder(kind):
+        if kind not in made:
+            command, scenario, *options = KINDS[kind]
+            words = [command, *options, place / scenario]
+            words += ["--no-plots", "--quiet", "--out", place / kind]
+            assert main([str(word) for word in words]) in (0, 1)
+            made[kind] = place / kind
+        return made[kind]
+
+    return folder
+
+
+STRANGE = [
+    None, True, -1, 0, 10**400, 1e308, -0.0, "", "x", "\x1b[2J", "9" * 5000, [], {}, [[]],
+    {"": None}, [{}], ["ok"], {"value": "high", "where": 3}, {"least": None},
+]  # fmt: skip
+"""Values in place of others; each is JSON."""
+
+
+def places(value, path=()):
+    """Yield the path of every value in a tree of JSON."""
+    if path:
+        yield path
+    for key, below in value.items() if isinstance(value, dict) else ():
+        yield from places(below, (*path, key))
+    for index, below in enumerate(value) if isinstance(value, list) else ():
+        yield from places(below, (*path, index))
+
+
+def damaged(text, rng):
+    """Return the text of a drysim.json with one or two faults."""
+    fields = json.loads(text)
+    for _ in range(rng.integers(1, 3)):
+        spots = list(places(fields))
+        # A path is drawn by its depth, so that the few at the top come as often as all below.
+        depth = rng.integers(1, 1 + max(map(len, spots)))
+        spots = [spot for spot in spots if len(spot) <= depth]
+        *above, last = spots[rng.integers(len(spots))]
+        parent = fields
+        for key in above:
+            parent = parent[key]
+        match rng.integers(3):
+            case 0:
+                del parent[last]
+            case 1:
+                parent[last] = STRANGE[rng.integers(len(STRANGE))]
+            case _:
+                other = spots[rng.integers(len(spots))]
+                value = fields
+                for key in other:
+                    value = value[key] if not isinstance(value, int | float | str) else value
+                parent[last] = json.loads(json.dumps(value))
+    words = json.dumps(fields)
+    return words[: rng.integers(len(words))] if rng.random() < 0.1 else words
+
+
+def check_damaged(folder, number, pages, seed, capsys):
+    """Summarise damaged copies, and report some: shown, or an error that names the file."""
+    file, rng = folder / "drysim.json", np.random.Generator(np.random.PCG64(seed))
+    whole, seen = file.read_text(encoding="utf-8"), set()
+    try:
+        for count in range(number):
+            words = damaged(whole, rng)
+            file.write_text(words, encoding="utf-8")
+            commands = [["summarise"], ["report", "--no-plots", "--quiet"]]
+            for command in commands[: 1 + (count < pages)]:
+                code = main([*command, str(folder)])
+                out, err = capsys.readouterr()
+                seen.add((command[0], code))
+                assert code in (0, 2), (err, words)
+                assert "Traceback" not in err
+                if code:
+                    assert err.startswith("error: "), words
+                    assert out == "", words
+            assert {path.name for path in folder.iterdir()} <= names_of(whole)
+            (folder / "report.html").unlink(missing_ok=True)
+    finally:
+        file.write_text(whole, encoding="utf-8")
+        (folder / "report.html").unlink(missing_ok=True)
+    assert seen >= {("summarise", 0), ("summarise", 2)}
+
+
+def names_of(text):
+    """Return the files of a folder with a report."""
+    return {"drysim.json", "report.html", *json.loads(text)["files"]}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_result_is_shown_or_refused_with_its_place(results, kind, capsys):
+    check_damaged(results(kind), 60, 4, 7, capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_result_damaged_in_many_ways_is_shown_or_refused(results, kind, capsys):
+    check_damaged(results(kind), 1000, 200, 8, capsys)
+
+
+@pytest.mark.parametrize("command", ["summarise", "report"])
+def test_result_of_a_later_version_is_refused_by_its_format(results, drysim, command):
+    folder = results("run")
+    whole = (folder / "drysim.json").read_text()
+    (folder / "drysim.json").write_text(whole.replace('"format": 1', '"format": 7'))
+    try:
+        done = drysim(command, folder)
+    finally:
+        (folder / "drysim.json").write_text(whole)
+    assert (done.code, done.out) == (2, "")
+    assert "was written by a later version of drysim: it has format 7" in done.err
+    assert "update drysim" in done.err
+
+
+# A report beside a new run of the same folder.
+
+
+def test_report_of_a_result_that_was_replaced_meanwhile_changes_nothing(
+    seat, drysim, monkeypatch
+):
+    assert drysim("run", seat, "--no-plots", "--out", "out").code == 0
+    from drysim.output import report
+
+    whole = report.report_folder
+
+    def slow(*words, **options):
+        made = whole(*words, **options)
+        again = ("--set", "oscillator.mass=70", "--no-plots", "--quiet", "--out", "out")
+        assert main(["run", str(seat), *again]) == 0
+        return made
+
+    monkeypatch.setattr(report, "report_folder", slow)
+    done = drysim("report", "out", "--no-plots")
+    assert done.code == 2
+    assert "out was replaced by another result while its report was written" in done.err
+    assert not Path("out/report.html").exists()
+    assert read_sidecar(Path("out"))["scenario"]["overrides"]
+    assert drysim("run", seat, "--no-plots", "--out", "out").code == 0
+
+
+def test_report_of_the_result_that_is_there_is_added(seat, drysim):
+    assert drysim("run", seat, "--no-plots", "--out", "out").code == 0
+    fields = read_sidecar(Path("out"))
+    add_report(Path("out"), "page", fields)
+    assert Path("out/report.html").read_text() == "page"
+    output.check_writable(Path("out"))
