@@ -21,6 +21,7 @@ import numpy as np
 
 from drysim.errors import RecordError
 from drysim.records import SI
+from drysim.records.artefacts import missing_code
 from drysim.records.clean import (
     MIN_GAP_STEPS,
     POOR_TIMES_HINT,
@@ -152,11 +153,15 @@ def inspect_record(path: Path) -> Inspection:
     _refuse_other_layouts(columns)
     clocks, turns = _clock_columns(columns), _label_columns(columns)
     values: dict[int, Floats] = {}
+    codes: dict[int, float] = {}
     for index in columns.series():
         if index in clocks | turns:
             continue
         try:
-            values[index] = columns.numbers([index], index)[0][:]
+            x = columns.numbers([index], index)[0][:]
+            if not columns.normalised and (code := missing_code(x)) is not None:
+                codes[index], x = code, np.where(x == code, np.nan, x)
+            values[index] = x
         except RecordError as error:
             layout.append(f"left out: {error.message}")
     if not values:
@@ -176,6 +181,10 @@ def inspect_record(path: Path) -> Inspection:
     proposals += _rate_in_preamble(of_time, said) + of_column
     layout += (sentence for one in summaries for sentence in _suspect_unit(columns, one))
     if chosen is not None:
+        if (code := codes.get(chosen.column)) is not None:
+            reason = f"{code:g} is far outside the range of all other samples: a code, not one"
+            value = int(code) if code.is_integer() else code
+            proposals.append(Proposal("missing", value, reason, False))
         proposals += _propose_clean_up(columns, values[chosen.column], grid, chosen, measured)
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 

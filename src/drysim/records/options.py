@@ -201,6 +201,21 @@ def _validate_full_scale(value: object) -> object:
 FullScale = Annotated[str, BeforeValidator(_validate_full_scale)]
 """A number with a unit."""
 
+NOTHING = "nothing"
+
+
+def _validate_missing(value: object) -> object:
+    """Require a number without a unit: it is looked for among the numbers of the file."""
+    if value == NOTHING:
+        return value
+    if isinstance(value, float | int) and not isinstance(value, bool) and abs(value) < inf:
+        return float(value)
+    raise ValueError(f"must be a number, or `{NOTHING}`, not {format_value(value)}")
+
+
+MissingCode = Annotated[float | Literal["nothing"], BeforeValidator(_validate_missing)]
+"""A number of the file that is no sample."""
+
 Column = Annotated[str | int, BeforeValidator(_validate_column)]
 """Name of a column, or its number from 1."""
 
@@ -278,6 +293,10 @@ class Recorded(InFile):
     """Time step [s], instead of `time`."""
     scale: Dimensionless = 1.0
     """Factor on every sample [-]."""
+    missing: MissingCode | None = None
+    """Number that stands for missing samples, as it is written in the file, such as -9999; or
+    `nothing`, if all numbers are samples. By default a number that looks like such a code is an
+    error."""
     gaps: Gaps | None = None
     """Interpolation of missing samples; by default each is an error."""
     resample: Resample | None = None

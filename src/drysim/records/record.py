@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from drysim.core.model import Input, NormalForceRecord, Samples, Signal, blocks
 from drysim.errors import RecordError, WarningMessage
 from drysim.records import SI
+from drysim.records.artefacts import indices_of, missing_code
 from drysim.records.clean import (
     TO_ACCELERATION,
     CleaningReport,
@@ -46,15 +48,16 @@ from drysim.records.columns import (
     missing_spacing_error,
     record_error,
     scaled,
+    slice_signal,
 )
 from drysim.records.formats import open_with_format
 from drysim.records.layout import row_warnings
 from drysim.records.level import Level, measure_level
-from drysim.records.options import Recorded, RecordedMotion, Removal
+from drysim.records.options import NOTHING, Recorded, RecordedMotion, Removal, Window
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
+    artefact_warnings,
     check_gravity,
-    clipping_warnings,
     displacement_warnings,
     filling_warnings,
     force_warnings,
@@ -65,6 +68,7 @@ from drysim.records.warnings import (
     unit_warnings,
 )
 from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE
+from drysim.wording import format_count
 
 
 class CleanedRecord(NamedTuple):
@@ -244,10 +248,15 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     """Return the samples of the selected column in SI, evenly spaced, cleaned as requested."""
     signal, grid, index = _read_series(record, columns)
     unit, display_path = SI[record.quantity], columns.display_path
-    warnings = [*row_warnings(record, columns), *clipping_warnings(record.named, signal, unit)]
+    used = _used(signal, grid, record.window)
+    part = slice_signal(signal, *used)
+    warnings = [*row_warnings(record, columns)]
+    if len(part):
+        warnings += artefact_warnings(record, part, used[0], unit)
     if record.quantity == "acceleration":
         warnings += rising_warnings(record, signal, columns.describe_column(index))
-    requested = record.gaps or record.resample or record.remove.any
+    may_miss = record.gaps or record.missing not in (None, NOTHING)
+    requested = may_miss or record.resample or record.remove.any
     is_plain = not requested and grid.at is None and record.quantity == "acceleration"
     if is_plain and not (
         record.window and any(np.isnan(part).any() for part in blocks(signal))
@@ -279,6 +288,18 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
         before_high_pass = before_high_pass and decimate(before_high_pass, target)
     level = measure_level(values)
     return CleanedRecord(series, before_high_pass, reports, tuple(warnings), grid.dt, level)
+
+
+def _used(signal: Signal, grid: TimeGrid, window: Window | None) -> tuple[int, int]:
+    """Return the range of the samples in the window, the last one excluded."""
+    if window is None:
+        return 0, len(signal)
+    if grid.at is None:
+        steps = ((end - grid.first) / grid.dt for end in window.ends)
+        first, last = (min(max(end, 0.0), float(len(signal))) for end in steps)
+        return ceil(first), min(floor(last) + 1, len(signal))
+    low, high = ((end - grid.first) / grid.dt for end in window.ends)
+    return int(np.searchsorted(grid.at, low)), int(np.searchsorted(grid.at, high, "right"))
 
 
 def _rms_before_and_after(
@@ -316,6 +337,7 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
         times, [values] = columns.with_times(time, [index], gap_column, stated)
     if len(values) < 2:
         raise columns.error("the record has one sample only; motion needs two or more")
+    values = _without_codes(record, columns, index, values)
     values = scaled(values, unit * record.scale)
     if times is None or time is None:
         return values, TimeGrid(*spacing), index
@@ -327,6 +349,33 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
         sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
         raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
     return values, grid, index
+
+
+def _without_codes(record: Recorded, columns: Columns, index: int, values: Signal) -> Signal:
+    """Return samples without those that stand for missing ones, which become NaN.
+
+    Raises
+    ------
+    RecordError
+        If there are such samples, and the scenario does not say what they are.
+    """
+    if record.missing == NOTHING or columns.normalised:
+        return values
+    if isinstance(record.missing, float):
+        known = np.array(values[:])
+        known[known == record.missing] = np.nan
+        return known
+    code = missing_code(values)
+    if code is None:
+        return values
+    rows = indices_of(values, code)
+    raise columns.at(
+        int(rows[0]),
+        index,
+        f"{code:g}, as in {format_count(len(rows), 'row')}, is far outside the range of all "
+        f"other samples and looks like the code of a missing one: `missing: {code:g}` leaves "
+        "it out (`gaps` then fills it), `missing: nothing` takes it as a sample",
+    )
 
 
 def _sample_times(

@@ -1,7 +1,8 @@
 """Warnings about a record that may affect the results.
 
 =====================  ===========================================================
-record-clipped         runs of samples at the largest or smallest value
+record-clipped         peaks cut off at the largest or smallest value
+record-frozen          a value repeated amid a motion
 record-rises           samples that rise evenly, as times do
 record-rows            rows of several sensors, or one series across the rows (in `layout`)
 record-unit            a mean that is gravity in another unit
@@ -24,9 +25,15 @@ from math import asin, ceil, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import BLOCK_SIZE, Samples, Signal, blocks, mean_and_std
+from drysim.core.model import BLOCK_SIZE, Samples, Signal, mean_and_std
 from drysim.errors import WarningMessage
 from drysim.records import SI
+from drysim.records.artefacts import (
+    MIN_CLIPPED_SAMPLES,
+    clipped_peaks,
+    extremes,
+    frozen_stretches,
+)
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import Floats, record_error
 from drysim.records.level import Level, is_gravity, measure_level
@@ -61,43 +68,40 @@ NEGLIGIBLE_RMS = 1e-12
 MAX_QUOTED_UNCERTAINTY = 0.5
 """Relative uncertainty from which a number would suggest more knowledge than there is."""
 
-MIN_CLIPPED_SAMPLES = 4
-"""This many equal consecutive samples at an extreme are a clipped peak."""
 
+def artefact_warnings(
+    record: Recorded, values: Signal, start: int, unit: str
+) -> Iterator[WarningMessage]:
+    """Warn of clipped peaks and frozen stretches; NaN is ignored.
 
-def clipping_warnings(file: str, values: Signal, unit: str) -> Iterator[WarningMessage]:
-    """Warn of runs of samples at the largest or smallest value; NaN is ignored."""
+    `start` is the number of samples of the record before `values`.
+    """
     low, high = extremes(values)
     for limit, name in ((low, "smallest"), (high, "largest")):
         # Zeros before and after a shock are not clipped.
-        if not low < high or limit == 0:
-            continue
-        at = indices_of(values, limit)
-        first = np.flatnonzero(np.diff(at, prepend=-2) > 1)
-        lengths = np.diff(first, append=len(at))
-        peaks = lengths >= MIN_CLIPPED_SAMPLES
-        if peaks.any():
-            start, count = int(at[first[peaks][0]]) + 1, int(lengths[peaks].sum())
+        peaks = clipped_peaks(values, limit) if low < high and limit else []
+        if peaks:
+            first, count = start + peaks[0].first + 1, sum(peak.length for peak in peaks)
             sentence = (
-                f"{file}: {count} samples look clipped, the first is sample {start}: "
+                f"{record.named}: {count} samples look clipped, the first is sample {first}: "
                 f"runs of {MIN_CLIPPED_SAMPLES} or more equal the {name} value, {limit:.4g} "
-                f"{unit}; measure with a wider range"
+                f"{unit}, which the signal reaches at full slope; measure with a wider range"
             )
-            numbers = {"limit": limit, "sample": start, "samples": count}
+            numbers = {"limit": limit, "sample": first, "samples": count}
             yield WarningMessage("record-clipped", sentence, numbers)
-
-
-def extremes(values: Signal) -> tuple[float, float]:
-    """Return the smallest and the largest sample, ignoring NaN."""
-    ends = [(np.fmin.reduce(part), np.fmax.reduce(part)) for part in blocks(values)]
-    low, high = zip(*ends, strict=True)
-    return float(np.fmin.reduce(low)), float(np.fmax.reduce(high))
-
-
-def indices_of(values: Signal, wanted: float) -> NDArray[np.intp]:
-    """Return the 0-based indices of the samples that equal a value."""
-    found = [np.flatnonzero(part == wanted) for part in blocks(values)]
-    return np.concatenate([at + number * BLOCK_SIZE for number, at in enumerate(found)])
+    stretches = frozen_stretches(values)
+    if stretches:
+        longest = max(stretches, key=lambda one: one.length)
+        first, last = (start + longest.first + k for k in (1, longest.length))
+        more = f", the longest of {len(stretches)} such stretches" if stretches[1:] else ""
+        sentence = (
+            f"{record.named}: samples {first} to {last} repeat one value, "
+            f"{longest.value:.4g} {unit}, amid a motion{more}: a frozen sensor, a lost signal "
+            "or a pause; `window` selects a part without it"
+        )
+        count = sum(one.length for one in stretches)
+        numbers = {"sample": first, "samples": count, "value": longest.value}
+        yield WarningMessage("record-frozen", sentence, numbers)
 
 
 def rising_warnings(record: Recorded, values: Signal, column: str) -> Iterator[WarningMessage]:
