@@ -70,10 +70,50 @@ def test_rare_break_aways_are_the_exceedances_of_the_static_limit(tmp_path):
 def test_counted_rate_agrees_with_rice_where_the_mass_mostly_sticks(tmp_path):
     text = SEAT.replace("seed: 1", "seed: 1, seeds: 8")
     scenario = loaded(tmp_path, text, **{"friction.kinetic": 50 * 2.7 * SIGMA})
-    counted, rice = measure_rates(scenario, MotionCache())
+    counted, rice, _ = measure_rates(scenario, MotionCache())
     number = rice * 8 * 60.0
     assert number > 200.0
     assert abs(counted - rice) < 4.0 * rice / sqrt(number)
+
+
+DRAWN = """
+oscillator: {{mass: 75, natural_frequency: {f_0}, damping_ratio: {xi}}}
+friction: {{law: coulomb, kinetic: {F_fk}, static_ratio: {ratio}}}
+excitation:
+  {{kind: psd, points: [[{band[0]}, 1.0], [{band[1]}, 1.0]], rms: 1, duration: 200, seed: 1}}
+solver: {{step: 2 ms}}
+"""
+
+
+def test_rice_rate_is_given_where_it_holds_and_is_wrong_by_far_elsewhere(tmp_path):
+    draw, given, refused = np.random.default_rng(0), 0, []
+    for _ in range(24):
+        F_fs, ratio = (
+            75.0 * draw.uniform(1.0, 3.0),
+            float(draw.choice([1.0, 1.2, 2.0, 5.0, 20])),
+        )
+        f_0, xi = float(draw.choice([0.5, 1.6, 5.0])), float(draw.choice([0.05, 0.3, 1.0]))
+        band = [(0.5, 2.0), (1.0, 10.0), (5.0, 40.0)][int(draw.integers(3))]
+        text = DRAWN.format(f_0=f_0, xi=xi, F_fk=F_fs / ratio, ratio=ratio, band=band)
+        scenario = loaded(tmp_path, text)
+        rates, formula = (
+            measure_rates(scenario, MotionCache()),
+            rice_rate(scenario.excitation.sample(2e-3), F_fs / 75.0),
+        )
+        number = 200.0 * rates.counted
+        if rates.rice is None:
+            refused.append(max(rates.counted / formula, formula / max(rates.counted, 1e-9)))
+            assert "the mass sticks" in str(rates)
+            assert "does not apply, as" in str(rates)
+        else:
+            given += 1
+            assert rates.rice == formula
+            assert not rates.reason
+            assert (
+                abs(rates.counted - formula) < 0.4 * formula + 3.0 * sqrt(number + 9.0) / 200.0
+            )
+    assert given > 6
+    assert max(refused) > 5.0
 
 
 def test_mass_that_never_sticks_never_breaks_away(tmp_path):

@@ -283,3 +283,52 @@ def test_other_commands_refuse_an_interval(drysim, seat, words):
     answer = drysim(*words)
     assert answer.code == 2
     assert "seat.yaml:2:" in answer.err
+
+
+DRAWN = """\
+drysim: 1
+oscillator: {{mass: 75, stiffness: 7500, damping: {b}}}
+friction: {{law: coulomb, kinetic: {F_fk}, static_ratio: {ratio}}}
+excitation:
+  kind: sines
+  components: [{{frequency: {f}, amplitude: {A}}}, {{frequency: {g}, amplitude: {A}, phase: 1}}]
+solver: {{step: {dt}}}
+measure: {{steady: true}}
+"""
+
+
+def missed(folder, seed: int) -> float:
+    """Return how far a dense scan goes beyond the range of a drawn case, relative."""
+    draw = np.random.default_rng(seed)
+    b, f, A = draw.uniform(20, 300), round(draw.uniform(0.4, 5), 2), draw.uniform(0.4, 4)
+    F_fk = 75 * A * draw.uniform(0.1, 0.4)
+    numbers = {"b": b, "f": f, "g": round(3 * f, 4), "A": A, "F_fk": F_fk, "dt": 0.01 / f}
+    file, scan = folder / "drawn.yaml", "{from: 1, to: 3, count: 1201}"
+    file.write_text(DRAWN.format(**numbers, ratio="{from: 1, to: 3}"))
+    solved = package.run(load(file))
+    dense = DRAWN.format(**numbers, ratio=1) + f"sweep: {{friction.static_ratio: {scan}}}\n"
+    file.write_text(dense)
+    scanned, worst = sweep(load(file)), 0.0
+    for name in ("T_a", "x_r_rms", "x_r_peak", "stuck_share"):
+        some, all_of = (
+            np.array([row.metrics[name] for row in table if row.status == "ok"])
+            for table in (solved, scanned)
+        )
+        beyond = max(all_of.max() - some.max(), some.min() - all_of.min())
+        worst = max(worst, float(beyond / (np.abs(all_of).max() or 1.0)))
+    return worst
+
+
+@pytest.mark.parametrize("seed", [0, 1, 8])
+def test_range_over_the_interval_misses_no_more_than_stated(tmp_path, seed):
+    assert missed(tmp_path, seed) <= interval.MAX_EXCESS
+
+
+@pytest.mark.slow
+def test_no_range_over_an_interval_misses_more_than_stated(tmp_path):
+    assert max(missed(tmp_path, seed) for seed in range(80)) <= interval.MAX_EXCESS
+
+
+def test_range_without_the_search_beside_extremes_misses_more(tmp_path, monkeypatch):
+    monkeypatch.setattr(interval, "MAX_EXCESS", 1.0)
+    assert missed(tmp_path, 8) > 5e-5

@@ -365,3 +365,30 @@ def test_what_a_map_does_not_support_is_located(command, tmp_path, text, words):
     assert "plane.yaml:" in done.err
     assert "Traceback" not in done.err
     assert not (tmp_path / "out").exists()
+
+
+COEXISTING = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 36, static_ratio: 1.5}
+excitation: {kind: harmonic, frequency: 0.4, amplitude: 0.8}
+solver: {step: 0.0125}
+sweep:
+"""
+
+
+def test_second_motion_ends_at_the_fold_of_its_branch_within_the_stated_width(tmp_path):
+    ratios, forces = "{from: 1, to: 3.5, count: 33}", "{from: 20, to: 50, count: 33}"
+    keys = f"  friction.static_ratio: {ratios}\n  friction.kinetic: {forces}\n"
+    lines = drysim.map_regimes(loaded(tmp_path, COEXISTING + keys)).boundaries
+    ends = [line for line in lines if line.field == SEVERAL]
+    points = np.concatenate([line.points for line in ends])
+    assert all(0.0 < line.width < 1e-7 for line in ends)
+    # Along the ratio at a force of the grid: from a fold at 35 N.
+    at = points[(points[:, 1] == 35.0) & (points[:, 0] > 2.5), 0]
+    assert len(at) == 1
+    along = f"  friction.static_ratio: {{from: {at[0] - 0.05}, to: {at[0] + 0.05}, count: 9}}\n"
+    text = (COEXISTING + along).replace("kinetic: 36", "kinetic: 35")
+    found = drysim.branches(loaded(tmp_path, text)).bifurcations
+    folds = [float(one.value) for one in found if one.kind == "fold"]
+    width = max(line.width for line in ends) * 2.5
+    assert min(abs(fold - at[0]) for fold in folds) <= 0.5 * width

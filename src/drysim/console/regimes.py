@@ -66,7 +66,7 @@ def result_scene(result: RegimeMap) -> Iterator[tuple[str, str]]:
     known = "to rounding"
     if width > 0.0:
         share = format_number(100.0 * width, "%", 1)
-        known += f", and to {share} of an axis where the motion settles too slowly"
+        known += f", and to {share} of an axis where the motion settles slowly"
     count = wording.format_count(len(result.boundaries), "line")
     if is_random(result.scenario):
         yield "lines", f"{count} of equal rate, interpolated between {result.cases} points"

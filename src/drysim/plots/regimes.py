@@ -109,8 +109,10 @@ def name_rates(axes: Axes, result: RegimeMap) -> None:
                 words, xy=end, xytext=(4, 4), textcoords="offset points",
                 fontsize=LABEL_SIZE, color=color, annotation_clip=False,
             )  # fmt: skip
+    drawn = {line.field for line in result.boundaries}
     for field, words in ((REGIME, "break-aways, counted"), (RICE, "by Rice's formula")):
-        axes.plot([], [], label=words, **LINE_STYLES[field])
+        if field in drawn:
+            axes.plot([], [], label=words, **LINE_STYLES[field])
 
 
 def heading(result: RegimeMap) -> style.Heading:

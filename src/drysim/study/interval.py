@@ -7,20 +7,31 @@ Problem
 Method
     The case is solved at evenly spaced values of the ratio. Where the metrics of neighbours
     differ by more than `MAX_DIFFERENCE` of their greatest value, the interval between them is
-    halved, largest differences first. A difference that is left over `MIN_WIDTH` is a jump. A
-    run gives the table of a sweep over these values; a sweep has two rows for each case, the
+    halved, largest differences first. A difference that is left over `MIN_WIDTH` is a jump.
+    Then the intervals beside the least and the greatest value of each metric that tells motions
+    apart or that a check judges are halved, until a parabola through it and its neighbours goes
+    beyond it by no more than `MAX_EXCESS`.
+
+    A run gives the table of a sweep over these values; a sweep has two rows for each case, the
     least and the greatest value of each metric. So extremes, checks, files and pictures are
     those of any other sweep.
+
+What may be missed
+    Extremes are those of the solved values. A motion that exists over less than a step between
+    two values with equal metrics is not seen.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, pairwise
 from math import inf
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
@@ -39,6 +50,10 @@ FIRST_VALUES, MAX_VALUES = 33, 600
 MAX_DIFFERENCE = 0.01
 """Difference of a metric between neighbours that is resolved no further, relative to its
 greatest value [-]."""
+
+MAX_EXCESS = 1e-5
+"""Excess of a metric over the extreme of the solved values, estimated between them, that is
+resolved no further, relative to its greatest value [-]."""
 
 MIN_WIDTH = 1e-7
 """Difference of the ratio below which a difference that remains is a jump [-]."""
@@ -106,6 +121,7 @@ def cover(
     left: list[list[tuple[float, float]]] = [[] for _ in points]
     first = decimal_linspace(interval.low, interval.high, FIRST_VALUES)
     pending = [(i, value) for i in range(len(points)) for value in first]
+    names = dict.fromkeys([*JUMP_METRICS, *(check.metric for check in scenario.checks)])
     while pending:
         numbers, values = zip(*pending, strict=True)
         swept = at_points(scenario, [points[i] for i in numbers], values)
@@ -117,7 +133,8 @@ def cover(
         for i in dict.fromkeys(numbers):
             left[i] = large_steps(found[i])
             room = max(MAX_VALUES - len(found[i]), 0)
-            wide = [(low, high) for low, high in left[i] if high - low > MIN_WIDTH][:room]
+            wide = [(low, high) for low, high in left[i] if high - low > MIN_WIDTH]
+            wide = (wide or list(dict.fromkeys(extreme_steps(found[i], names))))[:room]
             middles = sorted(0.5 * (low + high) for low, high in wide)
             pending += [(i, value) for value in middles]
     return [
@@ -160,6 +177,37 @@ def large_steps(rows: Mapping[float, Row]) -> list[tuple[float, float]]:
     steps = {step: difference(*step) for step in pairwise(sorted(rows))}
     large = [step for step, size in steps.items() if size > MAX_DIFFERENCE]
     return sorted(large, key=lambda step: -steps[step])
+
+
+def extreme_steps(
+    rows: Mapping[float, Row], names: Iterable[str]
+) -> Iterator[tuple[float, float]]:
+    """Yield the intervals beside an extreme that a metric may exceed between solved values."""
+    values = [value for value in sorted(rows) if rows[value].status == OK]
+    for name in names:
+        found = [rows[value].metrics.get(name) for value in values]
+        column = np.array(found, dtype=float)
+        if len(column) < 3 or not np.isfinite(column).all():
+            continue
+        for at in {int(column.argmin()), int(column.argmax())} - {0, len(values) - 1}:
+            near = slice(at - 1, at + 2)
+            x = np.array(values[near])
+            excess = parabola_excess(x, column[near])
+            # Beside a jump the extreme is at the jump.
+            if np.diff(x).min() > MIN_WIDTH and excess > MAX_EXCESS * float(
+                np.abs(column).max()
+            ):
+                yield values[at - 1], values[at]
+                yield values[at], values[at + 1]
+
+
+def parabola_excess(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Return how far a parabola through three points goes beyond the middle one."""
+    before, after = x[1] - x[0], x[2] - x[1]
+    left, right = (y[1] - y[0]) / before, (y[2] - y[1]) / after
+    curvature = (right - left) / (before + after)
+    slope = left + curvature * before
+    return float(abs(slope**2 / (4.0 * curvature))) if curvature else 0.0
 
 
 def undecided_warnings(

@@ -125,9 +125,10 @@ would take thousands of periods to close to rounding."""
 SMALLEST_CHANGE = 1e-11
 """Difference of T_a² from 1 that is rounding."""
 
-HALVINGS, HALVINGS_TO_FOLD = 35, 15
-"""Bisections of an edge: to 1e-12 of the axis; and to 1e-6 of it up to the end of a second
-motion, where both the motion and its continuation settle ever more slowly."""
+HALVINGS, HALVINGS_TO_FOLD = 35, 20
+"""Bisections of an edge: to 1e-12 of the axis; and to 3e-8 of it up to the end of a second
+motion, where both the motion and its continuation settle ever more slowly. The last interval is
+the width of that boundary."""
 
 MAX_REGIONS_PER_EDGE = 16
 """Most regions that are looked for on one edge."""
@@ -257,7 +258,7 @@ class Boundary(NamedTuple):
         Values at both axes in SI.
     width : float
         Largest width of the strip in which the boundary lies, as a share of an axis; 0 if it
-        is known to rounding.
+        is known to rounding. A second motion ends within this width of the line.
     """
 
     field: str
@@ -839,12 +840,12 @@ class OrbitNet:
                 states[left[other], 2:] = state_of(found)[other]
                 exists[left[other]] = True
             low, high = np.where(exists, middle, low), np.where(exists, high, middle)
-        share = np.where(turned, 1.0 - high, high)
+        middle = 0.5 * (low + high)
+        share = np.where(turned, 1.0 - middle, middle)
+        columns = edges.tolist(), share.tolist(), turned.tolist(), (high - low).tolist()
         return {
-            edge: [Crossing(at, 1 - back, int(back), 0.0)]
-            for edge, at, back in zip(
-                edges.tolist(), share.tolist(), turned.tolist(), strict=True
-            )
+            edge: [Crossing(at, 1 - back, int(back), width)]
+            for edge, at, back, width in zip(*columns, strict=True)
         }
 
 
