@@ -26,12 +26,14 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
+from drysim.metrics.table import HOURLY_STROKE
 from drysim.scenario.axes import EXTREME_KEY
 from drysim.scenario.model import asks_for_peak_acceleration
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
 from drysim.study.table import Tally, largest_excess, stroke_limits
+from drysim.study.warnings import describe_seeds_beyond
 from drysim.wording import (
     display_unit,
     format_count,
@@ -60,7 +62,7 @@ MAIN_METRICS = (
     ("a_w", "a_w", "m/s²"),
     ("T_x", "T_x", ""),
     ("peak |x_r|", "x_r_peak", "m"),
-    ("hourly peak", "stroke_once_an_hour", "m"),
+    ("hourly peak", HOURLY_STROKE, "m"),
     ("stuck", "stuck_share", "%"),
 )
 """Label, metric and unit of the rows."""
@@ -136,7 +138,9 @@ def _describe_scatter(
         yield f"{which} seeds: {format_number(low)} to {format_number(high, unit)}"
     if found.seeds < len(ensemble.rows):
         yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
-    used = ensemble.statistics.get("stroke_used")
+    used, stroke = ensemble.statistics.get("stroke_used"), ensemble.scenario.stroke
+    if metric == HOURLY_STROKE and stroke is not None and not ensemble.scenario.stops:
+        yield f"mean {format_percent(found.mean / min(stroke.limits))} of the stroke limit"
     if metric == "x_r_peak" and used:
         share, seed = used.greatest
         yield f"largest with seed {seed}, {format_percent(share)} of the stroke limit"
@@ -402,6 +406,12 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
         return
     peak, share = ends[1], format_percent(ends[1].row.metrics.get("stroke_used"))
     remark = f"{share} of the stroke limit, " if used else ""
+    reached = peak.row.metrics.get("stroke_suffices") or 0.0
+    if used and reached > peak.value:
+        remark = (
+            f"{share} of the stroke limit, by {format_length(reached, peak.value)} while "
+            "settling, "
+        )
     same = is_constant(own, "x_r_peak") and not (used and not is_constant(own, "stroke_used"))
     where = describe_extent(table, own, "x_r_peak") if same else describe_place(table, peak)
     yield SummaryRow("peak |x_r|", format_length(peak.value), f"{remark}{where}")
@@ -427,11 +437,11 @@ def _describe_violation(table: Table, own: Tally) -> str:
     """Describe by how much, or when, the stroke limit is exceeded."""
     worst = own.worst
     limits = stroke_limits(table.scenario, worst.point) if worst else None
-    if own.seeds or worst is None or limits is None:
-        return "with some of the seeds"
+    if worst is None or limits is None:
+        return ""
+    if own.seeds:
+        return describe_seeds_beyond(worst)
     _, _, beyond = largest_excess(worst.metrics, limits)
-    if beyond < 0.0:
-        return "during settling"
     return f"by up to {format_length(beyond, own.greatest('x_r_peak'))}"
 
 

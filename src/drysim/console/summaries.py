@@ -21,7 +21,7 @@ from drysim.console.terminal import (
     stdout,
     wrap,
 )
-from drysim.core.model import AnyLaw, EndStops
+from drysim.core.model import EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
@@ -130,10 +130,19 @@ def _period_count(outcome: Outcome, multiple: int) -> int:
 def _describe_window(outcome: Outcome) -> str:
     """Describe the time window of the metrics."""
     settle, duration = outcome.scenario.measure.settle, outcome.scenario.measure.duration
+    response = outcome.response
+    dt, motion = response.dt, response.motion
+    end = (len(response) - 1) * dt
     if duration is None:  # a record ends the window, on the output grid
-        duration = (len(outcome.response) - 1) * outcome.response.dt - settle
+        duration = end - settle - getattr(motion, "rest", 0) * dt
     settled = f" after settling for {format_number(settle, 's')}" if settle else ""
-    return f"{format_number(duration, 's')}{settled}"
+    words, left = f"{format_number(duration, 's')}{settled}", end - settle - duration
+    if left > 0.5 * dt:
+        words += (
+            f", then {format_number(left, 's')} of ring-down with the base at rest, which "
+            "counts in peaks and stroke"
+        )
+    return words
 
 
 def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
@@ -156,6 +165,8 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     limit = ""
     if stroke:
         limit = f"{used} of the stroke limit of {describe_limits(stroke.limits, peak)}"
+        if (reached := metrics["stroke_suffices"] or 0.0) > (peak or 0.0):
+            limit += f", by {format_length(reached, peak)} while settling"
         if stroke.limits.up != stroke.limits.down:
             ends = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
             limit = f"x_r from {' to '.join(ends)}; {limit}"
@@ -164,7 +175,7 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         yield SummaryRow("peak |ẍ|", value, "both sides of every jump included")
     yield SummaryRow("peak |x_r|", format_length(peak), limit)
     if metrics["stroke_once_an_hour"] is not None:
-        yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome.response.law, peak)
+        yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome, peak)
     if outcome.response.law.stops is not None:
         yield from _end_stop_rows(metrics, outcome.response.law.stops)
     elif stroke and metrics["violations"]:
@@ -217,13 +228,18 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
             yield SummaryRow(metric.name, text, about)
 
 
-def _hourly_stroke_row(stroke: float, law: AnyLaw, peak: float | None) -> SummaryRow:
+def _hourly_stroke_row(stroke: float, outcome: Outcome, peak: float | None) -> SummaryRow:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
-    how = "reached once an hour, extrapolated from the largest peaks"
-    stops = law.stops
+    how, style = "reached once an hour, extrapolated from the largest peaks", "bold"
+    stops, block = outcome.response.law.stops, outcome.scenario.stroke
     if stops is not None and stops.rigid and stroke == max(stops.limits):
         how = "limited by the rigid stops"
-    return SummaryRow("hourly peak", format_length(stroke, peak), how)
+    elif block is not None and stops is None:
+        share = stroke / min(block.limits)
+        same = block.limits.up == block.limits.down
+        how = f"{format_percent(share)} of the {'' if same else 'smaller '}limit; {how}"
+        style = "bold red" if share > 1.0 else style
+    return SummaryRow("hourly peak", format_length(stroke, peak), how, style)
 
 
 def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:

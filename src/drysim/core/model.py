@@ -536,6 +536,8 @@ class Samples(NamedTuple):
         Warnings about the signal.
     realised : mapping
         For a generated signal: requested and realised values by name, in SI units.
+    rest : int
+        Number of samples at rest, the last ones, that `with_rest` appended.
     """
 
     u_dd: Signal
@@ -544,6 +546,25 @@ class Samples(NamedTuple):
     inputs: tuple[Input, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
     realised: Mapping[str, object] = {}
+    rest: int = 0
+
+
+def with_rest(motion: Samples, count: int) -> Samples:
+    """Return a base motion that stays at rest for `count` steps after its last sample."""
+    if not count:
+        return motion
+    u_dd = np.concatenate((motion.u_dd[:], np.zeros(count)))
+    u = None if motion.u is None else np.append(motion.u, np.full(count, motion.u[-1]))
+    return motion._replace(u_dd=u_dd, u=u, rest=count)
+
+
+def without_rest(motion: Samples) -> Samples:
+    """Return a base motion as its source has it, without the rest appended to it."""
+    if not motion.rest:
+        return motion
+    last = len(motion.u_dd) - motion.rest
+    u = None if motion.u is None else motion.u[:last]
+    return motion._replace(u_dd=motion.u_dd[:last], u=u, rest=0)
 
 
 def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import RecordSummary, Samples, Sines
+from drysim.core.model import RecordSummary, Samples, Sines, without_rest
 from drysim.units import Block, InvalidValue, Quantity
 from drysim.wording import format_number, format_percent
 
@@ -68,7 +68,8 @@ class ExcitationBase(Block):
             Whether to include the RMS of a record.
         """
         words = f"{self.kind} {self.parameters()}".strip()
-        return words + self._describe_motion(motion, level)
+        source = without_rest(motion) if isinstance(motion, Samples) else motion
+        return words + self._describe_motion(source, level)
 
     def describe_cases(
         self,

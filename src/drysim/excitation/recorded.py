@@ -28,7 +28,7 @@ class Record(RecordedMotion, RecordKind):
     """Measured base motion: equidistant samples in a column or channel of a file.
 
     Not to be confused with random excitation generated from a spectrum. The motion ends at the
-    last sample of the record.
+    last sample of the record; if it is at rest there, the base stays at rest for the ring-down.
     """
 
     has_own_step: ClassVar[bool] = True

@@ -91,8 +91,9 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     G_ux/G_u is unbiased by the part of ẍ that friction adds, which lowers the coherence
     instead. With n segments the standard error of a PSD is about 1/√(0.95 n). The accelerations
     are means over the steps, and the gain of averaging is divided out. G_u is therefore that of
-    the linear interpolation between the samples, less than that of the samples by (2/3) (π f
-    dt)².
+    the linear interpolation between the samples: (x cot x)² times that of the samples, with x =
+    π f dt, which is less by (2/3) x². Of what interpolation adds above half the sampling rate,
+    a share of x⁴/15 of the amplitude is folded back, in base and mass alike.
     """
     dt, part = response.dt, steps_in_window(response, window)
     u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))
@@ -125,7 +126,8 @@ def third_octaves(
     -----
     Sums of squares of the Fourier series of the window, without its mean. The squares of all
     bands add up to the mean square between the outer band edges, 0.45 and 89 Hz. The gain of
-    averaging over the steps is divided out. Band edges are 10^(±1/20) times the centre.
+    averaging over the steps is divided out, so that the bands are those of a base that is
+    linear between its samples, as in `spectra`. Band edges are 10^(±1/20) times the centre.
     """
     dt, part = response.dt, steps_in_window(response, window)
     u_dd, x_dd = (series[part] for series in step_means(response))

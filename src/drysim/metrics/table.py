@@ -61,9 +61,11 @@ class Measured:
     """At both ends of the window."""
     lowest: Any
     highest: Any
-    """Extremes of x_r in the window [m], or 0 where x_r stays on the other side."""
-    reached: Any
-    """Largest |x_r| from the start to the end of the window [m]."""
+    """Extremes of x_r in the window and the ring-down after it [m], or 0 where x_r stays on
+    the other side."""
+    run_lowest: Any
+    run_highest: Any
+    """The same from the start to the end of the run, settling and ring-down included [m]."""
     upcrossings: Any
     """Number of upward zero crossings of x_r in the window."""
     chatter: Any
@@ -78,9 +80,9 @@ class Measured:
     limit_entries: Any = 0
     """How often x_r reaches a limit in the window."""
     excursions: Excursions | None = None
-    """To the limits, from the start to the end of the window."""
+    """To the limits, from the start to the end of the run."""
     impacts: Impacts | None = None
-    """On the end stops in the window."""
+    """On the end stops in the window and the ring-down."""
     bumper_energies: tuple[float, float] = (0.0, 0.0)
     """Elastic energy of the end stops at both ends of the window [J]."""
     jacobian: tuple[Any, Any] | None = None
@@ -119,8 +121,13 @@ class Measured:
 
     @cached_property
     def peak(self) -> Any:
-        """Largest |x_r| in the window [m]."""
+        """Largest |x_r| in the window and the ring-down [m]."""
         return maximum(abs(self.lowest), abs(self.highest))
+
+    @cached_property
+    def reached(self) -> Any:
+        """Largest |x_r| of the run [m]."""
+        return maximum(abs(self.run_lowest), abs(self.run_highest))
 
     @cached_property
     def work(self) -> Any:
@@ -228,6 +235,9 @@ EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
 STROKE_USED = "stroke_used"
 """Metric by which the stroke limit is judged."""
 
+HOURLY_STROKE = "stroke_once_an_hour"
+"""Metric by which it is judged beyond the time that was computed."""
+
 STABLE_MODULUS = 1.0 - 1e-9
 """Modulus of a Floquet multiplier below which an orbit attracts its neighbours."""
 
@@ -277,23 +287,25 @@ METRICS = (
            with_quantiles=True),
     Metric("x_r_rms", "m", "RMS relative displacement, mean included",
            lambda m: m.x_r, in_tables=True, with_interval=True),
-    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window",
+    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window and its ring-down",
            lambda m: m.peak, in_tables=True, with_interval=True, with_quantiles=True),
-    Metric("x_r_max", "m", "largest x_r in the window, at least 0",
+    Metric("x_r_max", "m", "largest x_r in the window and its ring-down, at least 0",
            lambda m: m.highest, kind=SIGNED, by_side=True),
-    Metric("x_r_min", "m", "smallest x_r in the window, at most 0",
+    Metric("x_r_min", "m", "smallest x_r in the window and its ring-down, at most 0",
            lambda m: m.lowest, kind=SIGNED, by_side=True),
-    Metric("x_dd_peak", "m/s2", "largest |ẍ| of the mass in the window, between the grid "
-           "points too, both sides of a jump included, rigid impacts not (a fixed-step "
+    Metric("x_dd_peak", "m/s2", "largest |ẍ| of the mass in the window and its ring-down, "
+           "between the grid points too, both sides of a jump included, rigid impacts not (a fixed-step "
            "approach knows its grid points only); for base motion in samples and a constant "
            "normal force, not under stribeck, dahl, lugre and leuven",
            lambda m: m.x_dd_peak),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
-    Metric(STROKE_USED, "-", "x_r_peak over the stroke limit; of unequal limits the larger "
-           "share",
-           lambda m: maximum(m.highest / m.limits.up, abs(m.lowest) / m.limits.down), (LIMITS,),
-           in_tables=True),
+    Metric(STROKE_USED, "-", "largest |x_r| over the stroke limit, settling included; of "
+           "unequal limits the larger share",
+           lambda m: maximum(
+               m.run_highest / m.limits.up, abs(m.run_lowest) / m.limits.down
+           ),
+           (LIMITS,), in_tables=True),
     Metric("stuck_share", "-", "share of the window in which the mass is at rest relative to "
            "the base, stuck by dry friction or pressed against a rigid stop",
            lambda m: m.totals.stuck / m.length, kind=SHARE, in_tables=True, with_interval=True,
@@ -316,9 +328,9 @@ METRICS = (
     Metric("limit_rate", "1/s", "how often |x_r| reaches the stroke limit, per second",
            lambda m: m.limit_entries / m.length, (LIMITS,)),
     Metric("stroke_suffices", "m", "stroke needed for this motion: largest |x_r|, settling "
-           "included",
+           "and ring-down included",
            lambda m: m.reached),
-    Metric("stroke_once_an_hour", "m", "stroke exceeded once an hour if noise or record "
+    Metric(HOURLY_STROKE, "m", "stroke exceeded once an hour if noise or record "
            "continues as in the window: extrapolated from the tail of its peaks (Weibull, "
            "exponent 2), at most the position of rigid stops; unknown below 150 half cycles",
            lambda m: m.hourly),
@@ -421,6 +433,7 @@ def measure(
     stationary: bool = False,
     weighted: Weighted | None = None,
     settings: Any = None,
+    run_end: float | None = None,
 ) -> Values:
     """Return every metric of a case by name; None where unknown.
 
@@ -441,12 +454,17 @@ def measure(
         Needed by the frequency-weighted metrics.
     settings : Measure, optional
         The measure block of the scenario.
+    run_end : float, optional
+        End of the run [s], up to which peaks, violations and contacts count; default: the end
+        of the window.
     """
     from drysim.metrics.acceleration import peak_acceleration  # needs the solvers
 
     (begin, end), law, repeats = window, trajectory.law, closure is not None
+    last = end if run_end is None else run_end
     inside = path_in_window(trajectory, window)
-    before = path_in_window(trajectory, (0.0, end)) if begin else inside
+    counted = inside if last == end else path_in_window(trajectory, (begin, last))
+    whole = path_in_window(trajectory, (0.0, last)) if begin else counted
     hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
     states = trajectory.state(begin), trajectory.state(end)
     stops = law.stops
@@ -459,18 +477,19 @@ def measure(
             end - begin,
             trajectory.totals(begin, end),
             *states,
-            lowest=min(float(inside.min()), 0.0),
-            highest=max(float(inside.max()), 0.0),
-            reached=float(np.abs(before).max()),
+            lowest=min(float(counted.min()), 0.0),
+            highest=max(float(counted.max()), 0.0),
+            run_lowest=min(float(whole.min()), 0.0),
+            run_highest=max(float(whole.max()), 0.0),
             upcrossings=count_upcrossings(inside),
             chatter=trajectory.chatter(begin, end),
             closure=closure,
-            x_dd_peak=peak_acceleration(trajectory, begin, end),
+            x_dd_peak=peak_acceleration(trajectory, begin, last),
             hourly=hourly,
             limits=limits,
             limit_entries=count_limit_entries(inside, limits) if limits else 0,
             excursions=excursions(trajectory, limits, repeats) if limits else None,
-            impacts=impacts(trajectory, window, repeats) if stops else None,
+            impacts=impacts(trajectory, (begin, last), repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
             jacobian=trajectory.jacobian() if repeats else None,
             weighted=weighted,

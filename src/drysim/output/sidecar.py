@@ -26,7 +26,7 @@ import numpy as np
 
 import drysim
 from drysim.core.compile import engine
-from drysim.core.model import Samples, Sines
+from drysim.core.model import Samples, Sines, without_rest
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
@@ -175,7 +175,7 @@ def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fie
     block = scenario.excitation
     fields: Fields = {"kind": block.kind, "seed": getattr(block, "seed", None)}
     if isinstance(motion, Samples):
-        fields["sha256"] = signal_sha256(motion.u_dd)
+        fields["sha256"] = signal_sha256(without_rest(motion).u_dd)
         if motion.realised:
             fields["realised"] = motion.realised
     return fields

@@ -18,7 +18,7 @@ from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
-from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS
+from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
     Axis,
@@ -28,7 +28,7 @@ from drysim.scenario.axes import (
     points_in,
 )
 from drysim.scenario.blocks import LimitBySide, Stroke
-from drysim.scenario.model import LIMIT_KEYS, Scenario
+from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.units import Block
 from drysim.wording import Point, format_number
@@ -529,7 +529,13 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             None,
         )
         answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
-        if answer is not None:
+        if lacking := _lacking_need(scenario, check):
+            sentence = (
+                f"the check `{check}` cannot hold: {check.metric} is not available without "
+                f"{lacking.name}; give {' or '.join(lacking.keys)}"
+            )
+            yield WarningMessage("check-cannot-hold", sentence, numbers)
+        elif answer is not None:
             share = METRICS_BY_NAME[check.metric].kind == SHARE
             hint = (
                 "shares are between 0 and 1" if share else f"{check.metric} is never negative"
@@ -551,6 +557,19 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             yield WarningMessage("checks-contradict", sentence, numbers)
         else:
             before.append(check)
+
+
+def _lacking_need(scenario: Scenario, check: Check) -> Need | None:
+    """Return what the metric of a check needs and the scenario does not state, if anything."""
+    swept = {axis.key for axis in scenario.sweep}
+    return next(
+        (
+            need
+            for need in METRICS_BY_NAME[check.metric].needs
+            if not asks_for(scenario, need) and swept.isdisjoint(need.keys)
+        ),
+        None,
+    )
 
 
 def _is_same_check(one: Check, other: Check) -> bool:

@@ -19,7 +19,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,6 +46,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
     blocks,
+    with_rest,
 )
 from drysim.errors import RecordError, ScenarioError, UsageError, WarningMessage
 from drysim.excitation.base import GeneratedMotion
@@ -53,8 +56,9 @@ from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
 from drysim.scenario.reading import numeric_keys
-from drysim.scenario.warnings import scenario_warnings
+from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study import statistics
+from drysim.study.ring_down import cut_warnings, rest_steps
 from drysim.units import Block, shorten
 from drysim.wording import format_number
 from drysim.yaml_document import KeyPath
@@ -94,11 +98,26 @@ class Case:
     """Records of the base motion; all of them where the record is swept."""
     records: tuple[RecordSummary, ...] = ()
     """The swept records; none for other sweeps."""
+    rest: int = 0
+    """Steps of the ring-down after the window, with the base at rest."""
 
     @property
     def steps(self) -> int:
         """Number of steps of the output grid."""
-        return round(self.window[1] / self.step)
+        return round(self.window[1] / self.step) + self.rest
+
+    @property
+    def end(self) -> float:
+        """End of the run [s]."""
+        if self.rest and isinstance(self.run_motion, Samples):
+            return (len(self.run_motion.u_dd) - 1) * self.step
+        return self.window[1] + self.rest * self.step
+
+    @cached_property
+    def run_motion(self) -> Sines | Samples:
+        """Base motion to the end of the run."""
+        motion = self.motion
+        return with_rest(motion, self.rest) if isinstance(motion, Samples) else motion
 
     @property
     def work(self) -> int:
@@ -201,13 +220,30 @@ def prepare(
         *(warning for warnings, _ in found for warning in warnings),
         *force,
     )
+    case = assemble(scenario, motion, tuple({one.sentence: one for one in known}.values()))
     case = replace(
-        assemble(scenario, motion, tuple({one.sentence: one for one in known}.values())),
+        case,
+        warnings=(*case.warnings, *ending_warnings(scenario, motion, swept)),
         inputs=tuple(record for _, inputs in found for record in inputs),
         records=records,
     )
     check_spectra(case)
     return case
+
+
+def ending_warnings(
+    scenario: Scenario, motion: Sines | Samples, swept: bool
+) -> Iterator[WarningMessage]:
+    """Warn if the window ends before the response, in the case with the longest period."""
+    if not isinstance(scenario.excitation, Record):
+        return
+    found: list[WarningMessage] = []
+    for one in extreme_cases(scenario) if swept else (scenario,):
+        with suppress(ScenarioError):  # of a window that the case itself will report
+            end = window(one, motion)[1]
+            found += cut_warnings(one, one.oscillator.plant(), one.law(), motion, end)
+    if found:
+        yield max(found, key=lambda warning: warning.numbers["period"])
 
 
 def without_fit_checks(scenario: Scenario) -> Scenario:
@@ -287,7 +323,8 @@ def read_swept(
     except ScenarioError as fault:
         problems = (replace(p, sentence=f"{file}: {p.sentence}") for p in fault.problems)
         raise ScenarioError(fault.message, tuple(problems)) from None
-    return motion.warnings, motion.inputs, one.excitation.summarise(motion)
+    warnings = (*motion.warnings, *ending_warnings(one, motion, swept=True))
+    return warnings, motion.inputs, one.excitation.summarise(motion)
 
 
 def assemble(
@@ -297,18 +334,22 @@ def assemble(
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     assert step is not None, "a scenario has a step unless a record defines it"
     repeats = scene_period(scenario) if scenario.measure.steady else None
+    plant, law, start = scenario.oscillator.plant(), scenario.law(), scenario.start.state()
     case = Case(
         scenario,
         scenario.solver.member(),
-        scenario.oscillator.plant(),
-        scenario.law(),
+        plant,
+        law,
         motion,
-        scenario.start.state(),
+        start,
         step,
         window(scenario, motion) if repeats is None else (0.0, repeats),
         repeats,
         warnings,
     )
+    if repeats is None:
+        rest = rest_steps(scenario, (plant, law, motion, start), step, case.window[1])
+        case = replace(case, rest=rest_within_normal_record(case, rest))
     weighted = bool(scenario.measure.weights or scenario.measure.spectra)
     check_normal_record(case)
     if shortage := memory_shortage(case.steps, weighted, is_streamed(case)):
@@ -398,6 +439,14 @@ def check_normal_record(case: Case) -> None:
         "shorter measure.duration"
     )
     raise case_error(case.scenario, sentence, "friction.normal_record")
+
+
+def rest_within_normal_record(case: Case, rest: int) -> int:
+    """Return the steps of a ring-down that a normal-force record covers."""
+    force_record = case.law.force_record
+    if force_record is None:
+        return rest
+    return max(min(rest, int((force_record.end - case.window[1]) / case.step)), 0)
 
 
 def check_spectra(case: Case) -> None:

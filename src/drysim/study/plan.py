@@ -309,6 +309,8 @@ def seed_metrics(scenario: Scenario) -> tuple[str, ...]:
     if design is not None:
         limits = design.limits(scenario.checks, None)
         names += [*design.minimise, *(limit.metric for limit in limits), STROKE_USED]
+    if scenario.stroke is not None:
+        names.append("violations")
     return tuple(dict.fromkeys(names))
 
 
@@ -498,7 +500,8 @@ def orbit_metrics(
         State(result[o.X_END], result[o.V_END]),
         lowest=lowest,
         highest=highest,
-        reached=peak,
+        run_lowest=lowest,
+        run_highest=highest,
         upcrossings=result[o.UPCROSSINGS],
         chatter=0.0 * peak,
         closure=result[o.CLOSURE],

@@ -69,7 +69,9 @@ def solve(case: Case) -> Outcome:
     spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
-    whole = measure(trajectory, (0.0, window[1]), case.limits) if includes_settling else metrics
+    whole = metrics
+    if includes_settling:
+        whole = measure(trajectory, (0.0, window[1]), case.limits, run_end=trajectory.end)
     warnings = response_warnings(
         response, whole, case.limits, includes_settling, metrics["x_r_peak"]
     )
@@ -92,7 +94,7 @@ def solve(case: Case) -> Outcome:
 def march_from_start(case: Case) -> SolvedMotion:
     """Compute the motion from the start state to the end of the window."""
     approach = case.approach
-    scene = (case.plant, case.law, case.motion, case.start, case.step, case.window[1])
+    scene = (case.plant, case.law, case.run_motion, case.start, case.step, case.end)
     if isinstance(approach, ExactApproach):
         return approach.solve(*scene, whole=False), case.window, ()
     return approach.solve(*scene), case.window, ()
@@ -237,7 +239,7 @@ def measure_case(case: Case) -> CaseResult:
 def measure_motion(case: Case, start: AnyState) -> SolvedCase:
     """Return the result of a case from a start state, and its last state."""
     if case.period is None:
-        trajectory, weighted = solve_and_weight(case, start, case.step, case.window)
+        trajectory, weighted = solve_and_weight(case, start, case.step, case.window, case.end)
         found = measure_window(case, trajectory, case.window, None, weighted)
         return (found, OK, ""), trajectory.state(case.window[1])
     orbit, step = periodic_orbit(case, start)
@@ -250,7 +252,7 @@ def measure_motion(case: Case, start: AnyState) -> SolvedCase:
         if not orbit.unique:
             return (unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE), start
     window = (0.0, orbit.periods * case.period)
-    trajectory, weighted = solve_and_weight(case, orbit.state, step, window)
+    trajectory, weighted = solve_and_weight(case, orbit.state, step, window, window[1])
     found = measure_window(case, trajectory, window, orbit.closure, weighted)
     return (found, OK, ""), orbit.state
 
@@ -263,9 +265,9 @@ def measure_window(
     weighted: Weighted | None,
 ) -> Values:
     """Return the metrics of a case in a window [s]."""
-    settings = case.scenario.measure
+    settings, end = case.scenario.measure, trajectory.end if case.rest else None
     return measure(
-        trajectory, window, case.limits, closure, case.stationary, weighted, settings
+        trajectory, window, case.limits, closure, case.stationary, weighted, settings, end
     )
 
 
@@ -275,20 +277,23 @@ def not_settled_note(run_up: float) -> str:
 
 
 def solve_and_weight(
-    case: Case, start: AnyState, step: float, window: tuple[float, float]
+    case: Case, start: AnyState, step: float, window: tuple[float, float], end: float
 ) -> tuple[Trajectory, Weighted | None]:
-    """Return the trajectory of a case and its weighted motion, which alone needs a grid."""
+    """Return the trajectory of a case and its weighted motion, which alone needs a grid.
+
+    The run goes on from the start to `end` [s], the weighted motion covers the window.
+    """
     if case.scenario.measure.weights is None:
-        return trajectory_of(case, start, step, window[1]), None
+        return trajectory_of(case, start, step, end), None
     step = weighting_step(case, step, window[1])
-    response = response_on_grid(case, start, step, window[1])
+    response = response_on_grid(case, start, step, end)
     return trajectory_of_response(response), weighted_motion(case, response, window)
 
 
 def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> Trajectory:
     """Return the trajectory of a case, without a grid if the approach needs none."""
     if isinstance(case.approach, ExactApproach):
-        return case.approach.trajectory(case.plant, case.law, case.motion, start, duration)
+        return case.approach.trajectory(case.plant, case.law, case.run_motion, start, duration)
     return trajectory_of_response(response_on_grid(case, start, step, duration))
 
 
@@ -302,7 +307,7 @@ def trajectory_of_response(response: Response) -> Trajectory:
 
 def response_on_grid(case: Case, start: AnyState, step: float, length: float) -> Response:
     """Return the response of a case from a start state, on a grid with this step [s]."""
-    return case.approach.solve(case.plant, case.law, case.motion, start, step, length)
+    return case.approach.solve(case.plant, case.law, case.run_motion, start, step, length)
 
 
 MAX_CACHED_MOTIONS = 4

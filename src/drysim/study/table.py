@@ -20,7 +20,7 @@ from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
-from drysim.metrics.table import METRICS, UNITS, Metrics
+from drysim.metrics.table import HOURLY_STROKE, METRICS, STROKE_USED, UNITS, Metrics
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
@@ -468,14 +468,20 @@ def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits 
 def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, float]:
     """Return name and value of the displacement farthest beyond its limit, and by how much [m].
 
-    With equal limits it is |x_r|.
+    It is that of the whole run, relative to its limit. With equal limits it is |x_r|.
     """
+    reached, share = metrics["stroke_suffices"] or 0.0, metrics["stroke_used"] or 0.0
     if limits.up == limits.down:
-        peak = metrics["x_r_peak"] or 0.0
-        return "|x_r|", peak, peak - limits.up
-    high, low = metrics["x_r_max"] or 0.0, metrics["x_r_min"] or 0.0
-    up, down = high - limits.up, -low - limits.down
-    return ("x_r", high, up) if up >= down else ("x_r", low, down)
+        return "|x_r|", reached, reached - limits.up
+    # Where the larger share is that of the larger limit, no displacement is larger.
+    at_larger = reached >= share * max(limits) * (1.0 - SHARE_ROUNDING)
+    up = (limits.up > limits.down) == at_larger
+    limit = limits.up if up else limits.down
+    return "x_r", share * limit if up else -share * limit, (share - 1.0) * limit
+
+
+SHARE_ROUNDING = 1e-12
+"""Relative difference of two displacements that is rounding [-]."""
 
 
 # Statistics of the cases of one approach, updated batch by batch.
@@ -522,8 +528,10 @@ class Tally:
         }
     )
     """`Quantiles` over the cases with numbers, of the metrics `with_quantiles`."""
+    too_short: Count | None = None
+    """Cases that keep the stroke limit but reach more than it once an hour, and the worst."""
     worst: Row | None = None
-    """The case that exceeds its stroke limit by most."""
+    """The case that exceeds its stroke limit by the largest share."""
     admissible: int = 0
     """Number of cases that stay within the stroke limit and keep all checks."""
     best: dict[str, Extreme] = field(default_factory=dict)
@@ -533,6 +541,7 @@ class Tally:
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     """Least and greatest F_fk, least and greatest F_fs [N]."""
     _most_beyond: float = -np.inf
+    _shortest: float = 0.0
     _verdicts: dict[int, Verdict] = field(default_factory=dict)
     _failed: Counter[int] = field(default_factory=Counter)
     _judged: Counter[int] = field(default_factory=Counter)
@@ -625,10 +634,21 @@ class Tally:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
-            beyond = np.nan_to_num(self._beyond_limits(batch)[met])
+            beyond = np.nan_to_num(batch.metrics[STROKE_USED][met])
             if self.worst is None or beyond.max() > self._most_beyond:
                 self._most_beyond = float(beyond.max())
                 self.worst = row(int(met[np.argmax(beyond)]))
+        hourly, limits = batch.metrics[HOURLY_STROKE], self.limits_of(batch.points)
+        if limits is None or np.isnan(hourly).all():
+            return
+        share = np.nan_to_num(hourly / np.minimum(*limits))
+        share[met] = 0.0
+        if number := int((share > 1.0).sum()):
+            worst = float(share.max())
+            before = self.too_short or Count(0, row(0))
+            first = row(int(share.argmax())) if worst > self._shortest else before.first
+            self.too_short = Count(before.cases + number, first)
+            self._shortest = max(self._shortest, worst)
 
     def _update_best(self, batch: Batch, row: RowAt) -> None:
         keeps = is_admissible(batch, self.checks)
@@ -638,14 +658,6 @@ class Tally:
             least = float(np.fmin.reduce(values))
             if least == least and (name not in self.best or least < self.best[name].value):
                 self.best[name] = Extreme(least, row(int(np.argmax(values == least))))
-
-    def _beyond_limits(self, batch: Batch) -> NDArray[np.float64]:
-        """Return how far the cases move beyond their stroke limits [m]."""
-        up, down = self.limits_of(batch.points) or (0.0, 0.0)
-        if np.array_equal(up, down):
-            return batch.metrics["x_r_peak"] - up
-        high, low = batch.metrics["x_r_max"], batch.metrics["x_r_min"]
-        return np.asarray(np.maximum(high - up, -low - down))
 
     def _judge(
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
@@ -675,8 +687,7 @@ def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     keeps, or that does not apply to it.
     """
     exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
-    # During settling, which is not measured, the limit may be exceeded with less stroke used.
-    beyond = np.maximum(np.nan_to_num(batch.metrics["stroke_used"]) - 1.0, 0.0)
+    beyond = np.maximum(np.nan_to_num(batch.metrics[STROKE_USED]) - 1.0, 0.0)
     misses = [np.where(exceeds, beyond, -np.inf)]
     for check in checks:
         values = batch.metrics[check.metric]

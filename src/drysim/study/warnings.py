@@ -13,7 +13,7 @@ from drysim.approach.solution import FIXED_STEP, LyapunovExponent, Orbit, Respon
 from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.metrics.table import Metrics
+from drysim.metrics.table import HOURLY_STROKE, Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.case import Case
@@ -80,9 +80,11 @@ def response_warnings(
         Peak of |x_r| in the window [m], which sets the unit of lengths; default: of the
         metrics.
     """
+    stops = response.law.stops
     if limits is not None and metrics["violations"]:
         yield stroke_warning(metrics, limits, response.law, includes_settling, window_peak)
-    stops = response.law.stops
+    elif limits is not None and stops is None:
+        yield from hourly_stroke_warnings(metrics[HOURLY_STROKE], limits)
     if stops is not None and stops.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
     residual = metrics["energy_residual"]
@@ -136,6 +138,26 @@ def stroke_warning(
     return WarningMessage(
         "stroke-violated", sentence + " (settling included)" * includes_settling, numbers
     )
+
+
+def hourly_stroke_warnings(
+    stroke: float | None, limits: StrokeLimits, where: str = ""
+) -> Iterator[WarningMessage]:
+    """Warn if the stroke that is exceeded once an hour [m] is beyond the limit.
+
+    `where` is added to the sentence, such as a case of a sweep.
+    """
+    if stroke is None or stroke <= min(limits):
+        return
+    smaller = "" if limits.up == limits.down else "smaller "
+    share = format_number(100.0 * stroke / min(limits), "%", digits=3)
+    sentence = (
+        f"the stroke limit of {describe_limits(limits, stroke)} is not exceeded in this time, "
+        f"but will be if the base moves on like this: the peak reached once an hour is "
+        f"{format_length(stroke, stroke)}, {share} of the {smaller}limit (extrapolated){where}"
+    )
+    numbers = limit_numbers(limits) | {HOURLY_STROKE: stroke}
+    yield WarningMessage("stroke-too-short", sentence, numbers)
 
 
 def limit_numbers(limits: StrokeLimits) -> dict[str, float]:
@@ -271,7 +293,8 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
             yield rigid_impact_warning()
     elif worst is not None and (limits := stroke_limits(scenario, worst.point)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
-        some, mean = (", for some seeds", " on average") if worst.over else ("", "")
+        mean = " on average" if worst.over else ""
+        some = f", {describe_seeds_beyond(worst)}" if worst.over else ""
         window_peak = tally.greatest("x_r_peak") or peak
         swept = any(key in worst.point for key in LIMIT_KEYS)
         which = "" if swept else f" of {describe_limits(limits, window_peak)}"
@@ -283,6 +306,29 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         )
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "cases": tally.beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
+    if tally.too_short is not None and not scenario.stops:
+        cases, row = tally.too_short
+        stroke = row.metrics[HOURLY_STROKE] or 0.0
+        limits = stroke_limits(scenario, row.point)
+        assert limits is not None, "a stroke is too short for a limit only"
+        share = format_number(100.0 * stroke / min(limits), "%", digits=3)
+        mean = " on average" if row.over else ""
+        sentence = (
+            f"in {cases} of {tally.cases} cases the stroke limit is not exceeded in this time, "
+            "but will be if the base moves on like this: the peak reached once an hour is "
+            f"{format_length(stroke, stroke)}{mean}, {share} of the limit (extrapolated)"
+            f"{format_at(row, axes)}"
+        )
+        numbers = limit_numbers(limits) | {HOURLY_STROKE: stroke, "cases": cases}
+        yield WarningMessage("stroke-too-short", sentence, numbers)
+
+
+def describe_seeds_beyond(row: Row) -> str:
+    """Describe for how many seeds of a case the stroke limit is exceeded."""
+    assert row.over is not None, "only a mean has seeds"
+    beyond = sum(bool(count) for count in row.over.values["violations"])
+    which = "all" if beyond == row.seeds else f"{beyond} of"
+    return f"for {which} {row.seeds} seeds"
 
 
 def format_at(row: Row, axes: Sequence[Axis]) -> str:
@@ -324,7 +370,7 @@ def describe_first(found: Count, scenario: Scenario) -> str:
 
 SeedStatistics = Mapping[str, Statistic | None]
 
-REPLACED_SLUGS = {"energy-open", "stroke-violated", "impacts-left-out"}
+REPLACED_SLUGS = {"energy-open", "stroke-violated", "stroke-too-short", "impacts-left-out"}
 """Warnings about a single seed, replaced by those about all seeds."""
 
 
@@ -392,6 +438,8 @@ def ensemble_stroke_warnings(
         )
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
+    elif impacts is None and (hourly := found.get(HOURLY_STROKE)) is not None:
+        yield from hourly_stroke_warnings(hourly.mean, limits, f", mean of {len(rows)} seeds")
 
 
 def has_contacts(found: SeedStatistics) -> bool:
