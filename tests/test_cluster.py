@@ -443,10 +443,21 @@ async def asked(address, security):
         return await server.identity()
 
 
-def test_page_of_a_local_cluster_tells_nothing(own):
-    page = own.dashboard_link.replace("/status", "/info/main/workers.html")
-    with pytest.raises(urllib.error.HTTPError, match="404"):
-        urllib.request.urlopen(page)
+def test_a_local_cluster_listens_for_its_own_processes_alone(own):
+    (info,) = own.scheduler_info()["workers"].values()
+    pages = own.dashboard_link, f"http://127.0.0.1:{info['services']['dashboard']}/"
+    for page in pages:
+        with pytest.raises(urllib.error.URLError, match="refused"):
+            urllib.request.urlopen(page, timeout=5)
+
+
+def test_a_local_cluster_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with study_cluster.local_cluster(1) as client:
+        assert client.submit(pow, 2, 5).result() == 32
+        assert [path.name.startswith("drysim-") for path in tmp_path.iterdir()] == [True]
+    assert not list(tmp_path.iterdir())
 
 
 def test_files_of_a_local_cluster_are_for_the_user_alone(own):

@@ -31,7 +31,10 @@ def lazy_getattr(package: str, modules: Mapping[str, str]) -> Callable[[str], An
     def load(name: str) -> Any:
         if name not in module_of:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(module_of[name]), name)
+        from drysim.interrupt import deferred_interrupt
+
+        with deferred_interrupt():
+            value = getattr(import_module(module_of[name]), name)
         setattr(sys.modules[package], name, value)
         return value
 

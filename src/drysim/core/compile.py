@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from drysim.errors import DrysimError
+from drysim.interrupt import deferred_interrupt
 from drysim.system import PrivateFolder, private_folder
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
@@ -95,7 +96,8 @@ def import_numba() -> Any:
         If numba cannot be loaded, for lack of a file or of memory.
     """
     try:
-        import numba
+        with deferred_interrupt():
+            import numba
     except (ImportError, OSError) as fault:
         reason, *_ = str(fault).partition(". ")
         raise DrysimError(

@@ -99,9 +99,9 @@ SYMBOL_PAGE = "symbols"
 """Page of the manual with the table of symbols."""
 
 LABELS = {
-    "ring-down": "Free vibration after a shock or record that ends at rest: the run goes on with "
-    "the base at rest for a free period, at most two natural periods, after it last moved. It "
-    "counts in peaks, stroke, violations and contacts, not in RMS values.",
+    "ring-down": "Free vibration after a shock or record that ends at rest: the run goes on, "
+    "the base being at rest, for a free period (at most two natural periods) after it last "
+    "moved. It counts in peaks, stroke, violations and contacts, not in RMS values.",
     "jumps": "Values of the static ratio at which a metric changes abruptly by more than 1 %, "
     "as where a motion ends; of a run or sweep with friction.static_ratio: {from, to}.",
     "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "

@@ -294,9 +294,9 @@ METRICS = (
     Metric("x_r_min", "m", "smallest x_r in the window and its ring-down, at most 0",
            lambda m: m.lowest, kind=SIGNED, by_side=True),
     Metric("x_dd_peak", "m/s2", "largest |ẍ| of the mass in the window and its ring-down, "
-           "between the grid points too, both sides of a jump included, rigid impacts not (a fixed-step "
-           "approach knows its grid points only); for base motion in samples and a constant "
-           "normal force, not under stribeck, dahl, lugre and leuven",
+           "between the grid points too, both sides of a jump included, rigid impacts not (a "
+           "fixed-step approach knows its grid points only); for base motion in samples and "
+           "a constant normal force, not under stribeck, dahl, lugre and leuven",
            lambda m: m.x_dd_peak),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),

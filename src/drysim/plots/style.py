@@ -17,12 +17,14 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from math import ceil
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from drysim import wording
 from drysim.errors import DrysimError
+from drysim.interrupt import deferred_interrupt
 from drysim.scenario.axes import FILE_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.compare import FREQUENCY_KEY, Comparison, describe_coinciding
@@ -83,10 +85,23 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
             figure.savefig(str(file), **options)
 
 
+DRAWING = RLock()
+"""Held while a picture is drawn: matplotlib shares its settings and its parser of formulas
+between threads."""
+
+
 @contextmanager
 def picture_style() -> Iterator[None]:
-    """Draw in drysim's style, whatever the user's matplotlibrc says."""
-    matplotlib = import_matplotlib()
+    """Draw in drysim's style, whatever the user's matplotlibrc says; one thread at a time."""
+    with DRAWING, _own_settings():
+        yield
+
+
+@contextmanager
+def _own_settings() -> Iterator[None]:
+    """Replace the settings of matplotlib."""
+    with deferred_interrupt():
+        matplotlib = import_matplotlib()
     params: Any = {**matplotlib.rcParamsDefault, **RC_PARAMS}
     del params["backend"]
     with matplotlib.rc_context(params), warnings.catch_warnings():

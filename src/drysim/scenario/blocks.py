@@ -347,9 +347,9 @@ class Measure(Block):
     settle: Annotated[float, Quantity("s", at_least=0)] = 0.0
     """Time before the window [s], or `20 periods`."""
     duration: Annotated[float, Quantity("s", above=0)] | None = None
-    """Length of the window [s], or `20 periods`; default: to the end of the record. After a base
-    motion that ends at rest the run goes on, with the base at rest, until the ring-down has
-    passed its peaks; these count, RMS values keep to the window."""
+    """Length of the window [s], or `20 periods`; default: to the end of the record. After a
+    base motion that ends at rest the run goes on, with the base at rest, until the ring-down
+    has passed its peaks; these count, RMS values keep to the window."""
     coexisting: StrictBool | None = None
     """Whether a run of a steady state searches for other stable motions; default: true where
     they may exist, with Coulomb friction and F_fs above F_fk."""

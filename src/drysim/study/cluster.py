@@ -212,7 +212,8 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
     """Start a scheduler and single-threaded worker processes on this machine.
 
     Anyone who can connect to a worker can run code on it. The processes therefore accept only
-    connections with a key that is created here and kept in memory, and their folder is private.
+    connections with a key that is created here and kept in memory, they have no page, and their
+    folder is private.
     """
     import dask
     import distributed
@@ -221,7 +222,9 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
     with (
         TemporaryDirectory(prefix="drysim-", ignore_cleanup_errors=True) as folder,
         at_forced_exit(partial(rmtree, folder, ignore_errors=True), last=True),
-        dask.config.set({"logging": QUIET_LOGGING} | LOCAL_CLUSTER_CONFIG),
+        dask.config.set(
+            {"logging": QUIET_LOGGING, "temporary-directory": folder} | LOCAL_CLUSTER_CONFIG
+        ),
         distributed.LocalCluster(
             n_workers=workers or system.processor_count(),
             threads_per_worker=1,
@@ -235,15 +238,17 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
         ) as cluster,
         distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
     ):
+        cluster.scheduler.http_server.stop()  # Dask always opens one
         yield client
 
 
-def dask_setup(worker: object) -> None:
-    """Make a local worker ignore Ctrl-C in the terminal; it ends with the client.
+def dask_setup(worker: Any) -> None:
+    """Make a local worker ignore Ctrl-C in the terminal, and close its page.
 
-    Dask calls this function in every worker that preloads this module.
+    It ends with the client. Dask calls this function in every worker that preloads this module.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    worker.http_server.stop()
 
 
 def temporary_security(security: Any) -> Any:

@@ -130,7 +130,8 @@ class Comparison:
 
     @cached_property
     def _reference_keys(self) -> Set[str]:
-        return next((row.point.keys() for row in self.table.of(self.yardstick)), frozenset())
+        first = next(iter(self.table.of(self.yardstick)), None)
+        return frozenset(first.point if first else ())  # a view of keys cannot be pickled
 
     @cached_property
     def _reference_rows(self) -> dict[frozenset[tuple[str, float]], Row]:

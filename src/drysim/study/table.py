@@ -470,14 +470,27 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
 
     It is that of the whole run, relative to its limit. With equal limits it is |x_r|.
     """
-    reached, share = metrics["stroke_suffices"] or 0.0, metrics["stroke_used"] or 0.0
+    reached, share = metrics["stroke_suffices"] or 0.0, metrics[STROKE_USED] or 0.0
     if limits.up == limits.down:
         return "|x_r|", reached, reached - limits.up
-    # Where the larger share is that of the larger limit, no displacement is larger.
-    at_larger = reached >= share * max(limits) * (1.0 - SHARE_ROUNDING)
-    up = (limits.up > limits.down) == at_larger
-    limit = limits.up if up else limits.down
+    limit, up = (one.item() for one in nearest_limit(reached, share, limits))
     return "x_r", share * limit if up else -share * limit, (share - 1.0) * limit
+
+
+def nearest_limit(
+    reached: Any, share: Any, limits: StrokeLimits
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the limit of which the largest share is used [m], and whether it is the upper one.
+
+    `reached` is the largest |x_r| [m]. Where the share is that of the larger limit, no
+    displacement is larger.
+    """
+    larger, smaller = np.maximum(*limits), np.minimum(*limits)
+    at_larger: NDArray[np.bool_] = np.asarray(
+        reached >= share * larger * (1.0 - SHARE_ROUNDING)
+    )
+    up = np.asarray((np.asarray(limits.up) > limits.down) == at_larger)
+    return np.asarray(np.where(at_larger, larger, smaller), dtype=np.float64), up
 
 
 SHARE_ROUNDING = 1e-12
@@ -531,7 +544,7 @@ class Tally:
     too_short: Count | None = None
     """Cases that keep the stroke limit but reach more than it once an hour, and the worst."""
     worst: Row | None = None
-    """The case that exceeds its stroke limit by the largest share."""
+    """The case that exceeds its stroke limit by most."""
     admissible: int = 0
     """Number of cases that stay within the stroke limit and keep all checks."""
     best: dict[str, Extreme] = field(default_factory=dict)
@@ -634,7 +647,7 @@ class Tally:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
-            beyond = np.nan_to_num(batch.metrics[STROKE_USED][met])
+            beyond = np.nan_to_num(self._beyond_limits(batch)[met])
             if self.worst is None or beyond.max() > self._most_beyond:
                 self._most_beyond = float(beyond.max())
                 self.worst = row(int(met[np.argmax(beyond)]))
@@ -649,6 +662,12 @@ class Tally:
             first = row(int(share.argmax())) if worst > self._shortest else before.first
             self.too_short = Count(before.cases + number, first)
             self._shortest = max(self._shortest, worst)
+
+    def _beyond_limits(self, batch: Batch) -> NDArray[np.float64]:
+        """Return how far the cases move beyond their stroke limits [m]."""
+        limits = self.limits_of(batch.points) or StrokeLimits(0.0, 0.0)
+        share = batch.metrics[STROKE_USED]
+        return (share - 1.0) * nearest_limit(batch.metrics["stroke_suffices"], share, limits)[0]
 
     def _update_best(self, batch: Batch, row: RowAt) -> None:
         keeps = is_admissible(batch, self.checks)
