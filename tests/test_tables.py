@@ -88,3 +88,34 @@ def test_column_for_all_tables_is_a_field_of_its_metric(
     tables.write_transmissibility_csv(sweep(load(tmp_path / "seat.yaml")), tmp_path)
     rows = rows_of(tmp_path / "transmissibility.csv")
     assert all(float(row["v_r_rms [m/s]"]) > 0 for row in rows)
+
+
+class Batch:
+    """Points of one case."""
+
+    def __init__(self, points):
+        self.points = points
+
+    def __len__(self):
+        return 1
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("=cmd|' /C calc'!A0.csv", "'=cmd|' /C calc'!A0.csv"),
+        ("+1+1.csv", "'+1+1.csv"),
+        ("-2+3.csv", "'-2+3.csv"),
+        ("@SUM(1).csv", "'@SUM(1).csv"),
+        ("=1,2.csv", '"\'=1,2.csv"'),
+        ("a\x1b[31m.csv", "a\\x1b[31m.csv"),
+        ("-9.81", "-9.81"),
+        ("+3e-5", "+3e-5"),
+        ("plain.csv", "plain.csv"),
+        ('a "b", c', '"a ""b"", c"'),
+    ],
+)
+def test_text_in_a_csv_is_no_formula_and_drives_no_terminal(text, cell):
+    assert tables.quote_cell(text) == cell
+    column = tables.key_column("excitation.file", "")
+    assert column.values(Batch({"excitation.file": [text]})) == [cell.encode()]

@@ -33,6 +33,8 @@ from drysim.study.statistics import (
     as_batches,
     group_batches,
 )
+from drysim.units import NUMBER_PATTERN
+from drysim.wording import sanitise
 
 if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCases
@@ -208,9 +210,8 @@ def key_column(key: str, unit: str) -> Column:
 
 def _csv_text(text: str) -> bytes:
     """Return the cell of a text in a CSV file, quoted where necessary."""
-    if any(mark in text for mark in ',"\r\n'):
-        text = '"' + text.replace('"', '""') + '"'
-    return text.encode()
+    text = _as_text(sanitise(text))
+    return ('"' + text.replace('"', '""') + '"' if set(text) & set(',"') else text).encode()
 
 
 def metric_column(metric: str, name: str = "") -> Column:
@@ -642,8 +643,18 @@ def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
 
 def quote_cell(words: str) -> str:
     """Return text as a CSV cell on one line, quoted if it has a comma or a quote."""
-    words = " ".join(words.split())
+    words = _as_text(sanitise(" ".join(words.split())))
     return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words
+
+
+FORMULA_STARTS = "=", "+", "-", "@"
+"""First characters of a cell that spreadsheets evaluate."""
+
+
+def _as_text(cell: str) -> str:
+    """Return text that no spreadsheet takes for a formula; a number stays as it is."""
+    is_formula = cell.startswith(FORMULA_STARTS) and not NUMBER_PATTERN.fullmatch(cell)
+    return f"'{cell}" if is_formula else cell
 
 
 # Rows of CSV.
