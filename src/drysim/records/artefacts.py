@@ -186,4 +186,4 @@ def _is_abrupt(side: Floats, count: int, digit: float) -> bool:
     rest = int(np.argmax(steps == 0)) if (steps == 0).any() else len(steps) + 1
     ramp = steps[1 : rest - 1]
     is_line = not len(ramp) or np.ptp(ramp) <= max(digit, LINE_RATIO * ramp.max())
-    return not (is_line or steps[1] < SMALL_STEP * steps.max())
+    return not (is_line or steps[:2].max() < SMALL_STEP * steps.max())
