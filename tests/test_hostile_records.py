@@ -10,6 +10,7 @@ import pytest
 from drysim import system
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
+from drysim.records.columns import RecordFile
 from drysim.records.record import read_samples
 from drysim.scenario.fit import MeasuredResponse
 
@@ -161,3 +162,12 @@ def test_text_that_is_no_table_is_quoted_by_one_cell_alone(tmp_path, text):
         assert "secret" not in said
         assert "root" not in said
         assert "hidden" not in said
+
+
+@pytest.mark.parametrize("head", [b"", b"t [s],a [m/s2]\n", b"\x7fELF" * 9])
+def test_sparse_file_is_refused_before_it_is_hashed(tmp_path, monkeypatch, head):
+    with open(tmp_path / "r.csv", "wb") as stream:
+        stream.write(head)
+        stream.truncate(300_000_000)
+    monkeypatch.setattr(RecordFile, "sha256", property(lambda _: pytest.fail("hashed")))
+    assert refusal(tmp_path) == "the record is binary: it contains a zero byte"

@@ -348,6 +348,16 @@ def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
     assert said.startswith("the record is not a MAT file, or it is damaged: ")
 
 
+def test_mat_of_a_thousand_times_its_size_is_refused_before_it_is_unpacked(tmp_path):
+    mat(tmp_path / "r.mat", {"acc": np.zeros(12_000_000)}, do_compression=True)
+    tracemalloc.start()
+    said = refused(tmp_path, "r.mat", step=1, unit="m/s2")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert said.startswith("it states 96 MB of samples in ")
+    assert most < 20e6
+
+
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
     mat(tmp_path / "r.mat", {"acc": np.zeros(10_000)}, do_compression=True)
     monkeypatch.setattr(system, "total_memory", lambda: 20_000.0)
@@ -670,6 +680,18 @@ def test_unit_that_is_none_may_be_put_right(tmp_path, file, write):
     assert "unknown unit `gee`" in extra_refused(tmp_path, file, channel="acc")
     right = motion_of(tmp_path, file, channel="acc", unit="g").u_dd
     np.testing.assert_allclose(right, series()["acc"] * 9.80665, rtol=1e-14)
+
+
+@pytest.mark.parametrize("unit", ["Pa", "V", "Volts", "°C", "degC", "N", "mm", "rpm", "kg"])
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_channel_of_another_quantity_is_no_acceleration_whatever_the_scenario_says(
+    tmp_path, file, write, unit
+):
+    write(tmp_path / file, units={"acc": unit})
+    if write is uff:
+        unit.encode("ascii", "ignore").decode() == unit or pytest.skip("text of UFF is ASCII")
+    said = extra_refused(tmp_path, file, channel="acc", unit="g")
+    assert f"`{unit}`" in said
 
 
 @pytest.mark.parametrize(("file", "write"), WRITERS.items())

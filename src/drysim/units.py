@@ -78,7 +78,22 @@ UNIT_FACTORS: dict[str, dict[str, float]] = {
     "N·s": {"N*s": 1, "Ns": 1, "kN*s": 1e3, "kNs": 1e3, "kg*m/s": 1},
     "m": {"m": 1, "cm": 1e-2, "mm": 1e-3},
     "m/s": {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3},
-    "m/s²": {"m/s^2": 1, "g": 9.80665, "mg": 9.80665e-3, "cm/s^2": 1e-2, "mm/s^2": 1e-3},
+    "m/s²": {
+        "m/s^2": 1,
+        "g": 9.80665,
+        "mg": 9.80665e-3,
+        "cm/s^2": 1e-2,
+        "mm/s^2": 1e-3,
+        "ug": 9.80665e-6,
+        "G": 9.80665,
+        "mG": 9.80665e-3,
+        "gn": 9.80665,
+        "g_n": 9.80665,
+        "Gal": 1e-2,
+        "gal": 1e-2,
+        "mGal": 1e-5,
+        "mgal": 1e-5,
+    },
     "s": {"s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600},
     "Hz": {"Hz": 1, "1/s": 1, "kHz": 1e3},
     "J": {"J": 1, "mJ": 1e-3, "kJ": 1e3},
@@ -195,6 +210,24 @@ def is_common_unit(unit_text: str, unit: str) -> bool:
         short_enough
         and _canonical_spelling(unit_text) in UNIT_FACTORS[UNIT_SYNONYMS.get(unit, unit)]
     )
+
+
+def is_known_unit(text: str) -> bool:
+    """Return whether a text is a unit of any quantity, as opposed to a comment."""
+    if not text.strip() or len(text) > MAX_UNIT_LENGTH:
+        return False
+    spelling = _canonical_spelling(text)
+    if any(spelling in spellings for spellings in UNIT_FACTORS.values()):
+        return True
+    if not _UNIT_PATTERN.fullmatch(spelling):
+        return False
+    for name in (spelling, spelling.lower()):  # `Volts` is written for `volts`
+        try:
+            _registry().Unit(name)
+        except Exception:  # pint raises exceptions of many types
+            continue
+        return True
+    return False
 
 
 def _canonical_spelling(unit_text: str) -> str:

@@ -1,8 +1,9 @@
 """The file of a record, and the columns of numbers in it.
 
-A record is read and hashed once. Its bytes are not kept in memory: a `Reader` reads slices on
-demand and raises if the file was modified in the meantime, so that results always belong to the
-reported SHA-256. Only regular files with a known suffix that fit into memory are accepted.
+The bytes of a record are not kept in memory: a `Reader` reads slices on demand and raises if
+the file was modified in the meantime, so that results always belong to the SHA-256. That is
+computed last: a file without rows of numbers is refused at its first line, however large. Only
+regular files with a known suffix that fit into memory are accepted.
 
 `Columns` is the interface that every file format implements; `Channels` implements it for
 binary formats. `data_column`, `column_factor` and `time_factor` determine the column of the
@@ -33,6 +34,7 @@ from drysim.units import (
     convert,
     did_you_mean,
     format_value,
+    is_known_unit,
 )
 
 READ_SIZE = 1 << 20
@@ -77,12 +79,12 @@ class Reader:
     Raises
     ------
     RecordError
-        On access, if the file was modified since it was hashed.
+        On access, if the file was modified since it was opened.
     """
 
     path: Path
     signature: system.FileSignature
-    """State of the file when it was hashed."""
+    """State of the file when it was opened."""
     cached: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -167,12 +169,18 @@ class RecordFile:
     """Path as messages show it."""
     path: Path
     reader: Reader
-    sha256: str
-    """In hex."""
     skip: int = 0
     """Rows to skip at the top of a text file."""
     rows: RowSelection = ALL_ROWS
     """Rows of a text file that are samples."""
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the file, in hex."""
+        digest = hashlib.sha256()
+        for at in range(0, len(self.reader), READ_SIZE):
+            digest.update(self.reader[at : at + READ_SIZE])
+        return digest.hexdigest()
 
     @cached_property
     def raw(self) -> bytes:
@@ -200,7 +208,7 @@ class TextFile(NamedTuple):
 
 
 def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
-    """Hash a record file with a supported suffix and return it with a reader.
+    """Return a record file with a supported suffix, to be read on demand.
 
     Raises
     ------
@@ -211,7 +219,8 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
     try:
         size = _record_size(path, suffixes)
         require_memory(str(path), size * MEMORY_PER_FILE_BYTE)
-        reader, sha256, filled = hash_file(path)
+        with system.open_regular_file(path) as stream:
+            reader = Reader(path, system.file_signature(stream.fileno()))
     except system.NotARegularFile as other:
         raise record_error(
             str(path), f"the record is {other}; only regular files are supported"
@@ -219,11 +228,12 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise record_error(str(path), f"the record cannot be read: {why}") from None
-    if not size or not filled:
-        raise record_error(str(path), "the record is empty")
     if size != len(reader):
         raise changed_error(path)
-    return RecordFile(str(path), path, reader, sha256)
+    parts = (reader[at : at + READ_SIZE] for at in range(0, size, READ_SIZE))
+    if not any(part.strip() for part in parts):  # the first part decides, as a rule
+        raise record_error(str(path), "the record is empty")
+    return RecordFile(str(path), path, reader)
 
 
 def _record_size(path: Path, suffixes: Collection[str]) -> int:
@@ -257,35 +267,8 @@ def _missing_file_hint(path: Path, suffixes: Collection[str]) -> str:
     return did_you_mean(closest_match(path.name, names))
 
 
-def hash_file(path: Path) -> tuple[Reader, str, bool]:
-    """Read a file once.
-
-    Returns
-    -------
-    reader : Reader
-    sha256 : str
-        In hex.
-    filled : bool
-        Whether the file contains anything but whitespace.
-
-    Raises
-    ------
-    RecordError
-        If the file changes while it is read.
-    """
-    digest, filled = hashlib.sha256(), False
-    with system.open_regular_file(path) as stream:
-        signature = system.file_signature(stream.fileno())
-        while block := stream.read(READ_SIZE):
-            digest.update(block)
-            filled = filled or bool(block.strip())
-        if system.file_signature(stream.fileno()) != signature:
-            raise changed_error(path)
-    return Reader(path, signature), digest.hexdigest(), filled
-
-
 def changed_error(path: Path) -> RecordError:
-    """Return the error for a file that was modified after it was hashed."""
+    """Return the error for a file that was modified after it was opened."""
     sentence = "the record changed while it was read; wait until it is complete"
     return record_error(str(path), sentence)
 
@@ -460,6 +443,10 @@ class Columns:
     def series(self) -> list[int]:
         """Return the 0-based columns that may contain samples."""
         return list(range(self.width))
+
+    def has_unit(self, label: ColumnLabel) -> bool:
+        """Whether the unit of a label is none of a comment: a column has a unit of its own."""
+        return False
 
     @property
     def skip_hint(self) -> str:
@@ -661,6 +648,10 @@ class Channels(Columns):
         channel = self.channels[index]
         return None if channel.dt is None else (channel.dt, channel.first)
 
+    def has_unit(self, label: ColumnLabel) -> bool:
+        """Whether a channel has a unit of any quantity; a word such as `raw` is none."""
+        return is_known_unit(label.unit)
+
     def series(self) -> list[int]:
         """Return the 0-based columns that are not times."""
         clocks = {channel.time_column for channel in self.channels}
@@ -770,7 +761,7 @@ def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place:
     try:
         file_factor = _parse_unit(columns, index, label.unit, si)
     except RecordError as error:
-        if label.is_unit_certain or wanted is None:
+        if label.is_unit_certain or wanted is None or columns.has_unit(label):
             raise columns.error(f"{error.message}{columns.skip_hint}", index) from None
         return wanted  # it may be a comment, as in `acc (filtered)`
     if wanted is not None and wanted != file_factor:

@@ -45,7 +45,7 @@ from drysim.records.columns import (
     RecordFile,
     make_channels,
     open_record,
-    require_memory_to_load,
+    require_plausible_size,
     shorten_quote,
 )
 from drysim.records.mdf import MDF
@@ -255,7 +255,7 @@ def _read_compressed(
     view: ByteView, element: Mat5Element, skip: int, count: int, kind: str
 ) -> Floats:
     """Return the numbers of a compressed variable after `skip` decompressed bytes."""
-    require_memory_to_load(view.file.display_path, FLOAT64_SIZE * count)
+    require_plausible_size(view.file, FLOAT64_SIZE * count)
     values, done, rest = np.empty(count), 0, b""
     for piece in _decompress(view, element):
         rest, skip = rest + piece[skip:], max(skip - len(piece), 0)

@@ -41,6 +41,7 @@ from drysim.records.columns import (
     ALL_ROWS,
     Columns,
     Floats,
+    RecordFile,
     RowSelection,
     TextFile,
     column_factor,
@@ -224,14 +225,13 @@ def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü")
 
 
 @contextmanager
-def _open_columns(record: Recorded) -> Iterator[tuple[Columns, Input]]:
+def _open_columns(record: Recorded) -> Iterator[tuple[Columns, RecordFile]]:
     """Open the file of a record; errors about a symbolic link quote no line of its target."""
     file, member = open_with_format(record.path)
-    source = Input(record.named, file.sha256, len(file.reader))
     try:
         wanted = record.rows
         rows = RowSelection(wanted.start, wanted.to, wanted.where) if wanted else ALL_ROWS
-        yield member.columns(replace(file, skip=record.skip, rows=rows)), source
+        yield member.columns(replace(file, skip=record.skip, rows=rows)), file
     except RecordError as error:
         if not record.path.is_symlink():
             raise
@@ -240,8 +240,9 @@ def _open_columns(record: Recorded) -> Iterator[tuple[Columns, Input]]:
 
 def _read_record(record: Recorded, ends: Extension = "even") -> tuple[CleanedRecord, Input]:
     """Read and clean the whole record."""
-    with _open_columns(record) as (columns, source):
-        return _clean_series(record, columns, ends), source
+    with _open_columns(record) as (columns, file):
+        cleaned = _clean_series(record, columns, ends)
+        return cleaned, Input(record.named, file.sha256, len(file.reader))
 
 
 def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> CleanedRecord:
