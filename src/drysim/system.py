@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import reprlib
 import stat
 import sys
 import time
@@ -19,11 +20,9 @@ from io import BufferedReader
 from math import ceil, inf
 from numbers import Integral
 from pathlib import Path, PurePosixPath
-from secrets import token_hex
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from drysim.errors import OutputError, UsageError
-from drysim.units import shorten
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -214,7 +213,7 @@ class PrivateFolder(NamedTuple):
 
     def write(self, name: str, contents: bytes) -> None:
         """Write a file completely or not at all."""
-        draft = f"{name}.{token_hex(8)}.new"
+        draft = f"{name}.{os.urandom(8).hex()}.new"
         try:
             with open(draft, "xb", opener=self._open) as stream:
                 stream.write(contents)
@@ -455,7 +454,7 @@ def worker_count(workers: int | None) -> int:
     if workers is None:
         return processor_count()
     if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
-        received = shorten(repr(workers))
+        received = reprlib.repr(workers)
         raise UsageError(f"workers must be a whole number of at least 1, not {received}")
     return int(workers)
 

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from drysim.approach.solution import Floats, Orbit, Response, Trajectory
-from drysim.approach.steady_state import shortest_repetition
 from drysim.approach.stick_slip import ExactApproach, StickSlip
 from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
@@ -499,6 +498,9 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
     Orbit
         Its closure shows whether it repeats; an approach that chatters may have no orbit.
     """
+    # Loads kernels, so only after the choice of the engine.
+    from drysim.approach.steady_state import shortest_repetition
+
     steps = round(period / dt)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0
     while bursts < MIN_BURSTS or (
