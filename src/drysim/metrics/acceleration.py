@@ -107,13 +107,16 @@ def coulomb_rows(
             part, steps = slice(at, until + 1), np.arange(until + 1 - at)
             found = slice(*np.searchsorted(log.n, (at, until)))
             n, s, kind, x_r, _ = (column[found] for column in log)
-            points = steps, 0.0 * steps, block.x_r[part], block.v_r[part], block.d[part]
-            pairs = zip(points, (n - at, s, x_r, 0.0, np.sign(kind)), strict=True)
-            *merged, d = (
-                np.insert(np.asarray(point), n - at + 1, event) for point, event in pairs
-            )
-            n, s, x_r, v_r = merged
-            rows = Rows(n, s, x_r, v_r, k_x, b, F_fk * d, d == 0)
+            points = steps, block.x_r[part], block.v_r[part], block.d[part]
+            # Events come after their sample.
+            repeats = np.ones(len(steps), dtype=np.intp)
+            np.add.at(repeats, n - at, 1)
+            rows_of_events = n - at + 1 + np.arange(len(n))
+            every_n, every_x_r, every_v_r, d = (np.repeat(point, repeats) for point in points)
+            every_s = np.zeros(len(d))
+            every_s[rows_of_events], every_x_r[rows_of_events] = s, x_r
+            every_v_r[rows_of_events], d[rows_of_events] = 0.0, np.sign(kind)
+            rows = Rows(every_n, every_s, every_x_r, every_v_r, k_x, b, F_fk * d, d == 0)
             yield block.first + at, block.u_dd[part], rows
 
 
