@@ -160,7 +160,7 @@ def test_free_decay_under_unequal_friction_turns_where_the_energy_says():
     assert trajectory.turning_points.t == pytest.approx(
         [half * n for n in range(len(turns))], rel=1e-12
     )
-    work = trajectory.totals(0.0, 4.0).friction_work
+    work = trajectory.totals(0.0, 4.0).friction_loss
     lost = 0.5 * plant.k_x * (turns[0] ** 2 - turns[-1] ** 2)
     assert work == pytest.approx(lost, rel=1e-12)
 

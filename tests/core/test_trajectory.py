@@ -67,7 +67,7 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
         x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
         base = kernel.modes.SegmentBase(0.0, u_0, slope)
         part = kernel.trajectory.resume_slip_or_stick(plant, law, waves, d, (x_r, v_r), base)
-        scene = law, waves, part
+        scene = kernel.trajectory.coulomb_kernel_law(plant, law, waves), waves, part, 0.0
         whole = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, h)
         early = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, 0.3 * h)
         late = kernel.trajectory.integrate_slip_or_stick(*scene, 0.3 * h, h)

@@ -24,7 +24,7 @@ DESIGNS = [file for file in SHIPPED if drysim.load(file).design is not None]
 SCENARIOS = [file for file in SHIPPED if file not in FITS + DESIGNS]
 HARD = sorted((GALLERY / "hard").glob("*.yaml"))
 SWEEPS = [file for file in SCENARIOS if drysim.load(file).sweep]
-ROUNDING = ("energy_residual", "closure")
+ROUNDING = ("energy_residual", "law_residual", "closure")
 """Metrics that are pure rounding, which another processor has differently."""
 
 TINY_PEAK = 1e-20

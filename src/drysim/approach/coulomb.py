@@ -221,9 +221,10 @@ class SineTrajectory(EventDriven):
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
         sums = integrate_events(self.solution, begin, end)
-        x2, v2, x_dd2, power, sliding_distance, stuck, *_ = sums
+        x2, v2, x_dd2, power, sliding_distance, stuck, _, _, violation = sums
         squares = base_square_integrals(self.motion, self.waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+        totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+        return totals._replace(violation=violation)
 
     def jacobian(self) -> tuple[float, float]:
         """Return trace and determinant of the derivative of the final state by the first one.
@@ -657,21 +658,25 @@ class SampledTrajectory(MarchedTrajectory):
         """Return the integrals over a window [s]."""
         motion = self.march.motion
         first, last = int(begin / motion.dt), math.ceil(end / motion.dt)
-        sums = np.zeros(6)
+        sums, violation = np.zeros(6), 0.0
         for block in self.march.blocks(first, min(last, len(motion.u_dd) - 1)):
             part = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
-            sums += self._sum_steps(block, *part, begin, end)
-        u_dd2, u2 = integrate_base_squares(motion, begin, end)
+            more, worst = self._sum_steps(block, *part, begin, end)
+            sums, violation = sums + more, max(violation, worst)
+        squares = integrate_base_squares(motion, begin, end)
         x2, v2, x_dd2, power, sliding_distance, stuck = sums.tolist()
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2, u2)
+        totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+        return totals._replace(violation=violation)
 
     def _sum_steps(
         self, block: SampleBlock, lo: int, hi: int, begin: float, end: float
-    ) -> Floats:
+    ) -> tuple[Floats, float]:
         """Integrate samples `lo` to `hi` of a block within a window [s].
 
         Whole steps are summed as quadratic forms of their end values. Steps with events,
-        varying limits or an end of the window are divided and integrated one by one.
+        varying limits or an end of the window, and those in which v_r may change its direction,
+        are divided and integrated one by one. Returns the first six fields of `Totals` and
+        `Totals.violation`.
         """
         dt, law, u_dd = self.march.motion.dt, self.law, block.u_dd
         whole = np.full(hi - lo, not law.variation)
@@ -679,25 +684,35 @@ class SampledTrajectory(MarchedTrajectory):
         whole[block.log.n[events] - lo] = False
         whole[0] &= begin <= (block.first + lo) * dt
         whole[-1] &= end >= (block.first + hi) * dt
-        sums = self._divided_steps(block, np.flatnonzero(~whole) + lo, events, (begin, end))
+        sums, violation = np.zeros(6), 0.0
         # A march that is kept in memory may have far more samples than a block.
         for at in range(lo, hi, BLOCK_SIZE):
             steps = slice(at, min(at + BLOCK_SIZE, hi))
             part, slides = whole[at - lo : steps.stop - lo], block.d[steps] != 0
             n = np.flatnonzero(part & slides) + at
-            share, ends = block.d[n].astype(np.float64), (u_dd[n], u_dd[n + 1])
-            sliding = WholeSteps(block.x_r[n], block.v_r[n], share, *ends)
-            sums[:5] += integrate_whole_steps(self.plant, 0.0, dt, sliding, law.F_fk)
+            d, after = block.d.take(n).astype(np.float64), n + 1
+            starts = block.x_r.take(n), block.v_r.take(n), d, u_dd.take(n)
+            sliding = WholeSteps(*starts, block.v_r.take(after), u_dd.take(after), d)
+            found, turning = integrate_whole_steps(self.plant, 0.0, dt, sliding, law.F_fk)
+            sums[:5] += found
+            whole[n[turning] - lo] = False
             n = np.flatnonzero(part & ~slides) + at
             x_r, u_0, u_1 = block.x_r[n], u_dd[n], u_dd[n + 1]
             x2, u_dd2 = (x_r * x_r).sum(), (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
             sums[[0, 2, 5]] += dt * np.array([x2, u_dd2, len(n)])
-        return sums
+            violation = max(violation, stuck_violation(self.plant, law.F_fs, x_r, u_0, u_1))
+        divided, worst = self._divided_steps(
+            block, np.flatnonzero(~whole) + lo, events, (begin, end)
+        )
+        return sums + divided, max(violation, worst)
 
     def _divided_steps(
         self, block: SampleBlock, n: Any, events: Any, window: tuple[float, float]
-    ) -> Floats:
-        """Integrate steps, divided at the events in them, within a window [s]."""
+    ) -> tuple[Floats, float]:
+        """Integrate steps, divided at the events in them, within a window [s].
+
+        Returns as `_sum_steps`.
+        """
         log = EventLog(*(column[events] for column in block.log))
         zeros, still, d = np.zeros(len(n)), np.zeros(len(log.n)), np.sign(log.kind)
         segments = divide_steps(
@@ -711,7 +726,19 @@ class SampledTrajectory(MarchedTrajectory):
         waves = make_waves(self.march.motion, law._replace(phase=phase))
         base = as_engine_array(block.u_dd)
         solution = Solution(Scene(self.plant, law, waves, base, dt), segments)
-        return np.array(integrate_coulomb_segments(solution, window[0] - t, window[1] - t)[:6])
+        sums = integrate_coulomb_segments(solution, window[0] - t, window[1] - t)
+        return np.array(sums[:6]), sums.violation
+
+
+def stuck_violation(plant: Plant, F_fs: float, x_r: Floats, *u_dd: Floats) -> float:
+    """Return the largest excess of |F_L| over F_fs while stuck, relative to the forces [-].
+
+    F_L is linear between the samples u_dd [m/s²] at both ends of a step.
+    """
+    spring = plant.k_x * x_r
+    sides = (np.abs(plant.m * one + spring).max(initial=0.0) for one in u_dd)
+    excess = max(sides) - F_fs
+    return excess / (excess + F_fs) if excess > 0.0 else 0.0
 
 
 # March over samples, block by block.

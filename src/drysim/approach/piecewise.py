@@ -88,6 +88,7 @@ from drysim.core.modes import (
 )
 from drysim.core.trajectory import (
     Columns,
+    SegmentSums,
     Solution,
     WholeSteps,
     evaluate_segments,
@@ -244,8 +245,10 @@ class PiecewiseTrajectory(EventDriven):
         others, sums = self._integrate_whole_steps(begin, end)
         columns = (as_engine_array(column[others]) for column in self.segments)
         divided = self.solution._replace(segments=Segments(*columns))
-        sums += integrate_segments(divided, begin, end)
-        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work = sums.tolist()
+        more = SegmentSums(*integrate_segments(divided, begin, end))
+        violation = max(float(sums[-1]), more.violation)
+        sums += more
+        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, _ = sums.tolist()
         stops = self.law.stops
         if stops is not None and stops.rigid:
             t, v_r = self.hits()
@@ -253,10 +256,10 @@ class PiecewiseTrajectory(EventDriven):
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.waves, begin, end)
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
-        totals = totals._replace(stop_work=stop_work)
+        totals = totals._replace(stop_work=stop_work, violation=violation)
         if law.compression is not None:
-            work = max(law.F_fk, law.compression[0]) * distance
-            totals = totals._replace(friction_work=work)
+            loss = max(law.F_fk, law.compression[0]) * distance
+            totals = totals._replace(friction_loss=loss)
         return totals if law.damping is None else totals._replace(damper_work=damper_work)
 
     def hits(self) -> Impacts:
@@ -292,39 +295,47 @@ class PiecewiseTrajectory(EventDriven):
         -------
         others : ndarray of int
             Numbers of the other segments.
-        sums : ndarray, shape (8,)
+        sums : ndarray, shape (9,)
             `SegmentSums` of the whole steps.
         """
         n, s, xi, v_r, x_0, codes = self.segments
-        sums = np.zeros(8)
+        sums = np.zeros(9)
         if isinstance(self.motion, Sines) or self.law.varies:
             return np.arange(len(n)), sums
         (u_dd, dt), law, (m, k_x, _) = self.base, self.solution.scene.law, self.plant
         reference = max(law.up.F_fk, law.down.F_fk)
         # A step with two segments is divided even where the first of them takes no time: alone
-        # among the others, that one would last the whole step.
+        # among the others, that one would last the whole step. A whole step ends where the next
+        # segment begins.
         begins = np.append(True, n[1:] != n[:-1])
-        whole = (s == 0.0) & begins & np.append(begins[1:], True)
+        whole, v_end = (s == 0.0) & begins & np.append(begins[1:], False), np.append(v_r[1:], 0)
         whole &= (self._starts >= begin) & (end - self._starts >= dt)
-        in_step = np.zeros(codes.max() + 2, dtype=bool)
+        done = np.zeros(len(n), dtype=bool)
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
             mode = decode_mode(code - 1)
             if code - 1 == ARRIVAL or mode.direction == AT_REST or mode.end_stop != APART:
                 continue
-            in_step[code] = True
+            if mode.contact != (mode.direction if law.k_t == 0.0 or mode.contact else HOLD):
+                continue
             at = np.flatnonzero(whole & (codes == code - 1))
             x_r = xi[at] + (0.0, law.up.limit, -law.down.limit)[mode.origin]
             k_t, share = 0.0, np.full(len(at), float(mode.contact))
             if mode.contact == HOLD:
                 k_t, share = law.k_t, law.k_t / reference * (x_r - x_0[at])
+                size = reference + law.k_t * (np.abs(x_r) + np.abs(x_0[at]))
+                excess = reference * (np.abs(share) - 1.0) / size
+                sums[8] = excess.max(initial=sums[8])
             elif reference > 0.0:
                 share *= (law.up if mode.contact > 0 else law.down).F_fk / reference
             b = (law.up if mode.direction > 0 else law.down).b
-            steps = WholeSteps(x_r, v_r[at], share, u_dd[n[at]], u_dd[n[at] + 1])
-            found = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
+            starts, d = (x_r, v_r[at], share, u_dd[n[at]]), np.full(len(at), mode.direction)
+            steps = WholeSteps(*starts, v_end[at], u_dd[n[at] + 1], d)
+            found, turning = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
             sums[:5] += found
             sums[7] += b * found[1]
-        return np.flatnonzero(~(whole & in_step[codes + 1])), sums
+            done[at] = True
+            done[at[turning]] = False
+        return np.flatnonzero(~done), sums
 
 
 # Laws as kernels take them, and what follows from events.

@@ -192,12 +192,15 @@ class TaylorTrajectory(MarchedTrajectory):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""
-        march, sums = self.march, np.zeros(6)
+        march, sums, violation = self.march, np.zeros(6), 0.0
         for number in range(march.block_index(begin), march.block_index(end) + 1):
-            sums += march.integrate(number, begin, min(end, march.block_starts[number + 1]))
+            until = min(end, march.block_starts[number + 1])
+            *more, worst = march.integrate(number, begin, until)
+            sums, violation = sums + more, max(violation, worst)
         squares = base_square_integrals(self.motion, march.scene.waves, begin, end)
         x2, v2, x_dd2, power, sliding_distance, stuck = sums.tolist()
-        return Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+        totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
+        return totals._replace(violation=violation)
 
 
 # March in blocks, each of which can be marched again from its checkpoint.
@@ -369,7 +372,7 @@ class TaylorMarch:
         return Columns(*map(np.asarray, out))
 
     def integrate(self, number: int, begin: float, end: float) -> tuple[float, ...]:
-        """Return the integrals over a window within a block [s]."""
+        """Return the integrals and the violation over a window within a block [s]."""
         first, solution, _ = self.block(number)
         work = workspace(self.law)
         sums: tuple[float, ...] = integrate_series(solution, work, begin - first, end - first)

@@ -66,6 +66,39 @@ def dynamic_force(law, d, v, z):
 
 
 @compiled
+def dissipated_power(law, v, z, slope):
+    """Return the power that friction dissipates [W], whatever the direction of its motion.
+
+    Parameters
+    ----------
+    law, v, z
+        As in `dynamic_force`.
+    slope : float
+        Slope of z per travel on the branch of the hysteresis [-]; `LEUVEN` only.
+
+    Notes
+    -----
+    Bristles store σ_0 z²/2. The hysteresis of Leuven stores the energy of the springs in Iwan's
+    model, sliders in series with springs side by side, which is the only reading of Masing's
+    rule that never returns more than it took. Where the slope has fallen from 1 to s, the
+    sliders that yield dissipate F_h (1 - s + s ln s) per travel. The term of σ_1 may be below
+    zero: LuGre and Leuven with a small σ_2 are not passive while bristles are deflected beyond
+    the limit, as after a steep rise of the speed.
+    """
+    limit = stribeck_curve(law, v)
+    if law.kind == STRIBECK:
+        return limit * abs(v)
+    share = law.sigma_0 * z / limit if v > 0.0 else -law.sigma_0 * z / limit
+    if law.kind == LEUVEN and law.power != 1:
+        share = math.copysign(abs(share) ** law.power, share)
+    travel = v - v * share
+    power = law.sigma_0 * z * (v * share) + (law.sigma_1 * travel + law.sigma_2 * v) * v
+    if law.kind == LEUVEN and 0.0 < slope < 1.0:
+        power += law.F_h * (1.0 - slope + slope * math.log(slope)) * abs(travel)
+    return power
+
+
+@compiled
 def stribeck_curve(law, v):
     """Return the Stribeck curve at a speed [N]: F_fs at rest, F_fk at high speed."""
     if law.F_fs == law.F_fk:

@@ -411,7 +411,8 @@ class Totals(NamedTuple):
     power : float
         Integral of ü v_r [m²/s²]: minus the work of the base per mass.
     sliding_distance : float
-        Integral of |v_r| times the relative normal force [m]: friction work divided by F_fk.
+        Energy dissipated in the contact divided by F_fk [m]: under Coulomb friction, and
+        without any, the integral of |v_r| times the relative normal force.
     stuck : float
         Time at rest, held by friction or against a rigid stop [s].
     u_dd2 : float
@@ -420,9 +421,12 @@ class Totals(NamedTuple):
         Integral of u² [m²s]; None where u is not known.
     stop_work : float
         Work done by the mass on the end stops [J].
-    friction_work, damper_work : float or None
-        Work done on contact and damper [J]; None where it is F_fk times `sliding_distance`, and
-        b times `v2`.
+    friction_loss, damper_work : float or None
+        Energy dissipated in contact and damper [J]; None where it is F_fk times
+        `sliding_distance`, and b times `v2`.
+    violation : float or None
+        Largest violation of the laws of friction and stops, relative to the forces, or for a
+        penetration to the position of the stop [-]; None where it is not known.
     """
 
     x2: float
@@ -434,8 +438,9 @@ class Totals(NamedTuple):
     u_dd2: float
     u2: float | None
     stop_work: float = 0.0
-    friction_work: float | None = None
+    friction_loss: float | None = None
     damper_work: float | None = None
+    violation: float | None = None
 
 
 # The motion of the base.
@@ -454,6 +459,18 @@ FOUR_WEIGHTS = (
     0.17392742256872679, 0.3260725774312732, 0.3260725774312732, 0.17392742256872679,
 )  # fmt: skip
 """Gauss-Legendre nodes and weights on [0, 1]: exact for the square of a cubic."""
+
+TWELVE_NODES = (
+    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
+    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
+    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
+)  # fmt: skip
+TWELVE_WEIGHTS = (
+    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
+    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
+    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
+)  # fmt: skip
+"""The same for an exponential or sine over several radians."""
 
 STEPS_PER_SUM = 8192
 """Maximum number of steps summed by one dot product, so that BLAS starts no threads."""

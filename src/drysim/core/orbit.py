@@ -77,14 +77,15 @@ phase [rad] of each sine."""
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
     X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, LOWEST, HIGHEST, UPCROSSINGS,
     ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, TRACE, DETERMINANT,
-    STOPS, ASYMMETRY, ANSWER_COLUMNS,
-) = range(31)  # fmt: skip
+    STOPS, ASYMMETRY, VIOLATION, ANSWER_COLUMNS,
+) = range(32)  # fmt: skip
 """Columns of an answer: status; time reported with a failure [s]; periods per repetition,
 closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
 repetition; its integrals as in `Totals`; extremes of x_r [m], upcrossings of zero and entries
 beyond the limits; excursions as in `excursions`; trace and determinant of the Jacobian of the
 repetition, whose eigenvalues are the Floquet multipliers; stops that end sliding, and how far
-half the repetition is from the mirror image of the other half, as in `half_wave_change`.
+half the repetition is from the mirror image of the other half, as in `half_wave_change`; the
+violation of the laws as in `Totals`.
 ANSWER_COLUMNS is the number of columns."""
 
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
@@ -226,7 +227,7 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
     sums = integrate_events(solution, 0.0, length)
     answer[X2], answer[V2], answer[X_DD2] = sums.x2, sums.v2, sums.x_dd2
     answer[POWER], answer[SLIDING_DISTANCE] = sums.power, sums.sliding_distance
-    answer[STUCK] = sums.stuck
+    answer[STUCK], answer[VIOLATION] = sums.stuck, sums.violation
     u_dd2, u2 = mean_squares(waves, 0.0, length)
     answer[U_DD2], answer[U2] = u_dd2 * length, u2 * length
     (

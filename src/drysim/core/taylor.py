@@ -38,6 +38,7 @@ from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.dynamic_friction import (
     AT_LIMIT,
     branch_exit,
+    dissipated_power,
     dynamic_force,
     excess_term,
     flat_speed,
@@ -64,11 +65,11 @@ from drysim.core.events import (
 )
 from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_phases
 from drysim.core.march import Interval
-from drysim.core.model import LEUVEN, STRIBECK, CoulombLaw
+from drysim.core.model import LEUVEN, STRIBECK, TWELVE_NODES, TWELVE_WEIGHTS, CoulombLaw
 from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, first_series_root
 from drysim.core.trajectory import (
-    TWELVE_NODES,
-    TWELVE_WEIGHTS,
+    TIME_ROUNDING,
+    relative,
     segment_base,
     segment_index,
     segment_window,
@@ -526,12 +527,12 @@ def evaluate_series(solution, series, t, out):
 def integrate_series(solution, series, begin, end):
     """Integrate the motion from `begin` to `end` [s]; other parameters as `rebuild_series`.
 
-    Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
-    is the energy lost in the contact divided by F_fk.
+    Returns x2, v2, x_dd2, power, sliding_distance, stuck and violation as in `Totals`.
     """
     (plant, law, _, _, dt), segments = solution
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    violation = 0.0
     for i in range(len(segments.n)):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi <= lo:
@@ -541,12 +542,17 @@ def integrate_series(solution, series, begin, end):
         if d == 0:
             stuck += hi - lo if law.kind == STRIBECK else 0.0
             x2 += segments.x_r[i] ** 2 * (hi - lo)
+        elif law.kind == STRIBECK and segments.v_r[i] == 0.0:
+            t = segments.n[i] * dt + segments.s[i]
+            violation = max(violation, early_series_slip(plant, law, series, d, t))
         for k in range(len(TWELVE_NODES)):
             s = lo + (hi - lo) * TWELVE_NODES[k]
             weight = (hi - lo) * TWELVE_WEIGHTS[k]
             push = horner(series.u, ORDER, s)
             if d == 0:
                 x_dd2 += weight * push * push
+                x, z = segments.x_r[i], segments.z[i]
+                violation = max(violation, rest_violation(plant, law, x, z, push))
                 continue
             x, v, z = series_state(series, last, s)
             F = dynamic_force(law, d, v, z)
@@ -555,8 +561,35 @@ def integrate_series(solution, series, begin, end):
             v2 += weight * v * v
             x_dd2 += weight * x_dd * x_dd
             power += weight * push * v
-            sliding_distance += weight * F * v / law.F_fk
-    return x2, v2, x_dd2, power, sliding_distance, stuck
+            slope = series.slope[0] + series.slope[1] * z
+            sliding_distance += weight * dissipated_power(law, v, z, slope) / law.F_fk
+    return x2, v2, x_dd2, power, sliding_distance, stuck, violation
+
+
+@compiled
+def rest_violation(plant, law, x_r, z, u_dd):
+    """Return the force at rest that friction may not carry, relative to the forces [-].
+
+    A rigid contact carries up to its static limit; bristles carry what their deflection says.
+    """
+    inertia, spring, bristles = plant.m * u_dd, plant.k_x * x_r, law.sigma_0 * z
+    if law.kind == STRIBECK:
+        excess = abs(inertia + spring) - law.F_fs
+        return relative(excess, abs(inertia) + abs(spring) + law.F_fs)
+    excess = abs(inertia + spring + bristles)
+    return relative(excess, abs(inertia) + abs(spring) + abs(bristles) + law.F_fk)
+
+
+@compiled
+def early_series_slip(plant, law, series, d, t):
+    """Return by how much a slip from v_r = 0 at t [s] begins below the static limit [-].
+
+    The rounding of t, to which the force under waves belongs, is allowed.
+    """
+    inertia, spring = plant.m * series.u[0], plant.k_x * series.x[0]
+    drift = TIME_ROUNDING * t * abs(plant.m * series.u[1])
+    shortfall = law.F_fs + d * (inertia + spring) - drift
+    return relative(shortfall, abs(inertia) + abs(spring) + law.F_fs)
 
 
 @compiled

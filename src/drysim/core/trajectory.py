@@ -50,17 +50,29 @@ from drysim.core.forcing import (
     set_phases,
     slip_equation,
 )
-from drysim.core.model import FOUR_NODES, FOUR_WEIGHTS
+from drysim.core.model import (
+    FOUR_NODES,
+    FOUR_WEIGHTS,
+    MAX_STAGES,
+    TWELVE_NODES,
+    TWELVE_WEIGHTS,
+)
 from drysim.core.modes import (
     APART,
     ARRIVAL,
     AT_REST,
     CHATTERING,
+    FREE,
+    HOLD,
     Forces,
+    KernelLaw,
     LoadRamp,
     ModeState,
     SegmentBase,
+    Side,
+    bumper_force,
     chatter_mean_square,
+    contact_force,
     decode_mode,
     friction_and_stop_forces,
     is_rigid_slip,
@@ -70,6 +82,8 @@ from drysim.core.modes import (
     mode_of,
     origin_of,
     return_accelerations,
+    side_of,
+    wall_side,
 )
 from drysim.core.oscillator import (
     flow,
@@ -487,18 +501,6 @@ SIX_WEIGHTS = (
     0.1803807865240693, 0.08566224618958518,
 )  # fmt: skip
 
-TWELVE_NODES = (
-    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
-    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
-    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
-)  # fmt: skip
-
-TWELVE_WEIGHTS = (
-    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
-    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
-    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
-)  # fmt: skip
-
 NODES = FOUR_NODES + SIX_NODES + TWELVE_NODES
 WEIGHTS = FOUR_WEIGHTS + SIX_WEIGHTS + TWELVE_WEIGHTS
 
@@ -516,6 +518,9 @@ where their error is 1e-15 of a product."""
 SIX_NODE_PANELS = 0.125
 """Panels, as a share of `panel_length`, up to which six nodes suffice: half a radian, where
 their error is 2e-16 of a product."""
+
+TIME_ROUNDING = 1e-15
+"""Relative rounding error of the time of an event."""
 
 NEGLIGIBLE_DECAYS = 90.0
 """A motion that decays at rate c/2 is below double precision after the time 90/c."""
@@ -540,7 +545,12 @@ def fastest_rate(c, w, s):
 
 
 class SegmentSums(NamedTuple):
-    """Integrals over segments, as the fields of `Totals` that have these names."""
+    """Integrals over segments, as the fields of `Totals` that have these names.
+
+    What a force does is integrated from the force that the law demands of the state, not from
+    that of the mode of the segment: friction takes its limit times |v_r|. A motion in a wrong
+    mode then leaves a residual of the energy.
+    """
 
     x2: float
     v2: float
@@ -550,9 +560,10 @@ class SegmentSums(NamedTuple):
     stuck: float
     stop_work: float
     damper_work: float
+    violation: float
 
 
-NO_SUMS = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_SUMS = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -567,6 +578,7 @@ def add_segment_sums(one, other):
         one.stuck + other.stuck,
         one.stop_work + other.stop_work,
         one.damper_work + other.damper_work,
+        max(one.violation, other.violation),
     )
 
 
@@ -584,7 +596,7 @@ def integrate_segments(solution, begin, end):
     Returns
     -------
     SegmentSums
-        `sliding_distance` is the work done on the contact divided by the larger F_fk;
+        `sliding_distance` is the energy dissipated in the contact divided by the larger F_fk;
         `stop_work` does not include the energy lost in rigid impacts, which have no duration.
     """
     (plant, law, waves, _, dt), segments = solution
@@ -597,9 +609,10 @@ def integrate_segments(solution, begin, end):
         if part.mode.entry == CHATTERING:
             more = integrate_chatter(plant, law, waves, part, lo, hi)
         elif part.mode.direction == AT_REST:
-            more = integrate_rest(waves, part, lo, hi)
+            more = integrate_rest(law, waves, part, lo, hi)
         else:
-            more = integrate_motion(law, waves, part, lo, hi)
+            t = segments.n[i] * dt + segments.s[i]
+            more = integrate_motion(law, waves, part, t, lo, hi)
         sums = add_segment_sums(sums, more)
     return sums
 
@@ -607,15 +620,15 @@ def integrate_segments(solution, begin, end):
 @compiled
 def integrate_events(solution, begin, end):
     """Integrate an `EventSolution` from `begin` to `end` [s]; return `SegmentSums`."""
-    law, waves, t = solution.law, solution.waves, solution.t
-    sums = NO_SUMS
+    waves, t = solution.waves, solution.t
+    law, sums = coulomb_kernel_law(solution.plant, solution.law, waves), NO_SUMS
     for i in range(len(t)):
         until = min(t[i + 1], end) if i + 1 < len(t) else end
         if until <= begin or until <= t[i]:
             continue
         part = resume_event(solution, i)
         lo, hi = max(begin - t[i], 0.0), until - t[i]
-        sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
+        sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, t[i], lo, hi))
     return sums
 
 
@@ -623,23 +636,36 @@ def integrate_events(solution, begin, end):
 def integrate_coulomb_segments(solution, begin, end):
     """Integrate a sampled `Solution` with Coulomb friction; as `integrate_segments`."""
     (plant, law, waves, u_dd, dt), segments = solution
-    sums = NO_SUMS
+    kernel_law, sums = coulomb_kernel_law(plant, law, waves), NO_SUMS
     for i in range(len(segments.n)):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi > lo:
             base = segment_base(u_dd, dt, segments, i)
             state, d = (segments.x_r[i], segments.v_r[i]), sign(segments.d[i])
             part = resume_slip_or_stick(plant, law, waves, d, state, base)
-            sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, lo, hi))
+            more = integrate_slip_or_stick(kernel_law, waves, part, base.t, lo, hi)
+            sums = add_segment_sums(sums, more)
     return sums
 
 
 @compiled
-def integrate_slip_or_stick(law, waves, part, lo, hi):
-    """Integrate a segment of Coulomb friction."""
+def coulomb_kernel_law(plant, law, waves):
+    """Return a `CoulombLaw`, with the damper of the plant, as a `KernelLaw`.
+
+    Its record of the normal force is never read: the array only has the right type.
+    """
+    side = Side(law.F_fk, law.F_fs, plant.b, NEVER)
+    stages, begins = (0.0, 0.0, 0.0), (0.0, NEVER, NEVER)
+    wave = law.variation, law.omega, law.phase
+    return KernelLaw(side, side, 0.0, *wave, waves.values, 0.0, stages, begins, 0.0, 0.0)
+
+
+@compiled
+def integrate_slip_or_stick(law, waves, part, t, lo, hi):
+    """Integrate a segment of Coulomb friction, given as a `KernelLaw`, that begins at t [s]."""
     if part.mode.direction == AT_REST:
-        return integrate_rest(waves, part, lo, hi)
-    return integrate_motion(law, waves, part, lo, hi)
+        return integrate_rest(law, waves, part, lo, hi)
+    return integrate_motion(law, waves, part, t, lo, hi)
 
 
 @compiled
@@ -650,32 +676,54 @@ def integrate_chatter(plant, law, waves, part, lo, hi):
     p, q = return_accelerations(plant, law, part.mode, part.forces.x_0, u, load)
     x_dd2 = chatter_mean_square(u, part.mode.origin, p, q)
     x, length = part.x_origin, hi - lo
-    return SegmentSums(x * x * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return SegmentSums(x * x * length, 0.0, x_dd2 * length, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
-def integrate_rest(waves, part, lo, hi):
-    """Integrate a segment at rest, where x" is that of the base."""
-    x_dd2, s = 0.0, lo
+def integrate_rest(law, waves, part, lo, hi):
+    """Integrate a segment at rest, where x" is that of the base.
+
+    The violation is the force that neither the static limit nor a rigid stop, which only
+    pushes, may carry.
+    """
+    mode, forces = part.mode, part.forces
+    m, x_r = forces.plant.m, part.x_origin + part.xi
+    wall = wall_side(law, mode, part.xi)
+    sticks = law.k_t == 0.0 and mode.contact == HOLD
+    up, down = (law.up.F_fs, law.down.F_fs) if sticks else (0.0, 0.0)
+    pull = forces.plant.k_x * x_r + bumper_force(forces, part.xi, 0.0)
+    x_dd2, violation, s = 0.0, 0.0, lo
     while s < hi:
         length = min(panel_length(0.0, 0.0, waves, s), hi - s)
         for k in range(len(TWELVE_NODES)):
             at = s + length * TWELVE_NODES[k]
             u = base_motion(waves, part.u_0, part.slope, at)[0]
             x_dd2 += length * TWELVE_WEIGHTS[k] * u * u
+            load = max(load_at(law, waves, part.ramp, at)[0], 0.0)
+            friction = 0.0 if sticks else contact_force(forces, x_r, load)
+            F_L = m * u + pull + friction
+            above = -F_L - up * load if wall <= 0 else 0.0
+            below = F_L - down * load if wall >= 0 else 0.0
+            size = abs(m * u) + abs(pull) + abs(friction) + max(up, down)
+            violation = max(violation, relative(max(above, below), size))
+            if not sticks:
+                violation = max(violation, contact_violation(law, part, x_r, load))
         s = s + length if length < hi - s else hi
-    x2 = (part.x_origin + part.xi) ** 2 * (hi - lo)
-    return SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, hi - lo, 0.0, 0.0)
+    return SegmentSums(
+        x_r * x_r * (hi - lo), 0.0, x_dd2, 0.0, 0.0, hi - lo, 0.0, 0.0, violation
+    )
 
 
 @compiled
-def integrate_motion(law, waves, part, lo, hi):
-    """Integrate a segment in motion by Gauss quadrature on panels."""
+def integrate_motion(law, waves, part, t, lo, hi):
+    """Integrate a segment in motion, which begins at t [s], by Gauss quadrature on panels."""
     c, w, _, _ = part.equation
     longest, rule = panel_length(c, w, waves, lo), TWELVE
     if hi - lo <= SIX_NODE_PANELS * longest:
         rule = FOUR if hi - lo <= FOUR_NODE_PANELS * longest else SIX
-    sums, s = NO_SUMS, lo
+    starts = part.v_r == 0.0 and is_rigid_slip(law, part.mode)
+    early = early_slip(law, waves, part, t) if starts else 0.0
+    sums, s = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, early), lo
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
         sums = add_segment_sums(sums, integrate_panel(law, waves, part, rule, s, length))
@@ -686,27 +734,94 @@ def integrate_motion(law, waves, part, lo, hi):
 @merged
 def integrate_panel(law, waves, part, rule, s, length):
     """Integrate one panel, which begins at time s [s], by one of the rules."""
-    ramp = part.ramp
     (m, k_x, b), k_t, x_0, F, k_s, offset, b_s, reference = part.forces
-    x2, v2, x_dd2, power, work, stop_work, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x2, v2, x_dd2, power, loss, stop_work, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    damper_work, violation = 0.0, 0.0
+    yields = law.k_t > 0.0 and abs(part.mode.contact) == 1
+    lag = part.mode.contact * law.up.F_fk / law.k_t if yields else 0.0
     for k in range(rule[0], rule[1]):
         at, weight = s + length * NODES[k], length * WEIGHTS[k]
         xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
         u = base_motion(waves, part.u_0, part.slope, at)[0]
-        load = max(load_at(law, waves, ramp, at)[0], 0.0)
+        load, load_d = load_at(law, waves, part.ramp, at)
+        load = max(load, 0.0)
         x = part.x_origin + xi
         F_f = k_t * (x - x_0) + F * load
         F_stop = k_s * xi - offset + b_s * v
         x_dd = (k_x * x + b * v + F_f + F_stop) / m
+        side = law.up if v > 0.0 else law.down
         x2 += weight * x * x
         v2 += weight * v * v
         x_dd2 += weight * x_dd * x_dd
         power += weight * u * v
-        work += weight * F_f * v
-        stop_work += weight * F_stop * v
         distance += weight * load * abs(v)
-    slid = work / reference if reference > 0.0 else distance
-    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, stop_work, b * v2)
+        damper_work += weight * side.b * v * v
+        if yields:
+            # The slider lags behind the mass as the spring of the contact follows the limit.
+            loss += weight * side.F_fk * load * abs(v - lag * load_d)
+        elif law.k_t == 0.0:
+            loss += weight * side.F_fk * load * abs(v)
+        else:
+            violation = max(violation, contact_violation(law, part, x, load))
+        depth = max(penetration(law, part, 1, xi), penetration(law, part, -1, xi))
+        if depth > 0.0 and law.k_s[0] > 0.0:
+            stop_work += weight * pushing_bumper_power(law, depth, v if x > 0.0 else -v)
+        elif depth > 0.0:
+            violation = max(violation, relative(depth, abs(x)))
+    slid = loss / reference if reference > 0.0 else distance
+    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, stop_work, damper_work, violation)
+
+
+# What the law demands of a motion.
+
+
+@inlined
+def relative(excess, size):
+    """Return an excess relative to a size, 0 if there is none."""
+    return excess / size if excess > 0.0 else 0.0
+
+
+@inlined
+def contact_violation(law, part, x_r, load):
+    """Return by how much an elastic contact exceeds its limit, or is apart under load [-]."""
+    if part.mode.contact == FREE:
+        return load
+    F_fk = law.up.F_fk
+    excess = abs(contact_force(part.forces, x_r, load)) - F_fk * load
+    return relative(excess, F_fk + law.k_t * (abs(x_r) + abs(part.forces.x_0)))
+
+
+@inlined
+def penetration(law, part, side, xi):
+    """Return how far the mass is beyond the end stop on a side [m], below 0 within."""
+    if part.mode.origin == side:
+        return side * xi
+    return side * (part.x_origin + xi) - side_of(law, side).limit
+
+
+@inlined
+def pushing_bumper_power(law, depth, v_r):
+    """Return the power done on a bumper, which only pushes [W], at an outward velocity."""
+    force = law.b_s * v_r
+    for i in range(MAX_STAGES):
+        force += law.k_s[i] * max(depth - law.begins[i], 0.0) if law.k_s[i] > 0.0 else 0.0
+    return max(force, 0.0) * v_r
+
+
+@compiled
+def early_slip(law, waves, part, t):
+    """Return by how much a slip from v_r = 0 at time t [s] begins below the static limit [-].
+
+    The rounding of the time of the event, to which the force under waves belongs, is allowed.
+    """
+    forces, d = part.forces, part.mode.contact
+    u, u_d, _ = base_motion(waves, part.u_0, part.slope, 0.0)
+    load, load_d = load_at(law, waves, part.ramp, 0.0)
+    hold, m = side_of(law, d).F_fs, forces.plant.m
+    pull = forces.plant.k_x * (part.x_origin + part.xi) + bumper_force(forces, part.xi, 0.0)
+    drift = TIME_ROUNDING * t * (abs(m * u_d) + hold * abs(load_d))
+    shortfall = hold * max(load, 0.0) + d * (m * u + pull) - drift
+    return relative(shortfall, abs(m * u) + abs(pull) + hold)
 
 
 # Integrals over whole sampled steps: quadratic forms of their end values.
@@ -804,19 +919,53 @@ class WholeSteps(NamedTuple):
     ----------
     x_r, v_r, share, u_0 : array of float
         State [m, m/s], friction force over a reference [-] and ü [m/s²] at their starts.
-    u_1 : array of float
-        ü at their ends [m/s²].
+    v_end, u_1 : array of float
+        v_r and ü at their ends [m/s, m/s²].
+    d : array of float
+        Direction of motion; of a contact that slides, the sign of `share`.
     """
 
     x_r: Any
     v_r: Any
     share: Any
     u_0: Any
+    v_end: Any
     u_1: Any
+    d: Any
+
+
+MIN_DIVISOR = 0.25
+"""Divisor of the bound in `keep_direction` below which a step is too long for it."""
+
+
+def keep_direction(c, w, dt, steps):
+    """Return in which whole steps v_r provably keeps the direction d, shape (steps,).
+
+    Notes
+    -----
+    With |v_r"| <= M within a step v_r falls at most M dt²/8 below its lower end. The equation
+    of motion, v_r" = -(ü' + c v_r' + w v_r), bounds M by |Δü|/dt + c (v/dt + M dt) + w (v + M
+    dt²/8), with v the larger |v_r| of both ends.
+    """
+    divisor = 1.0 - c * dt - w * dt * dt / 8.0
+    if divisor < MIN_DIVISOR:
+        return np.zeros(len(steps.v_r), dtype=bool)
+    before, after = steps.d * steps.v_r, steps.d * steps.v_end
+    factor = dt / 8.0 / divisor
+    change = steps.u_1 - steps.u_0
+    np.abs(change, out=change)
+    change *= factor
+    dip = np.maximum(before, after)
+    dip *= factor * (c + w * dt)
+    dip += change
+    return np.minimum(before, after, out=before) > dip
 
 
 def integrate_whole_steps(plant, k_t, dt, steps, reference):
     """Integrate whole sampled steps in which the contact holds throughout, or slides.
+
+    Steps in which v_r may leave the direction d contribute nothing: the distance slid is that
+    between their ends only where v_r keeps it.
 
     Parameters
     ----------
@@ -833,26 +982,30 @@ def integrate_whole_steps(plant, k_t, dt, steps, reference):
 
     Returns
     -------
-    ndarray, shape (5,)
+    sums : ndarray, shape (5,)
         x2, v2, x_dd2, power and sliding_distance as in `SegmentSums`.
+    turning : ndarray of int
+        Numbers of the steps in which v_r may leave the direction d.
     """
     m, k_x, b = plant
-    c = b / m
-    squares, distance = step_quadratic_forms(c, (k_x + k_t) / m, dt)
-    products, pull = np.zeros((6, 6)), np.zeros(6)
+    c, w = b / m, (k_x + k_t) / m
+    squares, distance = step_quadratic_forms(c, w, dt)
+    products, pull, turning = np.zeros((6, 6)), np.zeros(6), []
     for at in range(0, len(steps.x_r), STEPS_PER_CHUNK):
-        x_r, v_r, share, u_0, u_1 = (column[at : at + STEPS_PER_CHUNK] for column in steps)
+        chunk = WholeSteps(*(column[at : at + STEPS_PER_CHUNK] for column in steps))
+        x_r, v_r, share, u_0, _, u_1, _ = chunk
         rows = step_variables(c, k_x / m, share * (reference / m), x_r, v_r, u_0, u_1)
+        turns = np.flatnonzero(~keep_direction(c, w, dt, chunk))
+        rows[:, turns] = 0.0
+        turning.append(turns + at)
         products += rows @ rows.T
         pull += rows @ share
     sums = np.empty(5)
     sums[:4] = np.einsum("kij,ij->k", squares, products)
     sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
-    # The force of a contact that holds grows by k_t times the distance.
-    sums[4] = distance @ pull
-    if k_t > 0.0:
-        sums[4] += 0.5 * k_t / reference * (distance @ products @ distance)
-    return sums
+    # A contact that holds does not slide.
+    sums[4] = distance @ pull if k_t == 0.0 else 0.0
+    return sums, np.concatenate(turning or [np.empty(0, int)])
 
 
 # Peak force of a bumper.

@@ -240,7 +240,7 @@ class Until(Block):
     """Stopping rule: precision required of the mean over seeds."""
 
     metric: str
-    """Name of a metric, from `a_u` to `energy_residual` in the table of metrics."""
+    """Name of a metric, from `a_u` to `law_residual` in the table of metrics."""
     half_width: Annotated[float, Quantity("", above=0)]
     """Half-width of the 95 % confidence interval relative to the mean [-], such as `1 %`."""
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from drysim.approach.solution import Floats, Trajectory
-from drysim.core.model import AnyLaw, AnyState, StrokeLimits
+from drysim.core.model import StrokeLimits
 
 if TYPE_CHECKING:
     from drysim.approach.exact import UnreachedStopsTrajectory
@@ -159,15 +159,6 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
         None if stops.rigid else solution.peak_bumper_force(begin, end),
         trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
     )
-
-
-def bumper_energy(law: AnyLaw, state: AnyState) -> float:
-    """Return the elastic energy of the bumper in a state [J]; 0 without contact."""
-    if law.stops is None:
-        return 0.0
-    force, energy = law.stops.elastic_force_and_energy(state.x_r)
-    outward = state.v_r * math.copysign(1.0, state.x_r)
-    return energy if force + law.stops.b_s * outward > 0.0 else 0.0
 
 
 def path_in_window(trajectory: Trajectory, window: tuple[float, float]) -> Floats:

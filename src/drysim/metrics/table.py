@@ -19,10 +19,10 @@ import numpy as np
 from drysim.approach.solution import Trajectory
 from drysim.core.model import AnyState, Plant, StrokeLimits, Totals
 from drysim.metrics.comfort import Weighted
+from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
     Excursions,
     Impacts,
-    bumper_energy,
     count_limit_entries,
     count_upcrossings,
     excursions,
@@ -85,6 +85,8 @@ class Measured:
     """On the end stops in the window and the ring-down."""
     bumper_energies: tuple[float, float] = (0.0, 0.0)
     """Elastic energy of the end stops at both ends of the window [J]."""
+    contact_energies: tuple[float, float] = (0.0, 0.0)
+    """Energy stored in the friction contact at both ends of the window [J]."""
     jacobian: tuple[Any, Any] | None = None
     """Trace and determinant of the Jacobian of a periodic orbit, the derivative of the state
     after a repetition by the state before it; None where unknown."""
@@ -135,11 +137,20 @@ class Measured:
         return -self.plant.m * self.totals.power
 
     @cached_property
+    def energies(self) -> tuple[Any, Any]:
+        """Kinetic and elastic energy at both ends of the window [J]."""
+        begin, end = (
+            mechanical_energy(self.plant, state) + bumper + contact
+            for state, bumper, contact in zip(
+                (self.begin, self.end), self.bumper_energies, self.contact_energies, strict=True
+            )
+        )
+        return begin, end
+
+    @cached_property
     def stored(self) -> Any:
         """Change of kinetic and elastic energy [J]."""
-        begin, end = self.bumper_energies
-        first = mechanical_energy(self.plant, self.begin) + begin
-        return mechanical_energy(self.plant, self.end) + end - first
+        return self.energies[1] - self.energies[0]
 
     @cached_property
     def multipliers(self) -> tuple[Any, Any]:
@@ -166,8 +177,8 @@ class Measured:
     @cached_property
     def friction_loss(self) -> Any:
         """Energy dissipated in the contact [J]."""
-        work = self.totals.friction_work
-        return self.F_fk * self.totals.sliding_distance if work is None else work
+        loss = self.totals.friction_loss
+        return self.F_fk * self.totals.sliding_distance if loss is None else loss
 
     @cached_property
     def viscous_loss(self) -> Any:
@@ -187,28 +198,25 @@ class Measured:
 
         Notes
         -----
-        Each term is integrated independently, so the residual certifies the solution. It is
-        relative to the largest term or to m·RMS{ü}·RMS{v_r}·t, the energy that base and mass
-        may exchange; and at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r| and to
-        `ENERGY_FLOOR`, so that rounding does not count where a contact rests away from the
-        origin.
+        Each term is integrated by itself, the dissipated energies from the forces that the law
+        demands of the motion: friction takes its limit times |v_r|. A motion that turns or
+        slides against the law leaves a residual of the size of the energy in question. A force
+        beyond its limit at rest does no work; `Totals.violation` has it.
+
+        The residual is relative to the largest term or to m·RMS{ü}·RMS{v_r}·t, the energy that
+        base and mass may exchange; and at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r|
+        and to `ENERGY_FLOOR`, so that rounding does not count where a contact rests away from
+        the origin.
         """
         totals, viscous, friction = self.totals, self.viscous_loss, self.friction_loss
-        first = mechanical_energy(self.plant, self.begin) + self.bumper_energies[0]
         exchanged = self.plant.m * sqrt(totals.u_dd2 * totals.v2)
         farthest = maximum(abs(self.begin.x_r), abs(self.end.x_r))
         least = ENERGY_FLOOR_SHARE * self.F_fk * farthest
         scale = maximum(
-            exchanged, abs(self.stored), viscous, friction, first, abs(self.stop_loss), least,
-            ENERGY_FLOOR,
+            exchanged, abs(self.stored), viscous, friction, self.energies[0],
+            abs(self.stop_loss), least, ENERGY_FLOOR,
         )  # fmt: skip
         return abs(self.work - self.stored - viscous - friction - self.stop_loss) / scale
-
-
-def mechanical_energy(plant: Plant, state: AnyState) -> Any:
-    """Return the elastic and kinetic energy of a relative motion [J]."""
-    v_r, x_r = state.v_r, state.x_r
-    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
 
 
 SHARE, SIGNED, COUNT = "share", "signed", "count"
@@ -365,17 +373,24 @@ METRICS = (
            lambda m: m.weighted.a_w * sqrt(m.exposure / DAY_OF_WORK), (WEIGHTING, EXPOSURE)),
     Metric("energy_input", "J", "work of the base on the relative motion in the window",
            lambda m: m.work, kind=SIGNED),
-    Metric("energy_stored", "J", "change of kinetic and elastic energy, bumpers included",
+    Metric("energy_stored", "J", "change of kinetic and elastic energy: of mass, spring and "
+           "bumpers, and of the springs or bristles of the friction contact",
            lambda m: m.stored, kind=SIGNED),
-    # bristles and elastic contacts return energy
-    Metric("energy_friction", "J", "energy dissipated in the dry-friction contact",
+    # lugre and leuven with a small σ_2 are not passive, and fixed steps are no solution
+    Metric("energy_friction", "J", "energy dissipated in the dry-friction contact, without "
+           "what its springs or bristles store",
            lambda m: m.friction_loss, kind=SIGNED),
     Metric("energy_viscous", "J", "energy dissipated in the damper", lambda m: m.viscous_loss),
     Metric("energy_stops", "J", "energy dissipated at the end stops",
            lambda m: m.stop_loss, (STOPS,)),
     Metric("energy_residual", "-", "residual of the energy balance, relative to the energy "
-           "exchanged",
+           "exchanged; friction and stops take what their law demands of the motion",
            lambda m: m.energy_residual, kind=SIGNED),
+    Metric("law_residual", "-", "largest violation of the laws of friction and stops that "
+           "does no work, relative to the forces: friction beyond its limit at rest, or a slip "
+           "that begins below it; an elastic contact beyond its limit; a rigid stop that pulls "
+           "or is penetrated; unknown for a fixed-step approach",
+           lambda m: m.totals.violation),
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit; no "
            "error: beside a multiplier near 1 the motion is much farther from the orbit",
            lambda m: m.closure, in_tables=True),
@@ -491,6 +506,7 @@ def measure(
             excursions=excursions(trajectory, limits, repeats) if limits else None,
             impacts=impacts(trajectory, (begin, last), repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
+            contact_energies=(contact_energy(law, states[0]), contact_energy(law, states[1])),
             jacobian=trajectory.jacobian() if repeats else None,
             weighted=weighted,
             settings=settings,

@@ -581,8 +581,13 @@ def evidence(fields: Fields) -> Lines:
             "energy residual",
             words
             + "Work of the base, dissipation and stored energy are integrated separately, "
-            "so an error in the motion would show here; rounding alone leaves about 1e-15.",
+            "so that a motion that turns or slides against its law would show here; rounding "
+            "alone leaves about 1e-15.",
         )
+    residual = numerics.get("law_residual", metrics.get("law_residual"))
+    if residual is not None:
+        words = f"{format_number(residual, digits=2)}: {meaning_of_metric('law_residual')}."
+        yield "law residual", words
     if numerics.get("events") is not None:
         how = "located within the steps, so that there is no time-step error"
         if approach != EXACT:
@@ -827,7 +832,7 @@ def changed_inputs(fields: Fields, again: Fields) -> str:
     return ", ".join(one["file"] for one in again["inputs"] if one["sha256"] not in known)
 
 
-ROUNDING_METRICS = {"energy_residual", "closure"}
+ROUNDING_METRICS = {"energy_residual", "law_residual", "closure"}
 """Metrics that are nothing but rounding, and differ on another processor."""
 
 REPRODUCED_WITHIN = 1e-6

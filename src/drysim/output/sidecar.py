@@ -81,6 +81,7 @@ def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
         "step": outcome.response.dt,
         "cases": 1,
         "energy_residual": outcome.metrics["energy_residual"],
+        "law_residual": outcome.metrics["law_residual"],
     }
     if outcome.spectra is not None:
         numerics["spectra"] = _spectra_fields(outcome.spectra)
@@ -299,7 +300,7 @@ def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
 
 
 def _numerics_fields(table: Table, own: Tally | None) -> Fields:
-    """Return how the numbers were computed, with the worst energy residual and closure."""
+    """Return how the numbers were computed, with the worst residuals and closure."""
     return {
         "cases": len(table.rows),
         "statuses": _count_statuses(table.tallies.values()),
@@ -307,6 +308,7 @@ def _numerics_fields(table: Table, own: Tally | None) -> Fields:
         "step": table.scenario.solver.step,
         **table.numerics,
         "energy_residual": own and own.greatest("energy_residual"),
+        "law_residual": own and own.greatest("law_residual"),
         "closure": own and own.greatest("closure"),
     } | _seed_fields(own)
 
@@ -382,12 +384,14 @@ def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
 
     The metrics are means.
     """
-    residual = result.statistics["energy_residual"]
+    statistics = result.statistics
+    energy, law = (statistics[name] for name in ("energy_residual", "law_residual"))
     numerics = {
         **asdict(result.shown.response.numerics),
         "step": result.response.dt,
         "cases": len(result.rows),
-        "energy_residual": residual and residual.greatest[0],
+        "energy_residual": energy and energy.greatest[0],
+        "law_residual": law and law.greatest[0],
     }
     motion = result.response.motion
     drawn = {

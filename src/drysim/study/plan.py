@@ -495,7 +495,7 @@ def orbit_metrics(
         Plant(*scene[[M, K_X, B]]),
         scene[F_FK],
         result[o.MULTIPLE] * scene[o.PERIOD],
-        Totals(*result[o.X2 : o.U2 + 1]),
+        Totals(*result[o.X2 : o.U2 + 1])._replace(violation=result[o.VIOLATION]),
         State(result[o.X_BEGIN], result[o.V_BEGIN]),
         State(result[o.X_END], result[o.V_END]),
         lowest=lowest,

@@ -51,6 +51,7 @@ from drysim.study.statistics import (
 from drysim.study.store import Store, StoredBatches
 from drysim.study.table import RATIO_KEY, Table, Tally, has_shared_motion
 from drysim.study.warnings import (
+    certificate_warnings,
     status_warnings,
     table_interval_warnings,
     table_stroke_warnings,
@@ -368,6 +369,7 @@ def make_table(
         *unused_spectra_warnings(case),
         *status_warnings(tallies.values(), scenario.sweep),
         *table_stroke_warnings(own, scenario),
+        *certificate_warnings(*map(own.greatest, ("energy_residual", "law_residual"))),
         *table_interval_warnings(scenario, own.seeds),
     )
     motion = case.motion if has_shared_motion(scenario.sweep) else None

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
-from drysim.approach.solution import FIXED_STEP, LyapunovExponent, Orbit, Response
+from drysim.approach.solution import LyapunovExponent, Orbit, Response
 from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
@@ -38,8 +38,8 @@ from drysim.wording import (
     join_words,
 )
 
-MAX_ENERGY_RESIDUAL = 1e-9
-"""Energy residual up to which the solution is certified [-]; rounding alone leaves 1e-12."""
+MAX_RESIDUAL = 1e-9
+"""Residual of energy and laws up to which a motion is certified [-]; rounding leaves 1e-12."""
 
 MAX_STATED_ERROR = 1e-3
 """Error estimate, relative to the peak, from which it is visible in a picture [-]."""
@@ -87,11 +87,7 @@ def response_warnings(
         yield from hourly_stroke_warnings(metrics[HOURLY_STROKE], limits)
     if stops is not None and stops.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
-    residual = metrics["energy_residual"]
-    # Fixed steps never close the energy balance: the residual is then a metric, no warning.
-    exact = response.numerics.core != FIXED_STEP
-    if exact and residual is not None and not abs(residual) <= MAX_ENERGY_RESIDUAL:
-        yield energy_warning(residual)
+    yield from certificate_warnings(metrics["energy_residual"], metrics["law_residual"])
     error = response.numerics.error
     if error is not None and not error <= MAX_STATED_ERROR:
         sentence = (
@@ -176,13 +172,26 @@ def rigid_impact_warning() -> WarningMessage:
     return WarningMessage("impacts-left-out", sentence)
 
 
-def energy_warning(residual: float) -> WarningMessage:
-    """Return the warning that the energy balance does not close."""
-    sentence = (
-        f"the energy residual is {residual:.1e}, above {MAX_ENERGY_RESIDUAL:.0e}: "
-        "digits beyond it are unreliable; please report the scenario"
-    )
-    return WarningMessage("energy-open", sentence, {"energy_residual": residual})
+def certificate_warnings(energy: float | None, law: float | None) -> Iterator[WarningMessage]:
+    """Warn of a motion that its residuals of energy and laws do not certify.
+
+    `law` is None for fixed steps. These never close the energy balance: its residual is then a
+    metric, no warning.
+    """
+    if law is None:
+        return
+    if energy is not None and not abs(energy) <= MAX_RESIDUAL:
+        sentence = (
+            f"the energy residual is {energy:.1e}, above {MAX_RESIDUAL:.0e}: "
+            "digits beyond it are unreliable; please report the scenario"
+        )
+        yield WarningMessage("energy-open", sentence, {"energy_residual": energy})
+    if not law <= MAX_RESIDUAL:
+        sentence = (
+            f"the motion violates the laws of friction or stops by {law:.1e} of the forces, "
+            f"above {MAX_RESIDUAL:.0e}; please report the scenario"
+        )
+        yield WarningMessage("law-violated", sentence, {"law_residual": law})
 
 
 def orbit_warnings(
@@ -370,7 +379,9 @@ def describe_first(found: Count, scenario: Scenario) -> str:
 
 SeedStatistics = Mapping[str, Statistic | None]
 
-REPLACED_SLUGS = {"energy-open", "stroke-violated", "stroke-too-short", "impacts-left-out"}
+REPLACED_SLUGS = {
+    "energy-open", "law-violated", "stroke-violated", "stroke-too-short", "impacts-left-out",
+}  # fmt: skip
 """Warnings about a single seed, replaced by those about all seeds."""
 
 
@@ -394,10 +405,8 @@ def ensemble_warnings(
     stops = case.law.stops
     if stops is not None and stops.rigid and has_contacts(found):
         yield rigid_impact_warning()
-    residual = found.get("energy_residual")
-    slugs = {warning.slug for warning in shown.warnings}
-    if residual and residual.greatest[0] > MAX_ENERGY_RESIDUAL and "energy-open" in slugs:
-        yield energy_warning(residual.greatest[0])
+    residuals = (found.get(name) for name in ("energy_residual", "law_residual"))
+    yield from certificate_warnings(*(one and one.greatest[0] for one in residuals))
     yield from wide_interval_warnings(case, rows)
     yield from undecided_warnings(verdicts)
     if case.scenario.measure.spectra:

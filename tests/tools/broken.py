@@ -1,0 +1,165 @@
+"""Motions of any law broken on purpose: what a certificate must not let pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drysim.approach.coulomb import SampledTrajectory, SineTrajectory
+from drysim.approach.exact import UnreachedStopsTrajectory
+from drysim.approach.piecewise import PiecewiseTrajectory
+from drysim.approach.solution import Events
+from drysim.approach.taylor import TaylorTrajectory
+from drysim.core.modes import ARRIVAL, FREE, decode_mode, encode_mode
+
+Break = Callable[[Any, int, np.random.Generator], None]
+
+
+def break_motion(trajectory: Any, way: str, rng: np.random.Generator) -> Any:
+    """Return a copy of a motion that is broken in a way, `BREAKS`, at a random place."""
+    if isinstance(trajectory, UnreachedStopsTrajectory):
+        return replace(trajectory, unstopped=break_motion(trajectory.unstopped, way, rng))
+    if isinstance(trajectory, SineTrajectory):
+        return break_events(trajectory, way, rng)
+    if isinstance(trajectory, SampledTrajectory):
+        return break_samples(trajectory, way, rng)
+    if isinstance(trajectory, PiecewiseTrajectory):
+        segments = break_segments(
+            trajectory.segments, trajectory.base[1], way, rng, turned_mode
+        )
+        return replace(trajectory, segments=segments)
+    assert isinstance(trajectory, TaylorTrajectory)
+    return break_series(trajectory, way, rng)
+
+
+DELETED, MOVED, TURNED, DOUBLED = "deleted", "moved", "turned", "doubled"
+BREAKS = (DELETED, MOVED, TURNED, DOUBLED)
+"""An event is missed, or found at a wrong time; a direction is swapped; a step counts twice."""
+
+
+def break_events(trajectory: SineTrajectory, way: str, rng: np.random.Generator) -> Any:
+    """Break a motion stored as its events."""
+    t, kind, x_r, F_L = (
+        np.array(column) for column in vars(trajectory.turning_points).values()
+    )
+    i = int(rng.integers(1, len(t)))
+    if way == DELETED:
+        t, kind, x_r, F_L = (np.delete(column, i) for column in (t, kind, x_r, F_L))
+    elif way == MOVED:
+        after = t[i + 1] if i + 1 < len(t) else trajectory.end
+        t[i] = between(t[i - 1], t[i], after, rng)
+    elif way == TURNED:
+        kind[i] = -kind[i] if kind[i] else rng.choice([-1, 1])
+    else:
+        x_r[i:] += x_r[i] - x_r[i - 1]
+    return replace(trajectory, turning_points=Events(t, kind, x_r, F_L))
+
+
+def between(before: float, now: float, after: float, rng: np.random.Generator) -> float:
+    """Return another time for an event, some way towards one of its neighbours."""
+    to = before if rng.random() < 0.5 else after
+    return float(now + rng.uniform(0.3, 0.9) * (to - now))
+
+
+def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Generator) -> Any:
+    """Break a motion stored at its samples, with the events between them.
+
+    After a missed event the motion goes on in its direction to the next sample that is known.
+    """
+    march = trajectory.march
+    block = march.block(0)
+    log = type(block.log)(*(np.array(column) for column in block.log))
+    x_r, v_r, d = (np.array(column) for column in (block.x_r, block.v_r, block.d))
+    i = int(rng.integers(1, len(log.n)))
+    first = int(log.n[i]) + 1
+    last = int(log.n[i + 1]) + 1 if i + 1 < len(log.n) else len(d)
+    if way == DELETED:
+        log = type(log)(*(np.delete(column, i) for column in log))
+        d[first:last] = d[first - 1]
+    elif way == MOVED:
+        dt = march.motion.dt
+        after = (last - 1) * dt
+        t = between(log.n[i - 1] * dt + log.s[i - 1], log.n[i] * dt + log.s[i], after, rng)
+        log.n[i] = min(int(t / dt), len(d) - 2)
+        log.s[i] = t - log.n[i] * dt
+        d[min(first, log.n[i]) : max(first, log.n[i])] = np.sign(
+            log.kind[i] if log.n[i] < first else log.kind[i - 1]
+        )
+    elif way == TURNED:
+        log.kind[i] = -log.kind[i] if log.kind[i] else 1
+        d[first:last] = np.sign(log.kind[i])
+    else:
+        n = int(rng.integers(1, len(d) - 2))
+        x_r[n:-1], v_r[n:-1], d[n:-1] = x_r[n + 1 :], v_r[n + 1 :], d[n + 1 :]
+    broken = block._replace(x_r=x_r, v_r=v_r, d=d, log=log)
+    kind = np.asarray(log.kind, np.int8)
+    t = log.n * march.motion.dt + log.s
+    points = Events(t, kind, log.x_r, log.F_L)
+    return replace(trajectory, march=replace(march, cached={0: broken}), turning_points=points)
+
+
+def break_segments(
+    segments: Any, dt: float, way: str, rng: np.random.Generator, turned: Callable[[int], int]
+) -> Any:
+    """Break a motion stored as segments: where one begins, with what, and in which mode.
+
+    A change of mode is missed with its segment, or, where more segments follow in the same
+    mode, as after samples, in all of them.
+    """
+    columns = type(segments)(*(np.array(column) for column in segments))
+    d = columns.d
+    changes = 1 + np.flatnonzero(d[1:] != d[:-1])
+    if not len(changes):
+        return columns
+    at = int(rng.integers(len(changes)))
+    i, end = int(changes[at]), int(changes[at + 1]) if at + 1 < len(changes) else len(d)
+    # An impact is a record of the arrival and the segment after it.
+    first = i - (d[i - 1] == ARRIVAL)
+    last = i + 1 + (d[i] == ARRIVAL)
+    single = end - i == 1 or d[i - 1] == ARRIVAL
+    if way == DELETED and single:
+        return type(segments)(*(np.delete(column, slice(first, last)) for column in columns))
+    if way == DELETED:
+        d[i:end] = d[i - 1]
+    elif way == MOVED and single:
+        same = columns.n == columns.n[i]
+        before = columns.s[i - 1] if same[i - 1] else 0.0
+        after = columns.s[i + 1] if i + 1 < len(same) and same[i + 1] else dt
+        columns.s[i] = between(before, columns.s[i], after, rng)
+    elif way == MOVED:
+        d[i : int(rng.integers(i + 1, end))] = d[i - 1]
+    elif way == TURNED:
+        d[i:end] = turned(int(d[i]))
+    else:
+        columns[2][i:] += columns[2][i] - columns[2][i - 1]
+    return columns
+
+
+def turned_mode(code: int) -> int:
+    """Return a mode with its direction swapped, or at rest, set in motion."""
+    if code == ARRIVAL:
+        return code
+    mode = decode_mode(code)
+    d = -mode.direction or 1
+    contact = -mode.contact if abs(mode.contact) == 1 else mode.contact
+    if mode.direction == 0 and contact != FREE:
+        contact = d
+    return int(encode_mode(mode._replace(direction=d, contact=contact)))
+
+
+def break_series(trajectory: TaylorTrajectory, way: str, rng: np.random.Generator) -> Any:
+    """Break a motion by Taylor series in one of its blocks."""
+    march = trajectory.march
+    number = int(rng.integers(len(march.checkpoints) - 1))
+    block = march.block(number)
+    segments = break_segments(
+        block.solution.segments, march.scene.dt, way, rng, lambda code: -code or 1
+    )
+    broken = block._replace(
+        solution=block.solution._replace(segments=segments),
+        begins=segments.n * march.scene.dt + segments.s,
+    )
+    return replace(trajectory, march=replace(march, cached=march.cached | {number: broken}))
