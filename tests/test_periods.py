@@ -68,7 +68,7 @@ def test_steady_motion_repeats_after_its_least_period(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_drawn_steady_motion_repeats_after_its_least_period(kind):
     for seed in range(150):
-        assert_true_period(kind, seed, 400)
+        assert_true_period(kind, seed, 150)
 
 
 def test_without_the_test_of_divisors_motions_that_swing_repeat_too_late(monkeypatch):
