@@ -358,7 +358,8 @@ def test_fault_of_a_record_shows_its_place(noisy_seat):
         drysim.run(scenario)
     where = noisy_seat.parent / "r.csv"
     assert (
-        str(caught.value) == f"{where}:3:1: row 3, column 1 (`a [g]`): `oops` is not a number"
+        str(caught.value) == f"{where}:3:1: row 3, column 1 (`a [g]`): `oops` is not a number; "
+        "if it is no sample, `rows: {to: 2}` leaves it out"
     )
 
 

@@ -393,7 +393,9 @@ def test_run_touches_scenario_record_and_folder_alone(tmp_path):
     (tmp_path / "in/seat.yaml").write_text(RECORDED.replace("FILE", "../data/base.csv"))
     code, paths = touched(tmp_path / "in", "run", "seat.yaml", "--no-plots", "-q")
     assert code == 0
-    outside = {path for path in paths if not path.startswith("out/seat")}
+    # The limits of the container are files of the kernel.
+    kernel = tuple(os.path.relpath(name, tmp_path / "in") + "/" for name in ("/proc", "/sys"))
+    outside = {path for path in paths if not path.startswith(("out/seat", *kernel))}
     assert outside == {"seat.yaml", "../data/base.csv", "out"}
 
 
@@ -497,7 +499,7 @@ def test_links_in_a_prepared_folder_lead_nowhere(drysim, seat):
     assert not (seat.parent / "out/seat/response.csv").is_symlink()
 
 
-@pytest.mark.parametrize(("target", "code"), [("/dev/zero", 0), ("mine.txt", 2), ("mine", 2)])
+@pytest.mark.parametrize(("target", "code"), [("/dev/zero", 0), ("mine.txt", 2), ("mine", 0)])
 def test_finished_cases_that_are_links_are_never_taken_as_such(drysim, seat, target, code):
     (seat.parent / "mine.txt").write_text("mine")
     (seat.parent / "mine").mkdir()

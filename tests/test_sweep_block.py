@@ -284,8 +284,8 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
             RECORD,
             {"excitation.rms": [1, 2]},
             "unknown key `excitation.rms` in sweep; known in excitation of kind record are "
-            "skip, rate, step, scale, gaps.at_most, resample.rate, resample.step, "
-            "remove.below, remove.above, remove.order, window.from, window.to",
+            "skip, rows.from, rows.to, rate, step, scale, gaps.at_most, resample.rate, "
+            "resample.step, remove.below, remove.above, remove.order, window.from, window.to",
         ),
         (
             NOISE,

@@ -118,7 +118,8 @@ MAX_UNIT_LENGTH = 60
 
 _UNIT_PATTERN = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _UNIT_START = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
-_ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−µμ", "-123***-uu")
+_ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
+_MICRO = str.maketrans("µμ", "uu")
 
 
 class _PintUnit(NamedTuple):
@@ -232,7 +233,9 @@ def is_known_unit(text: str) -> bool:
 
 def _canonical_spelling(unit_text: str) -> str:
     """Return a unit in the spelling of `UNIT_FACTORS`."""
-    spelling = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_ASCII_CHARACTERS).strip())
+    spelling = re.sub(
+        r"\s*([*/])\s*", r"\1", unit_text.translate(_ASCII_CHARACTERS | _MICRO).strip()
+    )
     return re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelling))
 
 

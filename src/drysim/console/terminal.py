@@ -80,7 +80,11 @@ class PlainConsole:
 
     def print(self, words: str = "") -> None:
         """Write one line."""
-        self.file.write(f"{words}\n")
+        try:
+            self.file.write(f"{words}\n")
+        except UnicodeEncodeError:  # a stream with a small character set
+            encoding = self.file.encoding
+            self.file.write(words.encode(encoding, "replace").decode(encoding) + "\n")
 
 
 def is_plain_stream(file: TextIO) -> bool:
