@@ -515,9 +515,10 @@ def foreign_files(folder: Path, leftover: bool = True) -> list[str]:
     """
     listed = _listed_files(_read_marker(folder)) | {MARKER, MARKER_DRAFT}
     known = (RESUMABLE_FILES, RESULT_FILES) if leftover else (RESUMABLE_FILES,)
+    links = [name for name in STORES if (folder / name).is_symlink()]
     return sorted(
         path
-        for path in _files_within(folder)
+        for path in [*_files_within(folder), *links]
         if path not in listed and not any(files.fullmatch(path) for files in known)
     )
 
