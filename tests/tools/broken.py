@@ -14,6 +14,7 @@ from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Events
 from drysim.approach.taylor import TaylorTrajectory
 from drysim.core.modes import ARRIVAL, FREE, decode_mode, encode_mode
+from drysim.core.taylor import ORDER
 
 Break = Callable[[Any, int, np.random.Generator], None]
 
@@ -155,8 +156,11 @@ def break_series(trajectory: TaylorTrajectory, way: str, rng: np.random.Generato
     march = trajectory.march
     number = int(rng.integers(len(march.checkpoints) - 1))
     block = march.block(number)
+    segments = block.solution.segments
+    # At rest the degree of the series is not set.
+    degrees = np.where(np.asarray(segments.d) == 0, ORDER, segments.terms)
     segments = break_segments(
-        block.solution.segments, march.scene.dt, way, rng, lambda code: -code or 1
+        segments._replace(terms=degrees), march.scene.dt, way, rng, lambda code: -code or 1
     )
     broken = block._replace(
         solution=block.solution._replace(segments=segments),

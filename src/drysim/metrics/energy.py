@@ -77,6 +77,8 @@ def hysteresis_energy(law: DynamicLaw, z: float, reversals: tuple[float, ...]) -
     branches = []
     for i, (begin, end) in enumerate(pairwise(turns)):
         ways = 2.0 if i else 1.0
+        if abs(end - begin) >= ways * length:  # never reached, except by a wrong motion
+            return math.inf
         reach = -math.log1p(-abs(end - begin) / (ways * length))
         branches.append((reach, math.copysign(1.0, end - begin), ways))
     energy, low, travel = 0.0, 0.0, 0.0
