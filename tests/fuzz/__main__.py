@@ -119,8 +119,11 @@ def _attempts(name: str, target: Target, folder: Path, watch: Watch, seed: int, 
               until: float, counts: Sequence[int]) -> None:  # fmt: skip
     """Try one input after the other, from the next one on."""
     at = {word: number for number, word in enumerate(COUNTED)}
+    parent = os.getppid()  # without it nobody waits for the finds
     gc.freeze()  # readers collect their garbage, but need not look through all modules for it
     while (number := counts[at["next"]]) < last and time.monotonic() < until:
+        if os.getppid() != parent:
+            break
         dice = random.Random(f"{seed} {name} {number}")
         given = damaged(target.seeds, dice)
         faulthandler.dump_traceback_later(HANG, exit=True)
