@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import cos, pi, sin, sqrt
 from typing import get_args
 
+import numpy as np
 import pytest
 from pydantic import BaseModel, ValidationError
 
 from drysim.core.model import Samples, Sines
 from drysim.excitation import EXCITATIONS, Excitation
-from drysim.excitation.harmonic import Harmonic, Rest, SineSum
+from drysim.excitation.harmonic import Harmonic, Rest, Shock, SineSum
 from drysim.units import Quantity, field_descriptions
 
 WORDS = {
@@ -83,3 +84,32 @@ def test_amplitude_is_taken_as_it_is():
 def test_sum_of_sines_keeps_their_order():
     words = {"kind": "sines", **WORDS["sines"]}
     assert SineSum.model_validate(words).motion() == Sines((2, sqrt(2)), (1, 3), (0, 0))
+
+
+@pytest.mark.parametrize("pulse", ["half-sine", "haversine", "sawtooth", "trapezoid"])
+@pytest.mark.parametrize(
+    ("start", "duration"), [(1e30, 0.2), (1e9, 0.2), (0.1, 1e30), (1e20, 1e20), (0.15, 0.2)]
+)
+def test_pulse_beyond_the_run_takes_no_memory_and_is_said_to_be_cut(pulse, start, duration):
+    def shock(**keys):
+        return Shock(kind="shock", pulse=pulse, amplitude=30.0, **keys).motion(0.01, 0.2)
+
+    found = shock(start=start, duration=duration)
+    assert len(found.u_dd) == 21
+    assert [warning.slug for warning in found.warnings if warning.slug == "pulse-cut"]
+    if start >= 1.0:
+        assert not found.u_dd[:].any()
+    # What a longer run begins with is the same.
+    if start + duration < 1.0:
+        whole = Shock(kind="shock", pulse=pulse, amplitude=30.0, start=start, duration=duration)
+        assert np.array_equal(found.u_dd, whole.motion(0.01, 1.0).u_dd[:21])
+
+
+def test_phase_of_any_size_leaves_an_exact_motion():
+    for turns in (1.0, 1e4, 3e18):
+        phase = 2.0 * pi * turns + 1.0
+        wave = Harmonic(kind="harmonic", frequency=2.0, amplitude=3.0, phase=phase)
+        (reduced,) = wave.motion().phase
+        assert abs(reduced) <= 2.0 * pi
+        assert sin(reduced) == pytest.approx(sin(phase), abs=1e-15)
+        assert cos(reduced) == pytest.approx(cos(phase), abs=1e-15)

@@ -30,6 +30,7 @@ from drysim.core.model import (
     DynamicLaw,
     NormalForceRecord,
     PiecewiseLaw,
+    principal_angle,
 )
 from drysim.records.options import Recorded
 from drysim.units import (
@@ -384,7 +385,7 @@ class Coulomb(FrictionLimits):
             return PiecewiseLaw(F_fk, F_fs, force_record=record)
         if varied is None:
             return CoulombLaw(F_fk, F_fs)
-        wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
+        wave = varied.amplitude, 2 * pi * varied.frequency, principal_angle(varied.phase)
         # For many cases at once the amplitudes are a column, with all values below 1.
         lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
         if lifts:
@@ -482,10 +483,8 @@ class PetrovEwins(FrictionLaw):
         if moved is None or self.normal_stiffness is None:
             return PiecewiseLaw(F_fk, F_fk, self.tangential_stiffness)
         variation = self.normal_stiffness * moved.amplitude / self.normal
-        omega = 2 * pi * moved.frequency
-        return PiecewiseLaw(
-            F_fk, F_fk, self.tangential_stiffness, variation, omega, moved.phase
-        )
+        wave = variation, 2 * pi * moved.frequency, principal_angle(moved.phase)
+        return PiecewiseLaw(F_fk, F_fk, self.tangential_stiffness, *wave)
 
 
 # Dynamic friction models: rate-dependent friction, or a differential equation for a state.

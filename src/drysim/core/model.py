@@ -535,6 +535,17 @@ class Sines(NamedTuple):
     phase: tuple[float, ...]
 
 
+def principal_angle(phase: Any) -> Any:
+    """Return an angle beyond a turn, or those of an array, within half a turn of 0 [rad].
+
+    Large angles lose their digits when others are added. Sine and cosine reduce them exactly.
+    """
+    if isinstance(phase, float):
+        return phase if abs(phase) <= math.tau else math.atan2(math.sin(phase), math.cos(phase))
+    reduced = np.arctan2(np.sin(phase), np.cos(phase))
+    return np.where(np.abs(phase) <= math.tau, phase, reduced)
+
+
 class Samples(NamedTuple):
     """Equidistant base acceleration, linear between samples; ends at its last sample.
 

@@ -41,6 +41,11 @@ class ExcitationBase(Block):
         """Frequencies of the sines [Hz]; empty unless `periodic`."""
         return ()
 
+    @property
+    def phases(self) -> tuple[float, ...]:
+        """Phases of the sines as stated [rad]; those of the motion are within a turn."""
+        return ()
+
     if TYPE_CHECKING:
 
         @property

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from drysim.core.model import Samples, Sines
+from drysim.core.model import Samples, Sines, principal_angle
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
     STEP_TOLERANCE,
@@ -93,9 +93,14 @@ class Harmonic(Component, PeriodicMotion):
         """The frequency [Hz]."""
         return (self.frequency,)
 
+    @property
+    def phases(self) -> tuple[float, ...]:
+        """The phase [rad]."""
+        return (self.phase,)
+
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Return the base acceleration."""
-        return Sines((self.A,), (self.frequency,), (self.phase,))
+        return Sines((self.A,), (self.frequency,), (principal_angle(self.phase),))
 
 
 class SineSum(PeriodicMotion):
@@ -114,6 +119,11 @@ class SineSum(PeriodicMotion):
         """Frequencies of the components [Hz]."""
         return tuple(sine.frequency for sine in self.components)
 
+    @property
+    def phases(self) -> tuple[float, ...]:
+        """Phases of the components [rad]."""
+        return tuple(sine.phase for sine in self.components)
+
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Return the base acceleration; components of equal frequency are added."""
         alike: dict[object, list[Component]] = {}
@@ -121,7 +131,7 @@ class SineSum(PeriodicMotion):
             f = sine.frequency  # a column of many cases stays a sine of its own
             alike.setdefault(f if isinstance(f, float) else (number,), []).append(sine)
         waves = [
-            (one.A, one.phase) if not more else sum_sines(one, *more)
+            (one.A, principal_angle(one.phase)) if not more else sum_sines(one, *more)
             for one, *more in alike.values()
         ]
         A, phases = zip(*waves, strict=True)
@@ -332,22 +342,26 @@ class Shock(GeneratedMotion):
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
-        values = self._pulse_values(round(self.duration / step), round(self._rise / step))
-        first = round(self.start / step)
-        over = first + len(values)
-        last = over if end is None else max(1, ceil(end / step * (1 - STEP_TOLERANCE)))
-        u_dd = np.zeros(max(last, over) + 1)
-        u_dd[first:over] = values
+        n, first = round(self.duration / step), round(self.start / step)
+        last = first + n if end is None else max(1, ceil(end / step * (1 - STEP_TOLERANCE)))
+        # What lies beyond the end of the run needs no memory.
+        rise, count = round(self._rise / step), max(min(n, last - first) + 1, 0)
+        values = self._pulse_values(float(n), float(rise), count)
+        u_dd = np.zeros(last + 1)
+        u_dd[first : first + len(values)] = values
         realised = {
             "velocity_change_asked": self.velocity_change,
             "velocity_change": float(values.sum() * step),
         }
         warnings = (*self._grid_warnings(step), *self._cut_warnings(last * step))
-        return Samples(u_dd[: last + 1], step, None, (), warnings, realised)
+        return Samples(u_dd, step, None, (), warnings, realised)
 
-    def _pulse_values(self, n: int, rise: int) -> Floats:
-        """Return the pulse at 0 to n steps after its start."""
-        i = np.arange(n + 1)
+    def _pulse_values(self, n: float, rise: float, count: int) -> Floats:
+        """Return the first `count` values of the pulse, which lasts n steps.
+
+        Numbers of steps are floats, as they may be beyond the integers of an array.
+        """
+        i = np.arange(count, dtype=np.float64)
         middle = np.minimum(i, n - i)  # makes the pulse symmetric to the last bit
         match self.pulse:
             case "half-sine":

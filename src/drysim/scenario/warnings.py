@@ -8,7 +8,7 @@ generated for this. For a sweep, the cases at the ends of each swept key represe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, isclose, nan, pi, sqrt
 from typing import Any
 
@@ -287,7 +287,7 @@ def _unit_warnings(
         own = motion if case.excitation is scenario.excitation else None
         if case is not scenario and case.excitation.periodic:  # its own motion
             own = case.excitation.motion()
-        waves = _sine_warnings(own) if isinstance(own, Sines) else ()
+        waves = _sine_warnings(own, case.excitation.phases) if isinstance(own, Sines) else ()
         lengths = (*_length_warnings(case), *_remote_limit_warnings(case, own))
         for warning in (
             *lengths,
@@ -397,9 +397,9 @@ def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         )
 
 
-def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
-    """Warn of sines that look like sines in other units."""
-    for A, f, phase in zip(*motion, strict=True):
+def _sine_warnings(motion: Sines, phases: Iterable[float]) -> Iterator[WarningMessage]:
+    """Warn of sines that look like sines in other units; `phases` are as stated [rad]."""
+    for A, f in zip(motion.A, motion.f, strict=True):
         u = A / (2 * pi * f) ** 2
         if u >= LONG_TRAVEL and A >= HIGH_ACCELERATION:
             yield WarningMessage(
@@ -408,6 +408,7 @@ def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
                 "excitation is in mm/s², write `mm/s2` after the number",
                 {"frequency": f, "amplitude": A, "u": u},
             )
+    for phase in phases:
         if abs(phase) > 2 * pi:
             sentence = (
                 f"a phase of {phase:g} rad is above 2π; if it is in degrees, write "
