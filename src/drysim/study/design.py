@@ -104,8 +104,10 @@ FRICTION, STIFFNESS = "friction", "stiffness"
 """Names of the groups of keys that are changed together."""
 
 STIFFNESS_KEYS = ("oscillator.stiffness", "oscillator.natural_frequency")
-POWERS = {"oscillator.natural_frequency": 0.5}
-"""Keys that state the stiffness, and the power of it that they are proportional to."""
+DAMPING_RATIO_KEY = "oscillator.damping_ratio"
+POWERS = {"oscillator.natural_frequency": 0.5, DAMPING_RATIO_KEY: -0.5}
+"""Keys that state the stiffness, and the power of it that they are proportional to; the damping
+ratio of a damper that stays the same, too."""
 
 
 class Candidate(NamedTuple):
@@ -637,6 +639,8 @@ class Study:
             FRICTION: [] if conditions & {*forces} else forces,
             STIFFNESS: [key for key in STIFFNESS_KEYS if best.get(key)],
         }
+        if groups[STIFFNESS] and best.get(DAMPING_RATIO_KEY):
+            groups[STIFFNESS].append(DAMPING_RATIO_KEY)
         points = {"as given": given}
         for name, keys in groups.items():
             for change in (CHANGE, -CHANGE) if keys else ():
@@ -699,7 +703,8 @@ class KnownValue(NamedTuple):
 def known_values(scenario: Scenario) -> dict[str, KnownValue]:
     """Return the values in the file of what a study varies by itself, by key.
 
-    These are the keys of the design block, the friction forces and the stiffness.
+    These are the keys of the design block, the friction forces, the stiffness and the damping
+    ratio.
     """
     numeric = numeric_keys(type(scenario), scenario.resolved())
     varied = {one.key for one in design_of(scenario).vary}
@@ -710,7 +715,7 @@ def known_values(scenario: Scenario) -> dict[str, KnownValue]:
         block, option, *_ = f"{key}.".split(".")
         force = entry.unit == "N" or option in ("mu_kinetic", "mu_static")
         is_friction = block == "friction" and option not in ("normal", *LAWS) and force
-        if key in varied or key in STIFFNESS_KEYS or is_friction:
+        if key in varied or key in (*STIFFNESS_KEYS, DAMPING_RATIO_KEY) or is_friction:
             found[key] = KnownValue(value, entry.header, is_friction)
     return found
 
