@@ -131,7 +131,9 @@ def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     plant = Plant(1.0, 40.0, 0.0)
     law = to_kernel(plant, elastic_law(1.0, 1e3))
     scene = Scene(plant, law, waves, np.zeros(2), 2 * begin)
-    state = MarchState(0, begin, 100.0, 0.0, math.nan, 100.0, mode_of(HOLD, 1, APART, 0), 0, 0)
+    state = MarchState(
+        0, begin, 100.0, 0.0, math.nan, 100.0, mode_of(HOLD, 1, APART, 0), 0, 0, math.inf
+    )
     assert march_modes(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
 
 

@@ -196,7 +196,7 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
         found.append([])
         for x_r in at:
             stuck = kernel.roots.Stuck(scale, scale * x_r, 0.0, limit, limit, *swing)
-            found[-1].append(kernel.roots.stick_exit_time(stuck, waves, 1, 0.0, 9.0))
+            found[-1].append(kernel.roots.stick_exit_time(stuck, waves, 1, 0.0, 9.0)[0])
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
     assert found[0][1] == math.inf
@@ -302,7 +302,7 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
         plant, law, waves, base, *start, start[0]
     )
     scene = core.Scene(plant, law, waves, u_dd, DT)
-    state = core.MarchState(0, 0.0, xi, start[1], math.nan, x_0, mode, 0, 0)
+    state = core.MarchState(0, 0.0, xi, start[1], math.nan, x_0, mode, 0, 0, math.inf)
     state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, room)
     at, count = state.used, state.events
     written = [column[:at] for column in segments] + [column[:count] for column in log]
@@ -381,7 +381,7 @@ def contact_march(kernel, u_dd, k_t, calls=1):
         plant, law, waves, base, 0.0, 0.0, 0.0
     )
     scene = core.Scene(plant, law, waves, u_dd, DT)
-    state = core.MarchState(0, 0.0, xi, 0.0, math.nan, x_0, mode, 0, 0)
+    state = core.MarchState(0, 0.0, xi, 0.0, math.nan, x_0, mode, 0, 0, math.inf)
     for call in range(1, calls + 1):
         full = size * call // calls
         state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, full)

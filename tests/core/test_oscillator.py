@@ -240,7 +240,7 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     steps = fast.oscillator.slip_steps(plant, law, h)
     stops = 0
     for start in starts(3, 60, max(OMEGA, 4.0 / h)):
-        stop, way, v_end = fast.sampled.slide(steps, *start, h)
+        stop, way, v_end, _ = fast.sampled.slide(steps, *start, h)
         end = min(stop, h)
         s = np.linspace(0.0, end, GRID)
         x, v, _ = motions(c, w, start, s)
@@ -277,7 +277,7 @@ def test_stop_of_a_creep_after_very_many_decays_is_found(
     steps = kernel.oscillator.slip_steps(plant, law, h)
     slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
     start = 1.0, -1.5 * slow, -0.5 * w
-    stop, way, v_end = kernel.sampled.slide(steps, *start, h)
+    stop, way, v_end, _ = kernel.sampled.slide(steps, *start, h)
     # The flow over two million decays is doubled up from half of one.
     assert stop == pytest.approx(math.log(3.0) / slow, rel=1e-10)
     assert way == pytest.approx(1.0 / slow - 0.5 * stop, rel=1e-9)

@@ -52,7 +52,7 @@ def value_at(kernel, stretch, waves, law, blend, s):
 @pytest.mark.parametrize("seed", range(24))
 def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     stretch, waves, law, blend = scene(plain, seed)
-    s, x_r, v_r = plain.roots.first_root(stretch, waves, law, blend, 0, LENGTH)
+    s, x_r, v_r, _ = plain.roots.first_root(stretch, waves, law, blend, 0, LENGTH)
     t = np.linspace(0.0, LENGTH, FINE)
     values = [value_at(plain, stretch, waves, law, blend, at) for at in t.tolist()]
     below = np.flatnonzero(np.array(values) < 0.0)

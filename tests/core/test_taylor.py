@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -57,7 +58,7 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
     if kind == kernel.model.LEUVEN:
         kernel.dynamic_friction.update_branch(law, series, d or 1, 0.0, 0.0)
     log, scene = log_of(kernel), kernel.march.Scene(plant, law, waves, u_dd, dt)
-    start = kernel.taylor.SeriesState(0, 0.0, 0.0, 0.0, 0.0, d, 0, 0)
+    start = kernel.taylor.SeriesState(0, 0.0, 0.0, 0.0, 0.0, d, 0, 0, math.inf)
     state = kernel.taylor.march_taylor(scene, (end, dt), start, series, segments, log)
     return SimpleNamespace(
         state=tuple(state),

@@ -156,7 +156,7 @@ def compute_trajectory(
     size = int(STEPS_PER_SAMPLE * last) + least + 1
     segments, log = empty_columns(Segments, size), empty_log(size)
     write_first_row(log, (0, 0.0, LIFT if mode.contact == FREE else mode.contact, x_r, F_L))
-    state = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1)
+    state = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
     intervals = count_intervals(plant, law, motion, duration)
     while state.n <= last:
         most = max(state.used, state.events)
@@ -177,7 +177,7 @@ def compute_trajectory(
     events = events_from_log(log, state.events, dt)
     return PiecewiseTrajectory(
         plant, law, motion, waves, (u_dd, dt), segments, events, duration,
-        smallest_margin(law, events, float(start[1])),
+        min(state.closest, smallest_margin(law, events, float(start[1]))),
     )  # fmt: skip
 
 
@@ -372,7 +372,7 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
 
 
 def smallest_margin(law: PiecewiseLaw, events: Events, v_r: float) -> float:
-    """Return the smallest relative margin of a decision between stick and slip [-].
+    """Return the smallest relative margin of a stop, as to whether the mass sticks [-].
 
     `v_r` is that at the start [m/s]; a mass at rest there is decided about, too, unless no
     force acts on it.

@@ -282,7 +282,7 @@ def exact_response(
     closest = trajectory.closest_decision
     numerics = Numerics(
         approach, core, why, engine(), points - 1, len(events),
-        None if math.isinf(closest) else closest, error=error,
+        closest if closest < 1.0 else None, error=error,
     )  # fmt: skip
     return Response(trajectory.plant, law, motion, grid, events, numerics, trajectory)
 

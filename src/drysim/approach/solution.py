@@ -140,8 +140,8 @@ class Numerics:
     events : int
         Number of events, including the state at t = 0.
     closest_decision : float or None
-        Smallest relative margin ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions between stick
-        and slip [-].
+        Smallest relative margin of all decisions between stick and slip [-]: of stops and
+        break-aways, and of those that just do not happen. None where nothing is decided.
     closure : float or None
         Largest change of the scaled state over one repetition of a periodic orbit [-]; not an
         error, as the motion may be much farther from the orbit.

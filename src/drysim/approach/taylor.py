@@ -59,7 +59,7 @@ from drysim.approach.solution import (
 )
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
-from drysim.core.events import EventLog, SeriesSegments
+from drysim.core.events import EventLog, SeriesSegments, decision_margin
 from drysim.core.march import Scene
 from drysim.core.model import (
     BLOCK_SIZE,
@@ -155,7 +155,8 @@ def compute_trajectory(
     F_L = limit_force(plant, start.x_r, initial_base_acceleration(motion))
     t, kind = np.append(0.0, events.t), np.append(np.sign(d), events.kind).astype(np.int8)
     x_r, every_F_L = np.append(start.x_r, events.x_r), np.append(F_L, events.F_L)
-    return TaylorTrajectory(march, Events(t, kind, x_r, every_F_L), duration)
+    closest = march.checkpoints[-1].state.closest
+    return TaylorTrajectory(march, Events(t, kind, x_r, every_F_L), duration, closest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,7 +414,10 @@ def initial_checkpoint(scene: Scene, start: AnyState, speed: float) -> Checkpoin
         restore_hysteresis(series, start[3] if len(start) > 3 else (), z)
         if d != 0:
             update_branch(law, series, int(np.sign(d)), v_r, z)
-    return make_checkpoint(SeriesState(0, 0.0, x_r, v_r, z, d, 0, 0), series)
+    closest = math.inf
+    if law.can_stick and v_r == 0.0:
+        closest = decision_margin(limit_force(plant, x_r, float(series.u[0])), law.F_fs)
+    return make_checkpoint(SeriesState(0, 0.0, x_r, v_r, z, d, 0, 0, closest), series)
 
 
 def restore_hysteresis(series: TaylorSeries, reversals: tuple[float, ...], z: float) -> None:

@@ -129,6 +129,14 @@ def record_segment(segments, at, time, state, d):
     return at + 1
 
 
+@inlined
+def slide_time(log, count, n, s, dt):
+    """Return the time from the last event in a log to a time s within interval n [s]."""
+    if count == 0:
+        return n * dt + s
+    return (n - log.n[count - 1]) * dt + (s - log.s[count - 1])
+
+
 @compiled
 def sign(value):
     """Return the sign of a number: -1, 0 or 1."""
@@ -169,6 +177,79 @@ def decision_margin(F_L, F_fs):
     """Return the relative distance of a stop decision from the opposite outcome [-]."""
     larger = max(abs(F_L), F_fs)
     return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
+
+
+class SampledLimit(NamedTuple):
+    """Static limit at sample k: F_fs (1 + variation·sin(phase + advance·k)) [N]."""
+
+    F_fs: float
+    variation: float
+    phase: float
+    advance: float
+
+
+@compiled
+def excess_margin(plant, u_dd, limit, n, F_k, d, closest):
+    """Return the smaller of `closest` and the relative margin of a break-away over samples [-].
+
+    The mass would stay stuck under a limit above the extreme to which |F_L| goes on.
+
+    Parameters
+    ----------
+    plant, u_dd
+        The oscillator, and ü at the samples [m/s²].
+    limit : SampledLimit
+    n, d : int
+        Interval of the break-away, and the direction in which the mass leaves.
+    F_k : float
+        F_L without m ü [N].
+    closest : float
+        Margin at which the search ends [-].
+    """
+    F_fs, variation, phase, advance = limit
+    excess, larger = -math.inf, 1.0
+    for k in range(n + 1, len(u_dd)):
+        F, hold = -d * (plant.m * u_dd[k] + F_k), F_fs
+        if variation > 0.0:
+            hold *= 1.0 + variation * math.sin(phase + advance * k)
+        if F - hold <= excess:
+            # The last sample was the extreme.
+            return min(closest, max(excess, 0.0) / larger)
+        excess, larger = F - hold, F
+        if excess >= closest * F:
+            return closest
+    # It rises up to the last sample; what follows is not known here.
+    return closest
+
+
+@compiled
+def grazing_margin(plant, F_fs, low, time):
+    """Return the relative margin of a stop that did not happen, or just happened [-].
+
+    Notes
+    -----
+    A change of friction by this share of F_fs changes v_r by about `low`: over the `time` of
+    the slide, or as long as the oscillator remembers a force.
+
+    Parameters
+    ----------
+    plant : Plant
+    F_fs, low, time : float
+        Static limit [N]; least speed before the mass turned to faster motion, or `stop_depth`
+        [m/s]; time since the slide began [s].
+    """
+    m, k_x, b = plant
+    change = F_fs * time
+    return low * (m + (b + math.sqrt(k_x * m)) * time) / change if change > 0.0 else math.inf
+
+
+@inlined
+def stop_depth(a, j):
+    """Return how far v_r would go beyond zero but for a stop [m/s], infinite where it goes on.
+
+    `a` and `j` are acceleration [m/s²] and jerk [m/s³] there, in the direction of motion.
+    """
+    return 0.5 * a * a / j if j > 0.0 else math.inf
 
 
 @compiled

@@ -39,14 +39,19 @@ from drysim.core.events import (
     SLIP,
     STICK,
     EventLog,
+    SampledLimit,
     decision_margin,
     direction_from_rest,
+    excess_margin,
+    grazing_margin,
     initial_direction,
     limit_force,
     motion_direction,
     record_event,
     record_segment,
     sign,
+    slide_time,
+    stop_depth,
 )
 from drysim.core.forcing import (
     PHASE,
@@ -101,6 +106,7 @@ from drysim.core.modes import (
     separation_time,
     side_of,
     stop_stage,
+    wall_side,
 )
 from drysim.core.oscillator import (
     FINE_STEP,
@@ -230,7 +236,8 @@ def march_sines(plant, law, waves, interval, state, log):
         left = h - begin
         if d == 0:
             stuck = Stuck(m, k_x * x_r, u_begin, limit, limit, law.variation, law.omega)
-            stay, d = break_away_time(stuck, waves, left)
+            stay, d, margin = break_away_time(stuck, waves, left)
+            closest = min(closest, margin)
             if stay == NEVER:
                 return SlipState(h, x_r, 0.0, 0, count, closest)
             begin = min(begin + stay, h)
@@ -244,7 +251,10 @@ def march_sines(plant, law, waves, interval, state, log):
             load = relative_normal_force(law, waves, 0.0)[0]
             segment = with_acceleration(segment, d * (law.F_fs - law.F_fk) * load / m)
         just_broke_away = False
-        stop, x_stop = first_stop(segment, waves, law, d, left)
+        stop, x_stop, low = first_stop(segment, waves, law, d, left)
+        if low < NEVER and law.F_fs > law.F_fk:
+            time = slide_time(log, count, n, begin + min(stop, left), h)
+            closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
             return SlipState(h, x_r, v_r, d, count, closest)
@@ -254,9 +264,15 @@ def march_sines(plant, law, waves, interval, state, log):
             return SlipState(begin, x_r, v_r, d, -1, closest)
         # v_r is set to zero exactly: the stop is an event, not a small velocity.
         x_r, v_r = x_stop, 0.0
-        u_dd = base_motion(waves, u_begin, slope, stop)[0]
+        u_dd, rate, _ = base_motion(waves, u_begin, slope, stop)
         F_L = limit_force(plant, x_r, u_dd)
-        F_fs = law.F_fs * relative_normal_force(law, waves, stop)[0]
+        load, load_d, _ = relative_normal_force(law, waves, stop)
+        F_fs = law.F_fs * load
+        if law.F_fs > law.F_fk:
+            a = -(d * F_L + law.F_fk * load) / m
+            low = stop_depth(a, -d * rate - (law.F_fk * load_d + plant.b * a) / m)
+            time = slide_time(log, count, n, begin, h)
+            closest = min(closest, grazing_margin(plant, F_fs, low, time))
         closest = min(closest, decision_margin(F_L, F_fs))
         d = direction_from_rest(F_L, F_fs, k_x * x_r)
         kind = STICK if d == 0 else d * REVERSAL
@@ -332,6 +348,12 @@ def march_varying_limits(scene, past, n, end, state, out, log):
         _, x_r, v_r, d, count, closest = state
         start = SlipState(0.0, x_r, v_r, d, count, closest)
         state = march_sines(plant, law, waves, interval, start, log)
+        closest, limit = state.closest, sampled_limit(law, law.F_fs, past * dt, dt)
+        for i in range(count, state.events):
+            if abs(log.kind[i]) == SLIP:
+                F_k, leaves = plant.k_x * log.x_r[i], sign(log.kind[i])
+                closest = excess_margin(plant, u_dd, limit, n, F_k, leaves, closest)
+        state = SlipState(state.s, state.x_r, state.v_r, state.d, state.events, closest)
         if state.s < dt or state.events < 0:
             _, x_r, v_r, d, _, closest = state
             return n, SlipState(0.0, x_r, v_r, d, -1, closest)
@@ -340,6 +362,12 @@ def march_varying_limits(scene, past, n, end, state, out, log):
         v_out[n] = state.v_r
         d_out[n] = state.d
     return n, state
+
+
+@inlined
+def sampled_limit(law, F_fs, t, dt):
+    """Return the `SampledLimit` of samples from time t [s] on; the normal force is a sine."""
+    return SampledLimit(F_fs, law.variation, law.phase + law.omega * t, law.omega * dt)
 
 
 # Any piecewise-linear law: from mode to mode.
@@ -367,6 +395,8 @@ class MarchState(NamedTuple):
     used, events : int
         Numbers of segments and of events in the logs; `events` is -1 if events recur without
         progress in time.
+    closest : float
+        Smallest relative margin of a decision about sticking so far, stops left out [-].
     """
 
     n: int
@@ -378,6 +408,7 @@ class MarchState(NamedTuple):
     mode: Any
     used: int
     events: int
+    closest: float
 
 
 class ModeSegment(NamedTuple):
@@ -426,6 +457,8 @@ class Exit(NamedTuple):
     after : int
         New state of the contact, direction in which the mass leaves, or new state with respect
         to the end stops.
+    closest : float
+        Smallest relative margin of a decision about sticking before, stops left out [-].
     """
 
     kind: int
@@ -434,6 +467,7 @@ class Exit(NamedTuple):
     v_r: float
     a: float
     after: int
+    closest: float
 
 
 @compiled
@@ -459,30 +493,31 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
         continues as if uninterrupted.
     """
     law, waves, dt = scene.law, scene.waves, scene.dt
-    n, s, xi, v_r, a, x_0, mode, at, count = state
+    n, s, xi, v_r, a, x_0, mode, at, count, closest = state
     full = capacity - MODES_LOG_RESERVE
     affine = waves.size == 0 and law.step == 0.0
     stalled = int(ZERO)
     while n <= end and at < full and count < full:
         if affine and s == 0.0 and mode.end_stop == APART and moves_freely(law, mode, v_r):
-            here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+            here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
             n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
             if n > here.n:
                 a = math.nan
             if at >= full:
                 break
         length = last_length if n == end else dt
-        here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+        here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
         part = begin_segment(scene, here, length)
         mode = part.mode
         at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
-        leave = first_exit(scene, part)
-        kind, step, xi, v_r, a, _ = leave
+        leave = first_exit(scene, part, slide_time(log, count, n, s, dt))
+        kind, step, xi, v_r, a, _, margin = leave
+        closest = min(closest, margin)
         if kind != NO_EXIT:
             then, rest = interval_time(n, s + step, length, end)
-            here = MarchState(then, rest, xi, v_r, a, x_0, mode, at, count)
+            here = MarchState(then, rest, xi, v_r, a, x_0, mode, at, count, closest)
             here = enter_next_mode(scene, part, leave, here, segments, log)
-            _, _, xi, v_r, a, x_0, mode, at, count = here
+            _, _, xi, v_r, a, x_0, mode, at, count, closest = here
         elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         stalled = 0 if part.base.t + step > part.base.t else stalled + 1
@@ -491,12 +526,12 @@ def march_modes(scene, end, last_length, state, segments, log, capacity):
         else:
             s += step
         if stalled > MAX_STALLED_EVENTS:
-            return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1)
+            return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1, closest)
     if state.n <= end < n:
         # The state at the end, after an event there.
         last = end, last_length
         at = record_segment(segments, at, last, (xi, v_r, x_0), encode_mode(mode))
-    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
 
 
 @compiled
@@ -511,7 +546,7 @@ def interval_time(n, s, length, end):
 def begin_segment(scene, state, length):
     """Return the segment that begins in a state; `length` is that of the interval [s]."""
     plant, law, waves, u_dd, dt = scene
-    n, s, xi, v_r, carried, x_0, mode, _, _ = state
+    n, s, xi, v_r, carried, x_0, mode, _, _, _ = state
     slope = (u_dd[n + 1] - u_dd[n]) / dt
     base = SegmentBase(n * dt + s, u_dd[n] + slope * s, slope)
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
@@ -573,15 +608,15 @@ def with_known_acceleration(scene, mode, motion, ramp, creeps, carried):
 
 
 @merged
-def first_exit(scene, part):
-    """Return the first `Exit` of a segment."""
+def first_exit(scene, part, time):
+    """Return the first `Exit` of a segment, which begins at a `time` after an event [s]."""
     if part.mode.entry == CHATTERING:
         return end_of_chatter(scene, part)
     law = scene.law
     lift = separation_time(law, scene.waves, part.ramp, part.mode.contact)
     if part.mode.direction == AT_REST:
         return exit_from_rest(scene, part, lift)
-    return exit_from_motion(scene, part, lift)
+    return exit_from_motion(scene, part, lift, time)
 
 
 @merged
@@ -597,9 +632,9 @@ def end_of_chatter(scene, part):
     p, q = return_accelerations(plant, law, mode, x_0, u, load)
     duration = chatter_time(law, p, q, abs(motion.v_r))[0] if p > 0.0 else 0.0
     if duration <= left:
-        return Exit(CHATTER_END, duration, motion.x_r, 0.0, math.nan, AT_REST)
+        return Exit(CHATTER_END, duration, motion.x_r, 0.0, math.nan, AT_REST, NEVER)
     speed = motion.v_r * (1.0 - left / duration)
-    return Exit(NO_EXIT, left, motion.x_r, speed, math.nan, AT_REST)
+    return Exit(NO_EXIT, left, motion.x_r, speed, math.nan, AT_REST, NEVER)
 
 
 @merged
@@ -609,22 +644,23 @@ def exit_from_rest(scene, part, lift):
     mode, x_0, motion, _, base, ramp, left = part
     xi, v_r, until = motion.x_r, motion.v_r, min(left, lift)
     state = ModeState(mode, xi, v_r, x_0)
-    stay, d = rest_exit_time(plant, law, waves, state, base, ramp, until)
+    stay, d, closest = rest_exit_time(plant, law, waves, state, base, ramp, until)
     # An exit at the end of the interval is decided in the next one.
     if stay <= until and stay < left:
-        return Exit(BREAK_AWAY, stay, xi, v_r, math.nan, d)
+        return Exit(BREAK_AWAY, stay, xi, v_r, math.nan, d, closest)
     kind = ZERO_LOAD if lift <= left else NO_EXIT
-    return Exit(kind, until, xi, v_r, math.nan, d)
+    return Exit(kind, until, xi, v_r, math.nan, d, closest)
 
 
 @merged
-def exit_from_motion(scene, part, lift):
+def exit_from_motion(scene, part, lift, time):
     """Return the first exit of a moving mass; the normal force is zero at time `lift` [s].
 
-    Of exits at the same time a change of the contact comes first, then one at a stop, then a
-    zero of v_r, which an exit at a stop includes, and a zero of the normal force last.
+    The segment begins at a `time` after the last event [s]. Of exits at the same time a change
+    of the contact comes first, then one at a stop, then a zero of v_r, which an exit at a stop
+    includes, and a zero of the normal force last.
     """
-    _, law, waves, _, _ = scene
+    plant, law, waves, _, _ = scene
     mode, x_0, motion, creeps, _, ramp, left = part
     equation, xi, v_r, a, j, _ = motion
     until, elastic = min(left, lift), law.k_t > 0.0
@@ -636,14 +672,14 @@ def exit_from_motion(scene, part, lift):
         if step < until:
             # The waves move the mass, but too slowly at first to tell where to.
             x, v, _, _, _ = motion_at(equation, waves, xi, v_r, step)
-            return Exit(NO_EXIT, step, x, v, math.nan, d)
-    turn, change, transition = NEVER, NEVER, NEVER
-    contact, end_stop = HOLD, mode.end_stop
+            return Exit(NO_EXIT, step, x, v, math.nan, d, NEVER)
+    turn, low, change, transition = NEVER, NEVER, NEVER, NEVER
+    contact, end_stop, closest = HOLD, mode.end_stop, NEVER
     x, v = xi, v_r
     yields = elastic and abs(mode.contact) == 1
     # Under a constant normal force the end of a yield is the zero of v_r.
     if not yields or load_varies(law):
-        turn = first_stop(motion, waves, law, d, until)[0]
+        turn, _, low = first_stop(motion, waves, law, d, until)
     if yields:
         change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
     elif elastic and mode.contact == HOLD and (d != 0 or mode.poised == 0 or waves.size > 0):
@@ -655,19 +691,25 @@ def exit_from_motion(scene, part, lift):
         transition, end_stop = next_end_stop_transition(motion, waves, law, mode, before)
     step = min(turn, change, transition, until)
     if step == change:
-        return Exit(CONTACT_EXIT, step, x, v, a if step == 0.0 else math.nan, contact)
-    x, v, a_end, _, _ = motion_at(equation, waves, xi, v_r, step)
+        return Exit(CONTACT_EXIT, step, x, v, a if step == 0.0 else math.nan, contact, closest)
+    x, v, a_end, j_end, _ = motion_at(equation, waves, xi, v_r, step)
+    side = side_of(law, d)
+    if side.F_fs > side.F_fk and is_rigid_slip(law, mode):
+        if step == turn:
+            low = min(low, stop_depth(d * a_end, d * j_end))
+        if low < NEVER:
+            closest = grazing_margin(plant, side.F_fs * ramp.load, low, time + step)
     if creeps:
         v, a_end = velocity_and_acceleration(equation.c, equation.w, v_r, a, equation.r, step)
     if step == turn:
         v = 0.0
     if step == transition:
-        return Exit(STOP_EXIT, step, x, v, math.nan, end_stop)
+        return Exit(STOP_EXIT, step, x, v, math.nan, end_stop, closest)
     if step == turn:
-        return Exit(TURN, step, x, v, math.nan, d)
+        return Exit(TURN, step, x, v, math.nan, d, closest)
     if step == lift:
-        return Exit(ZERO_LOAD, step, x, v, math.nan, d)
-    return Exit(NO_EXIT, step, x, v, math.nan if elastic else a_end, d)
+        return Exit(ZERO_LOAD, step, x, v, math.nan, d, closest)
+    return Exit(NO_EXIT, step, x, v, math.nan if elastic else a_end, d, closest)
 
 
 # The next mode.
@@ -718,7 +760,7 @@ def arrive_at_stop(scene, now, rate, state, segments, log):
     `rate` bounds the rate of the force per mass [m/s³].
     """
     plant, law, _, _, _ = scene
-    n, s, xi, v_r, a, x_0, mode, used, events = state
+    n, s, xi, v_r, a, x_0, mode, used, events, closest = state
     contact, d = mode.contact, mode.direction
     # Record the arrival with its velocity, which has the sign of the side even if zero.
     arrival = xi, math.copysign(max(d * v_r, 0.0), d), x_0
@@ -735,25 +777,25 @@ def arrive_at_stop(scene, now, rate, state, segments, log):
             x_0, contact = x_r - f / law.k_t, HOLD
         hit = ModeState(mode_of(contact, d, APART, d), 0.0, v_r, x_0)
         v_r, mode = rebound(plant, law, hit, now, rate)
-    return MarchState(n, s, 0.0, v_r, a, x_0, mode, used, events)
+    return MarchState(n, s, 0.0, v_r, a, x_0, mode, used, events, closest)
 
 
 @merged
 def pass_stage(scene, now, after, state, log):
     """Return the state after another stage of a bumper, or its end, is reached."""
-    n, s, xi, v_r, a, x_0, mode, used, events = state
+    n, s, xi, v_r, a, x_0, mode, used, events, closest = state
     x_r, F_L = static_force(scene, mode, xi, now.u_dd)
     xi, mode, kind = pass_end_stop(mode, after, xi)
     if kind != 0:
         events = record_event(log, events, n, s, kind, x_r, F_L)
-    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 
 @merged
 def settle_at_rest(scene, now, state, log):
     """Return the state after v_r = 0: the mass stays at rest, or moves on."""
     plant, law, _, _, _ = scene
-    n, s, xi, v_r, a, x_0, mode, used, events = state
+    n, s, xi, v_r, a, x_0, mode, used, events, closest = state
     side, stage, released = stop_stage(mode.end_stop)
     if released:
         mode = mode_of(mode.contact, mode.direction, side * stage, mode.origin)
@@ -762,14 +804,14 @@ def settle_at_rest(scene, now, state, log):
         kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
         x_r, F_L = static_force(scene, mode, xi, now.u_dd)
         events = record_event(log, events, n, s, kind, x_r, F_L)
-    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 
 @merged
 def change_contact(scene, now, load_d, leave, state, log):
     """Return the state after the contact changes: it yields, holds, separates or closes."""
     plant, law, _, _, _ = scene
-    n, s, xi, v_r, a, x_0, mode, used, events = state
+    n, s, xi, v_r, a, x_0, mode, used, events, closest = state
     contact, d, end_stop, origin, _, _ = mode
     x_r, F_L = static_force(scene, mode, xi, now.u_dd)
     if leave.kind == CONTACT_EXIT:
@@ -780,9 +822,14 @@ def change_contact(scene, now, load_d, leave, state, log):
         mode = Mode(leave.after, d, end_stop, origin, poised, REGULAR)
         kind = STICK if leave.after == HOLD else leave.after * SLIP
     elif leave.kind == BREAK_AWAY:
+        wall = wall_side(law, mode, xi)
         mode, kind = leave_rest(law, mode, leave.after, x_r - x_0, now.load)
         if abs(kind) == SLIP:
-            F_L = -leave.after * side_of(law, leave.after).F_fs * now.load
+            F_fs = side_of(law, leave.after).F_fs
+            if scene.waves.base == 0 and wall == 0 and law.step == 0.0:
+                F_k, limit = F_L - plant.m * now.u_dd, sampled_limit(law, F_fs, 0.0, scene.dt)
+                closest = excess_margin(plant, scene.u_dd, limit, n, F_k, leave.after, closest)
+            F_L = -leave.after * F_fs * now.load
     elif leave.kind == ZERO_LOAD:
         x_0 = x_r
         before = ModeState(mode, xi, v_r, x_0)
@@ -790,7 +837,7 @@ def change_contact(scene, now, load_d, leave, state, log):
     else:
         mode, kind = mode_of(contact, AT_REST, APART, origin), STICK
     events = record_event(log, events, n, s, kind, x_r, F_L)
-    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events)
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 
 # Whole samples at a time.
@@ -831,7 +878,7 @@ def advance_samples(scene, end, state, segments, full):
     acceleration at both ends shows any dip of v_r, and xi is monotone in a step without one.
     """
     plant, law, _, u_dd, dt = scene
-    n, _, xi, v_r, _, x_0, mode, at, _ = state
+    n, _, xi, v_r, _, x_0, mode, at, _, _ = state
     direction = sign(v_r)
     side, code = side_of(law, direction), encode_mode(mode)
     x_origin = origin_of(law, mode.origin)

@@ -591,7 +591,7 @@ def hold_exit_time(hold, side, h):
     clearance = Observable(
         x_0, -side * law.k_t, 0.0, F_fk, 0.0, F_fk * (ramp.load - 1.0), F_fk * ramp.rate
     )
-    return first_root(segment, waves, law, clearance, zeros, h)
+    return first_root(segment, waves, law, clearance, zeros, h)[:3]
 
 
 @compiled
@@ -616,10 +616,10 @@ def end_of_yield(segment, waves, law, ramp, d, h):
             return 0.0, segment.x_r, segment.v_r
         share = law.up.F_fk / law.k_t
         excess = Observable(0.0, 0.0, float(d), 0.0, -share, -share * ramp.rate, 0.0)
-        return first_root(segment, waves, law, excess, int(ZERO), h)
+        return first_root(segment, waves, law, excess, int(ZERO), h)[:3]
     if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, segment.x_r, 0.0
-    stop, x = first_stop(segment, waves, law, d, h)
+    stop, x, _ = first_stop(segment, waves, law, d, h)
     return stop, x, 0.0
 
 
@@ -714,7 +714,8 @@ def next_end_stop_transition(segment, waves, law, mode, until):
 def rest_exit_time(plant, law, waves, state, base, ramp, left):
     """Return when a mass at rest breaks away, or infinity, and in which direction.
 
-    A rigid contact sticks up to its static limit. Against a rigid stop the mass rests as long
+    A rigid contact sticks up to its static limit; returns also the margin of the closest
+    decision, as in `break_away_time`, or infinity. Against a rigid stop the mass rests as long
     as the sum of the other forces presses it there.
     """
     mode, xi, _, x_0 = state
@@ -729,12 +730,12 @@ def rest_exit_time(plant, law, waves, state, base, ramp, left):
         pull += contact_force(forces, x_r, 0.0)
     elif waves.base == 0 and slope == 0.0 and plant.m * u_0 + pull == 0.0:
         # F_L stays 0, and no limit is exceeded even where it vanishes.
-        return NEVER, 0
+        return NEVER, 0, NEVER
     rising = hold_down * ramp.load, slope - hold_down * ramp.rate / plant.m
     falling = hold_up * ramp.load, slope + hold_up * ramp.rate / plant.m
     stuck = Stuck(plant.m, pull, u_0, rising, falling, law.variation, law.omega)
     if wall != 0:
-        return stick_exit_time(stuck, waves, wall, 0.0, left), -wall
+        return stick_exit_time(stuck, waves, wall, 0.0, left)[0], -wall, NEVER
     return break_away_time(stuck, waves, left)
 
 

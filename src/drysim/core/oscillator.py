@@ -456,6 +456,11 @@ class AffineMap(NamedTuple):
     v_f: float
 
 
+GRAZING_SHARE, GRAZING_STEPS = 1e-4, 256
+"""Change of friction [-], over so many steps or as long as the oscillator remembers a force,
+whose change of v_r is the speed below which each minimum of |v_r| is looked at."""
+
+
 class SlipSteps(NamedTuple):
     """Constants of whole sample steps of sliding under constant Coulomb friction.
 
@@ -480,6 +485,9 @@ class SlipSteps(NamedTuple):
     steep, fast : float
         Bound on a dip: v_r has no zero within four steps while |v_r| at both ends is above
         steep·max |Δü| + fast·max |v_r|. Infinite where the steps are too long for the bound.
+    grazing : float
+        Speed [m/s] below which each minimum of |v_r| is looked at; 0 where F_fs = F_fk, as a
+        stop then changes nothing.
     threshold_f, threshold_x : float
         The affine map keeps the digits of v_r while |v_r| is above
         threshold_f + threshold_x |x_r|, see `cancellation_threshold`.
@@ -502,6 +510,7 @@ class SlipSteps(NamedTuple):
     v_base: tuple[float, float, float, float, float]
     steep: float
     fast: float
+    grazing: float
     threshold_f: float
     threshold_x: float
 
@@ -531,12 +540,15 @@ def slip_steps(plant, law, dt):
     dip_factor = DIP_SAFETY * 2.0 / divisor if divisor > 0.25 else math.inf
     steep, fast = dip_factor * dt, dip_factor * (0.25 * c + w * dt) * dt
     rate, speed_per_force = characteristic_rate(c, w), cancellation_speed(c, w)
+    grazing = 0.0
+    if law.F_fs > law.F_fk:
+        grazing = GRAZING_SHARE * law.F_fs / plant.m / (rate + 1.0 / (GRAZING_STEPS * dt))
     return SlipSteps(
         c, w, f, dt, rate * dt <= FINE_STEP, radians <= SERIES_SEGMENT, series_factors(c, w),
         one, four, x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
-        steep, fast, speed_per_force * f, speed_per_force * w,
+        steep, fast, grazing, speed_per_force * f, speed_per_force * w,
     )  # fmt: skip
 
 

@@ -116,19 +116,38 @@ def locate_stop(c, w, v, a, r, h):
     """
     if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
         return NEVER
-    j = r - c * a - w * v
-    end = first_extremum(c, w, a, j)
-    omega_d_square = w - 0.25 * c * c
-    # Time between neighbouring extrema.
-    spacing = math.pi / math.sqrt(omega_d_square) if omega_d_square > 0.0 else NEVER
-    begin = 0.0
-    if a > 0.0 or (a == 0.0 and j > 0.0):
-        begin = end
-        end = begin + spacing
+    begin, end = first_fall(c, w, a, r - c * a - w * v)
     until = min(end, h)
     if begin < h and velocity_and_acceleration(c, w, v, a, r, until)[0] <= 0.0:
         return bracketed_newton(c, w, v, a, r, begin, until)
     return NEVER
+
+
+@inlined
+def first_fall(c, w, a, j):
+    """Return when a velocity first begins to fall, and its minimum after that [s].
+
+    Parameters as in `first_extremum`.
+    """
+    end = first_extremum(c, w, a, j)
+    if not (a > 0.0 or (a == 0.0 and j > 0.0)):
+        return 0.0, end
+    omega_d_square = w - 0.25 * c * c
+    # Time between neighbouring extrema.
+    spacing = math.pi / math.sqrt(omega_d_square) if omega_d_square > 0.0 else NEVER
+    return end, end + spacing
+
+
+@compiled
+def lowest_speed(c, w, v, a, r, h):
+    """Return the minimum of a velocity that has no zero within h, or infinity for none.
+
+    Parameters as in `locate_stop`.
+    """
+    end = first_fall(c, w, a, r - c * a - w * v)[1]
+    if end >= h:
+        return NEVER
+    return max(velocity_and_acceleration(c, w, v, a, r, end)[0], 0.0)
 
 
 @inlined
@@ -360,19 +379,22 @@ class Derivatives(NamedTuple):
 def first_stop(segment, waves, law, d, h):
     """Return the first time up to h at which v_r is zero, or infinity, and x_r there.
 
-    `d` is the direction of motion; 0 for a mass that does not move. Other parameters as in
-    `first_root`.
+    Returns also the least |v_r| at which the mass turned to faster motion before [m/s], or
+    infinity. `d` is the direction of motion; 0 for a mass that does not move. Other parameters
+    as in `first_root`.
     """
     equation, x_r, v_r, a, _, _ = segment
     if d == 0:
-        return NEVER, x_r
+        return NEVER, x_r, NEVER
     if waves.size == 0:
         c, w, _, r = equation
-        s = locate_stop(c, w, d * v_r, d * a, d * r, h)
-        return s, motion_at(equation, waves, x_r, v_r, min(s, h)).x_r
+        s, low = locate_stop(c, w, d * v_r, d * a, d * r, h), NEVER
+        if s == NEVER:
+            low = lowest_speed(c, w, d * v_r, d * a, d * r, h)
+        return s, motion_at(equation, waves, x_r, v_r, min(s, h)).x_r, low
     speed = Observable(0.0, 0.0, float(d), 0.0, 0.0, 0.0, 0.0)
-    s, x_r, _ = first_root(segment, waves, law, speed, int(ZERO), h)
-    return s, x_r
+    s, x_r, _, low = first_root(segment, waves, law, speed, int(ZERO), h)
+    return s, x_r, low
 
 
 @compiled
@@ -396,8 +418,10 @@ def first_root(segment, waves, law, observable, zeros, h):
 
     Returns
     -------
-    s, x_r, v_r : float
-        Time [s], infinite if the observable stays above zero, and the state at that time.
+    s, x_r, v_r, low : float
+        Time [s], infinite if the observable stays above zero; the state at that time; and the
+        least minimum of the observable before, infinite for none. Close to zero it is known to
+        first order in the root of its height.
     """
     equation, x_r, v_r = segment.equation, segment.x_r, segment.v_r
     c, w, _, r = equation
@@ -420,7 +444,7 @@ def first_root(segment, waves, law, observable, zeros, h):
         fourth = (c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
         step = min(0.25 * third_rate / fourth, max_step) if fourth > 0.0 else max_step
         if third_rate <= 0.0:
-            return s, now.x_r, now.v_r
+            return s, now.x_r, now.v_r, NEVER
         s = step
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
@@ -430,10 +454,11 @@ def first_root(segment, waves, law, observable, zeros, h):
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
         if derivatives.value <= 0.0:
-            return 0.0, x_r, v_r
+            return 0.0, x_r, v_r, NEVER
     third_bound = third_derivative_bound(observable, w, load_bound, now)
+    low = NEVER
     if is_far_from_zero(derivatives, third_bound, growth, h):
-        return NEVER, now.x_r, now.v_r
+        return NEVER, now.x_r, now.v_r, minimum_ahead(low, derivatives, h)
     while not is_monotone_to_zero(
         derivatives.value, derivatives.rate, derivatives.curvature, third_bound, growth
     ):
@@ -444,14 +469,17 @@ def first_root(segment, waves, law, observable, zeros, h):
             # a longer step; strongly damped motion would otherwise need a million steps.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and s + step >= h:
-            return NEVER, now.x_r, now.v_r
+            return NEVER, now.x_r, now.v_r, minimum_ahead(low, derivatives, h - s)
         if step <= RESOLUTION * s:
-            return s, now.x_r, now.v_r
+            return s, now.x_r, now.v_r, low
         s += step
+        before = derivatives
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
         if derivatives.value <= 0.0:
-            return s, now.x_r, now.v_r
+            return s, now.x_r, now.v_r, low
+        if before.rate < 0.0 <= derivatives.rate:
+            low = min(low, minimum_between(before, derivatives))
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     x, v, a, j, k = now
     # The observable decreases monotonically to its root: Newton's method cannot skip another.
@@ -469,7 +497,35 @@ def first_root(segment, waves, law, observable, zeros, h):
         x, v, a, j, k = now
         derivatives = observable_derivatives(law, waves, observable, s, now)
         third_bound = third_derivative_bound(observable, w, load_bound, now)
-    return (s, x, v) if s < h else (NEVER, x, v)
+    return (s, x, v, low) if s < h else (NEVER, x, v, low)
+
+
+LOWEST_SHARE = 0.25
+"""Least height of a minimum, as a share of the value nearby. Where a minimum is close to zero,
+the steps are so short that the parabola through the nearer of their ends shows it."""
+
+
+@inlined
+def parabola_minimum(value, rate, curvature):
+    """Return the minimum of a function nearby, from its value and two derivatives."""
+    fall = 0.5 * rate * rate / curvature if curvature > 0.0 else 0.0
+    return max(value - fall, LOWEST_SHARE * value)
+
+
+@inlined
+def minimum_between(before, after):
+    """Return the minimum between two times at which an observable falls and rises."""
+    value, rate, curvature, _ = before if before.value < after.value else after
+    return parabola_minimum(value, rate, curvature)
+
+
+@inlined
+def minimum_ahead(low, now, h):
+    """Return the smaller of `low` and a minimum of an observable within the next h [s]."""
+    value, rate, curvature, _ = now
+    if not (rate < 0.0 and -rate < curvature * h):
+        return low
+    return min(low, parabola_minimum(value, rate, curvature))
 
 
 QUIET_RADIANS = 1e-2
@@ -561,6 +617,9 @@ class Stuck(NamedTuple):
 def break_away_time(stuck, waves, h):
     """Return when within h [s] a stuck mass breaks away, or infinity, and in which direction.
 
+    Returns also the relative margin of the closest decision between sticking and breaking away
+    until then [-], as in `stick_exit_time`.
+
     Both sides are searched window by window. A side that never breaks away is then not followed
     to the end of the segment each time the other side does.
     """
@@ -569,11 +628,16 @@ def break_away_time(stuck, waves, h):
     if not is_one_sine(waves, stuck.u_0, rise) or fall != 0.0:
         max_omega = force_rate_bounds(waves, 0.0)[3]
     begin, until = 0.0, min(WINDOW_RADIANS / max_omega, h) if max_omega > 0.0 else h
+    margin = NEVER
     while True:
-        up = stick_exit_time(stuck, waves, int(RISING), begin, until)
-        down = stick_exit_time(stuck, waves, int(FALLING), begin, min(up, until))
+        up, above, near = stick_exit_time(stuck, waves, int(RISING), begin, until)
+        down, below, _ = stick_exit_time(stuck, waves, int(FALLING), begin, min(up, until))
+        if down < near and above < below:
+            # What the other side comes close to later does not happen.
+            _, above, _ = stick_exit_time(stuck, waves, int(RISING), begin, down)
+        margin = min(margin, min(above, below))
         if up < NEVER or down < NEVER or until >= h:
-            return (down, 1) if down < up else (up, -1)
+            return (down, 1, margin) if down < up else (up, -1, margin)
         begin, until = until, min(3.0 * until, h)
 
 
@@ -582,6 +646,10 @@ def stick_exit_time(stuck, waves, side, begin, h):
     """Return the first time in [begin, h] at which side·F_L exceeds F_fs, or infinity.
 
     A margin that only touches zero does not break away: equality sticks.
+
+    Returns also the relative distance [-] of the extreme of F_L from the limit, by which the
+    mass does not break away, or does, and the time [s] of the closest one. Under a base without
+    waves the latter depends on the samples that follow, and is left out.
     """
     F_fs, slope = stuck.rising if side > 0 else stuck.falling
     if begin == 0.0 and is_one_sine(waves, stuck.u_0, slope):
@@ -596,11 +664,14 @@ def stick_exit_time(stuck, waves, side, begin, h):
         curvature += force * omega**2
         third += force * omega**3
         max_omega = max(max_omega, omega)
-    s = begin
+    s, low, near, last, rate = begin, NEVER, begin, begin, 0.0
     while True:
         G, G_d, G_dd = break_away_margin(stuck, waves, side, s)
+        if rate < 0.0 < G_d:
+            margin = margin_between(stuck, waves, side, (last, rate), (s, G_d))
+            low, near = (margin, s) if margin < low else (low, near)
         if G < 0.0:
-            return s
+            break
         if G > 0.0:
             step = parabola_root(G, G_d, curvature)
         elif curvature == 0.0:
@@ -608,19 +679,76 @@ def stick_exit_time(stuck, waves, side, begin, h):
         else:
             step = step_off_zero(G_d, G_dd, curvature, third)
         if s + step > h:
-            return NEVER
+            margin = margin_until(stuck, waves, side, (s, G, G_d, curvature), h)
+            return NEVER, min(low, margin), h if margin < low else near
         if step <= RESOLUTION * s:
             # A zero of the margin. If it grazes, test its minimum, and step away from it.
             if G_d == 0.0 and G_dd == 0.0 and max_omega > 0.0:
                 step = QUIET_RADIANS / max_omega
             elif G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
-                return s
+                break
             else:
                 step = -G_d / G_dd
+            low = 0.0
             if break_away_margin(stuck, waves, side, s + step)[0] < 0.0:
-                return s
+                break
             step += step_off_zero(0.0, G_dd, curvature, third)
+        last, rate = s, G_d
         s += step
+    if waves.base > 0 and G_d < 0.0 < G_dd:
+        excess = 0.5 * G_d * G_d / G_dd - G
+        margin = relative_to_limit(stuck, waves, F_fs, s, -excess)
+        low, near = (margin, s) if margin < low else (low, near)
+    return s, low, near
+
+
+NEAR_SHARE = 1e-2
+"""Margin of force, as a share of the limit, below which the end of a segment is looked at."""
+
+
+@compiled
+def margin_until(stuck, waves, side, now, h):
+    """Return the least relative margin from the last step of a search to its end, or infinity.
+
+    `now` holds time [s], margin [N], its rate [N/s], and the bound on its curvature [N/s²].
+    """
+    s, G, G_d, curvature = now
+    F_fs = stuck.rising[0] if side > 0 else stuck.falling[0]
+    left = h - s
+    if not left < NEVER:
+        return NEVER
+    G_h = G + G_d * left
+    if curvature > 0.0:
+        # Far from its limit, and where it only rises, the margin at the end says nothing.
+        if G_d >= 0.0 and waves.base > 0:
+            return NEVER
+        if G_h - 0.5 * curvature * left * left > NEAR_SHARE * F_fs:
+            return NEVER
+        G_h, rate, _ = break_away_margin(stuck, waves, side, h)
+        if G_d < 0.0 < rate:
+            return margin_between(stuck, waves, side, (s, G_d), (h, rate))
+    return relative_to_limit(stuck, waves, F_fs, h, max(G_h, 0.0))
+
+
+@compiled
+def margin_between(stuck, waves, side, one, other):
+    """Return the least relative margin between two times, each with its rate [s, N/s].
+
+    The margin falls at first and rises at last.
+    """
+    (begin, falls), (end, rises) = one, other
+    s = begin + (end - begin) * (falls / (falls - rises))
+    F_fs = stuck.rising[0] if side > 0 else stuck.falling[0]
+    G = break_away_margin(stuck, waves, side, s)[0]
+    return relative_to_limit(stuck, waves, F_fs, s, max(G, 0.0))
+
+
+@inlined
+def relative_to_limit(stuck, waves, F_fs, s, G):
+    """Return the size of a margin of force at time s relative to F_fs or to a larger |F_L|."""
+    hold = F_fs * relative_normal_force(stuck, waves, s)[0]
+    larger = hold - min(G, 0.0)
+    return abs(G) / larger if larger > 0.0 else NEVER
 
 
 @compiled
@@ -669,16 +797,22 @@ def one_sine_exit_time(stuck, waves, side, h):
     force = side * stuck.m * values[A]
     level = stick_limit(F_fs, F_k) - side * F_k
     if force * values[SINE] > level:
-        return 0.0
-    if abs(force) <= level:
-        return NEVER
+        return 0.0, NEVER, 0.0
+    excess = abs(force) - level
     theta = values[THETA] if force > 0.0 else values[THETA] + math.pi
+    if excess <= 0.0:
+        near = (0.5 * math.pi - theta) % (2.0 * math.pi) / values[OMEGA]
+        if near > h:
+            near, excess = h, abs(force) * math.sin(theta + values[OMEGA] * h) - level
+        return NEVER, -excess / F_fs if F_fs > 0.0 else NEVER, near
     phase = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
     # F_L rises and exceeds the limit by less than the rounding of the phase: now.
     if force * values[COSINE] > 0.0 and phase > math.pi:
         phase = 0.0
     s = phase / values[OMEGA]
-    return s if s <= h else NEVER
+    if s <= h:
+        return s, excess / (F_fs + excess), s
+    return NEVER, NEVER, h
 
 
 @compiled

@@ -41,11 +41,16 @@ from drysim.core.events import (
     REVERSAL,
     SLIP,
     STICK,
+    SampledLimit,
     decision_margin,
     direction_from_rest,
+    excess_margin,
+    grazing_margin,
     limit_force,
     record_event,
+    slide_time,
     stick_limit,
+    stop_depth,
 )
 from drysim.core.oscillator import (
     cancellation_threshold,
@@ -60,6 +65,7 @@ from drysim.core.oscillator import (
 from drysim.core.roots import (
     NEVER,
     locate_stop,
+    lowest_speed,
     never_stops,
     velocity_and_acceleration,
 )
@@ -114,7 +120,7 @@ class SampledState(NamedTuple):
     events : int
         Number of events in the log, negative if one step holds too many.
     closest : float
-        Smallest relative margin of a stick decision so far [-].
+        Smallest relative margin of a decision about sticking so far [-].
     """
 
     n: int
@@ -204,7 +210,7 @@ def march(scene, state, out, log, end):
         if a == a:
             v_r, a = rescale(v_r, a)
         elif d == 0:
-            n = advance_stick(plant, law, u_dd, n, until, out)
+            n, closest = advance_stick(plant, law, u_dd, (n, until), out, closest)
         elif steps.fine:
             if begin < 0:
                 begin = n
@@ -235,31 +241,47 @@ def all_finite(u_dd):
 
 
 @inlined
-def advance_stick(plant, law, u_dd, n, until, out):
-    """Stick up to sample `until`, or to the step at whose end |F_L| exceeds the limit."""
+def advance_stick(plant, law, u_dd, samples, out, closest):
+    """Stick up to the last of the samples, or to the step at whose end |F_L| exceeds the limit.
+
+    `samples` are the present and the last one. Returns the sample reached, and the smaller of
+    `closest` and the relative distance of |F_L| from the limit [-].
+
+    Notes
+    -----
+    A block is looked at sample by sample only if |F_L| comes closer to the limit than ever.
+    """
+    n, until = samples
     if n < 0:
         # Never true; tells the compiler that no index counts from the end.
-        return n
+        return n, closest
     m, (x_out, v_out, d_out) = plant.m, out
     x_r = x_out[n]
     F_k = plant.k_x * x_r
     hold = stick_limit(law.F_fs, F_k)
-    while n + STICK_BLOCK <= until and stays_stuck(
-        m, F_k, hold, u_dd[n + 1 : n + 1 + STICK_BLOCK]
-    ):
-        for k in range(STICK_BLOCK):
-            x_out[n + 1 + k] = x_r
-        for k in range(STICK_BLOCK):
-            v_out[n + 1 + k] = 0.0
-        for k in range(STICK_BLOCK):
-            d_out[n + 1 + k] = 0
-        n += STICK_BLOCK
-    while n < until and abs(m * u_dd[n + 1] + F_k) <= hold:
-        n += 1
-        x_out[n] = x_r
-        v_out[n] = 0.0
-        d_out[n] = 0
-    return n
+    while n < until:
+        near = law.F_fs * (1.0 - min(closest, 1.0))
+        while n + STICK_BLOCK <= until and stays_stuck(
+            m, F_k, near, u_dd[n + 1 : n + 1 + STICK_BLOCK]
+        ):
+            for k in range(STICK_BLOCK):
+                x_out[n + 1 + k] = x_r
+            for k in range(STICK_BLOCK):
+                v_out[n + 1 + k] = 0.0
+            for k in range(STICK_BLOCK):
+                d_out[n + 1 + k] = 0
+            n += STICK_BLOCK
+        stop, largest = min(n + STICK_BLOCK, until), 0.0
+        while n < stop and abs(m * u_dd[n + 1] + F_k) <= hold:
+            n += 1
+            largest = max(largest, abs(m * u_dd[n] + F_k))
+            x_out[n] = x_r
+            v_out[n] = 0.0
+            d_out[n] = 0
+        closest = min(closest, decision_margin(largest, law.F_fs))
+        if n < stop:
+            return n, closest
+    return n, closest
 
 
 @compiled
@@ -365,7 +387,8 @@ def advance_slip_by_four(steps, chunk, n, d, out):
     """Advance the last four states by four steps each; return the sample reached.
 
     Parameters as in `advance_slip`. All four new states are accepted if |v_r| at both ends is
-    above the bound on a dip in between; else those before the first that may hold one.
+    above the bound on a dip in between, with the speed of a grazing; else those before the
+    first that may hold one.
     """
     begin, until, u_dd, x_base_sums, v_base_sums = chunk
     x_out, v_out, d_out = out
@@ -381,7 +404,7 @@ def advance_slip_by_four(steps, chunk, n, d, out):
     v_a, v_b, v_c, v_d = v_out[m + i - 3], v_out[m + i - 2], v_out[m + i - 1], v_out[m + i]
     u_0 = u_dd[m + i]
     before = d * v_d
-    threshold = cancellation_threshold(steps, x_d)
+    threshold = cancellation_threshold(steps, x_d) + steps.grazing
     while i + 4 <= until - m:
         # Four independent chains: samples m + i - 3 to m + i advance by four steps each.
         x_a, v_a = (
@@ -475,7 +498,7 @@ def step_through_events(plant, law, steps, u_dd, state, log):
     n, x_r, v_r, d, a, count, closest = state
     u_0, u_1, h = u_dd[n], u_dd[n + 1], steps.dt
     slope = (u_1 - u_0) / h
-    per_m = 1.0 / plant.m
+    per_m, limit = 1.0 / plant.m, SampledLimit(law.F_fs, 0.0, 0.0, 0.0)
     full = count + MAX_EVENTS_PER_STEP
     begin = 0.0
     if a != a:
@@ -491,9 +514,13 @@ def step_through_events(plant, law, steps, u_dd, state, log):
             meets = (F_L - limit_force(plant, x_r, u_0)) / (plant.m * slope)
             begin = min(max(meets, begin), h)
             count = record_event(log, count, n, begin, d * SLIP, x_r, F_L)
+            closest = excess_margin(plant, u_dd, limit, n, plant.k_x * x_r, d, closest)
             a = d * (law.F_fs - law.F_fk) * per_m
         left = h - begin
-        stop, distance, v_end = slide(steps, d * v_r, d * a, -d * slope, left)
+        stop, distance, v_end, low = slide(steps, d * v_r, d * a, -d * slope, left)
+        if low < steps.grazing:
+            time = slide_time(log, count, n, h, h)
+            closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         x_r += d * distance
         if stop == NEVER:
             if v_end <= cancellation_threshold(steps, x_r):
@@ -505,6 +532,12 @@ def step_through_events(plant, law, steps, u_dd, state, log):
         v_r = 0.0
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
+        if steps.grazing > 0.0:
+            a = -(d * F_L + law.F_fk) * per_m
+            low = stop_depth(a, -d * slope - steps.c * a)
+            if low < steps.grazing:
+                time = slide_time(log, count, n, begin, h)
+                closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         closest = min(closest, decision_margin(F_L, law.F_fs))
         d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
         a = -(F_L + d * law.F_fk) * per_m
@@ -525,9 +558,10 @@ def slide(steps, v, a, r, h):
 
     Returns
     -------
-    stop, distance, v_end : float
+    stop, distance, v_end, low : float
         Time of the stop [s], infinity for none; distance [m] until then, or until h; velocity
-        there [m/s], at least 0.
+        there [m/s], at least 0; and its minimum before, infinite for none or where it does not
+        matter.
 
     Notes
     -----
@@ -539,12 +573,15 @@ def slide(steps, v, a, r, h):
         q = velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
         v_end = series_velocity(q, h)
         if v_end > 0.0 and (a >= 0.0 or series_acceleration(q, h) <= 0.0):
-            return NEVER, series_distance(q, h), v_end
+            return NEVER, series_distance(q, h), v_end, NEVER
         if v > 0.0 and v_end <= 0.0:
             stop, distance = chebyshev_stop(q, h)
             if stop > 0.0:
-                return stop, distance, 0.0
-    return slide_by_flow(steps.c, steps.w, v, a, r, h)
+                return stop, distance, 0.0, NEVER
+    stop, distance, v_end = slide_by_flow(steps.c, steps.w, v, a, r, h)
+    sought = stop == NEVER and steps.grazing > 0.0
+    low = lowest_speed(steps.c, steps.w, v, a, r, h) if sought else NEVER
+    return stop, distance, v_end, low
 
 
 @compiled

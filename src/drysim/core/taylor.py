@@ -57,7 +57,10 @@ from drysim.core.events import (
     REVERSAL,
     SERIES_LOG_RESERVE,
     SLIP,
+    SampledLimit,
+    decision_margin,
     direction_from_rest,
+    excess_margin,
     limit_force,
     record_event,
     record_segment,
@@ -174,6 +177,8 @@ class SeriesState(NamedTuple):
         Direction as in `SeriesSegments`.
     used, events : int
         Numbers of segments and of events in the logs; `events` is -1 if time does not progress.
+    closest : float
+        Smallest relative margin of a decision about sticking so far [-].
     """
 
     n: int
@@ -184,6 +189,7 @@ class SeriesState(NamedTuple):
     d: int
     used: int
     events: int
+    closest: float
 
 
 class StepControl(NamedTuple):
@@ -260,21 +266,25 @@ def march_taylor(scene, until, state, series, segments, log):
 @merged
 def stick(scene, interval, wave_scale, state, segments, log):
     """Return the state after sticking: at break-away, or `wave_scale` [s] later at most."""
-    plant, law, waves, _, _ = scene
-    n, s, x_r, v_r, z, d, used, events = state
+    plant, law, waves, samples, _ = scene
+    n, s, x_r, v_r, z, d, used, events, closest = state
     used = record_segment(segments, used, (n, s), (x_r, v_r, z), d)
     limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
     set_phases(waves, plant, limits, interval.t + s, 0)
     left = interval.h - s
     horizon = min(left, wave_scale)
-    u_dd, limit = interval.u_0 + interval.slope * s, (law.F_fs, interval.slope)
-    stuck = Stuck(plant.m, plant.k_x * x_r, u_dd, limit, limit, 0.0, 0.0)
-    stay, side = break_away_time(stuck, waves, horizon)
+    u_dd, hold = interval.u_0 + interval.slope * s, (law.F_fs, interval.slope)
+    stuck = Stuck(plant.m, plant.k_x * x_r, u_dd, hold, hold, 0.0, 0.0)
+    stay, side, margin = break_away_time(stuck, waves, horizon)
+    closest = min(closest, margin)
     s = interval.h if min(stay, horizon) >= left else s + min(stay, horizon)
     if stay != NEVER:
         d = 2 * side
         events = record_event(log, events, n, s, side * SLIP, x_r, -side * law.F_fs)
-    return SeriesState(n, s, x_r, v_r, z, d, used, events)
+        if waves.base == 0:
+            F_k, limit = plant.k_x * x_r, SampledLimit(law.F_fs, 0.0, 0.0, 0.0)
+            closest = excess_margin(plant, samples, limit, n, F_k, side, closest)
+    return SeriesState(n, s, x_r, v_r, z, d, used, events, closest)
 
 
 @merged
@@ -289,7 +299,7 @@ def slide(scene, interval, state, control, series, segments, log):
         state = pass_rest(scene, interval, state, series, log)
     else:
         set_forcing_at(scene, interval, state.s, series)
-    n, s, x_r, v_r, z, d, used, events = state
+    n, s, x_r, v_r, z, d, used, events, closest = state
     t, left = interval.t + s, interval.h - s
     if law.kind == LEUVEN:
         set_masing_slope(law, series)
@@ -325,7 +335,7 @@ def slide(scene, interval, state, control, series, segments, log):
     requested = 4.0 * step if step < left else NEVER
     control = StepControl(time_scale, requested, pause_left, pause_length, stalled)
     if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
-        return SeriesState(n, s, x_r, v_r, z, d, used, -1), control
+        return SeriesState(n, s, x_r, v_r, z, d, used, -1, closest), control
     step = min(event, step)
     s = interval.h if step == left else min(s + step, interval.h)
     x_r, v_r, z = series_state(series, last, step)
@@ -335,7 +345,7 @@ def slide(scene, interval, state, control, series, segments, log):
     d = direction if d != 0 else 0
     if end_of_branch < stop:
         z = next_branch(law, series, cause, z)
-    state = SeriesState(n, s, x_r, v_r, z, d, used, events)
+    state = SeriesState(n, s, x_r, v_r, z, d, used, events, closest)
     if stop <= end_of_branch and stop != NEVER:
         state = pass_rest(scene, interval, state, series, log)
     return state, control
@@ -348,7 +358,7 @@ def pass_rest(scene, interval, state, series, log):
     The forcing is set there.
     """
     plant, law, _, _, _ = scene
-    n, s, x_r, _, z, _, used, events = state
+    n, s, x_r, _, z, _, used, events, closest = state
     set_forcing_at(scene, interval, s, series)
     d = motion_direction_at(plant, law, series, x_r, 0.0, z)
     if law.kind == LEUVEN and d != 0:
@@ -357,7 +367,9 @@ def pass_rest(scene, interval, state, series, log):
     if d != 0 or law.kind == STRIBECK:
         F_L = limit_force(plant, x_r, series.u[0])
         events = record_event(log, events, n, s, REVERSAL * sign(d), x_r, F_L)
-    return SeriesState(n, s, x_r, 0.0, z, d, used, events)
+        if law.kind == STRIBECK:
+            closest = min(closest, decision_margin(F_L, law.F_fs))
+    return SeriesState(n, s, x_r, 0.0, z, d, used, events, closest)
 
 
 @compiled

@@ -99,9 +99,9 @@ def response_warnings(
     closest = response.numerics.closest_decision
     if closest is not None and closest < CLOSE_MARGIN:
         sentence = (
-            f"a stick-slip decision has a relative margin of {closest:.1e} between |F_L| and "
-            "F_fs: a relative change of 1e-6 in an input may change the result; vary "
-            "friction.static slightly to check"
+            f"a decision between stick and slip has a relative margin of {closest:.1e}: the "
+            "mass stops, sticks or breaks away, or just does not; a relative change of 1e-6 in "
+            "an input may change the result; vary friction.static slightly to check"
         )
         yield WarningMessage("close-decision", sentence, {"closest_decision": closest})
 
