@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.console.design import best_rows
 from drysim.study.design import (
     DesignResult,
     Study,
@@ -261,6 +262,23 @@ def test_stroke_limit_holds_with_every_seed_settling_included(tmp_path):
     (row,) = result.best.rows
     assert 0.9 < max(row.over.values["stroke_used"]) <= 1.0
     assert row.metrics["stroke_used"] < max(row.over.values["stroke_used"])
+
+
+def test_end_towards_which_a_limit_with_every_seed_pushes_the_optimum_is_open(tmp_path):
+    # More seeds have a larger stroke, which takes more damping; resampling does not show it.
+    design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
+    longer = NOISE.replace("duration: 15 s", "duration: 80 s")
+    tight = loaded(tmp_path, longer, design, **{"stroke.limit": "14 mm"})
+    bound, free = drysim.design(tight), drysim.design(loaded(tmp_path, NOISE, design))
+    low, high = bound.optimum.ends[KEY]
+    assert high is None
+    assert low <= bound.best.values[KEY]
+    assert None not in free.optimum.ends[KEY]
+    rows = {row.name: row for row in best_rows(bound)}
+    assert "95 %: " in rows["damping"].remark
+    assert "or more (more seeds decide)" in rows["damping"].remark
+    # The stroke of single runs is within the limit, that of an hour is not.
+    assert re.match(r"1\d\d(\.\d+)? % of the limit", rows["hourly peak"].remark)
 
 
 def test_variants_show_what_friction_and_stiffness_do(tmp_path):
@@ -559,6 +577,36 @@ def test_variants_of_a_varied_ratio_change_the_forces_only(tmp_path):
     (row,) = found["friction -10 %"].rows
     assert row.F_fk == pytest.approx(18.0)
     assert row.F_fs == pytest.approx(18.0 * result.best.values["friction.static_ratio"])
+
+
+@pytest.mark.parametrize(
+    ("friction", "vary"),
+    [
+        ("{kinetic: 20, static: 25}", "friction.kinetic: {from: 10, to: 60}"),
+        ("{kinetic: 20, static: 25}", "friction.static: {from: 10, to: 60}"),
+    ],
+)
+def test_range_beyond_a_stated_value_is_named_before_the_study(tmp_path, friction, vary):
+    study = f"vary: {{{vary}}}\n  minimise: T_a\n  evaluations: 12"
+    case = prepare_design(loaded(tmp_path, f"{SINE}friction: {friction}\n", study))
+    (found,) = [each for each in case.warnings if each.slug == "contradicting-range"]
+    assert "static must be at least the kinetic" in found.sentence
+    sound = "friction.kinetic: {from: 10, to: 24}"
+    study = study.replace(vary, sound)
+    case = prepare_design(loaded(tmp_path, f"{SINE}friction: {friction}\n", study))
+    assert "contradicting-range" not in [each.slug for each in case.warnings]
+
+
+def test_variants_of_stiffness_keep_the_damper_that_a_ratio_states(tmp_path):
+    def objectives(damper):
+        scene = SINE.replace("damping: 300", damper)
+        study = "vary: {friction.kinetic: {from: 4, to: 5}}\n  minimise: T_a\n  evaluations: 8"
+        result = drysim.design(loaded(tmp_path, f"{scene}friction: {{kinetic: 5}}\n", study))
+        return {one.name: one.candidate.objectives[0] for one in result.variants}
+
+    one, other = objectives("damping: 300"), objectives("damping_ratio: 0.2")
+    for name in ("stiffness +10 %", "stiffness -10 %"):
+        assert other[name] == pytest.approx(one[name], rel=1e-9)
 
 
 def test_strict_limit_does_not_hold_at_its_value(tmp_path):

@@ -19,6 +19,7 @@ from drysim.wording import (
     describe_case,
     format_count,
     format_number,
+    format_percent,
     format_unit,
     join_words,
     short_key,
@@ -107,8 +108,7 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
         unit, remarks = format_unit(one.unit), []
         for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
             if region is not None:
-                low, high = region.ends[one.key]
-                remarks.append(f"{label}: {format_number(low)} to {format_number(high)}")
+                remarks.append(f"{label}: {format_ends(*region.ends[one.key])}")
         if one.key in bounds:
             remarks.append(f"at its {bounds[one.key]} bound")
         text = format_number(shown.values[one.key], unit)
@@ -124,10 +124,35 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
             point = {axis.key: worst.point[axis.key] for axis in result.design.conditions.axes}
             remarks.append(f"at {describe_case(point, result.design.conditions.axes)}")
         yield SummaryRow(name, text, "; ".join(remarks))
+    yield from hourly_rows(result)
     for limit, objective in result.binding:
         name = result.design.minimise[0]
         least = f"{name} about {format_metric(name, objective)}"
         yield SummaryRow("binding", str(limit), f"{least} without this limit")
+
+
+def format_ends(low: float | None, high: float | None) -> str:
+    """Return the ends of a range, of which one may be unknown."""
+    if low is None and high is None:
+        return "not known from these seeds"
+    if low is None or high is None:
+        known, how = (high, "or less") if low is None else (low, "or more")
+        assert known is not None, "one end is known"
+        return f"{format_number(known)} {how} (more seeds decide)"
+    return f"{format_number(low)} to {format_number(high)}"
+
+
+def hourly_rows(result: DesignResult) -> Iterator[SummaryRow]:
+    """Yield the stroke that the shown design reaches once an hour, beside its limit."""
+    shown = result.shown
+    strokes = [row.metrics.get("stroke_once_an_hour") for row in shown.rows] if shown else []
+    known = [stroke for stroke in strokes if stroke is not None]
+    if known:
+        remark, stroke = "reached once an hour, extrapolated from the largest peaks", max(known)
+        if (block := result.scenario.stroke) is not None:
+            share = stroke / min(block.limits)
+            remark = f"{format_percent(share)} of the limit; {remark}"
+        yield SummaryRow("hourly peak", wording.format_length(stroke), remark)
 
 
 def front_rows(result: DesignResult) -> Iterator[SummaryRow]:

@@ -201,7 +201,11 @@ def draw_curve(result: DesignResult, axes: Axes, one: KeyRange, alone: bool) -> 
                 axes.axvline(x[at : at + 2].mean(), **BOUNDARY_STYLE, zorder=1)
     draw_designs(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
     for region, drawn, words in regions(result):
-        axes.axvspan(*region.ends[one.key], **drawn, label=words)
+        low, high = region.ends[one.key]
+        axes.axvspan(
+            one.low if low is None else low, one.high if high is None else high,
+            **drawn, label=words,
+        )  # fmt: skip
     mark_shown(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
     set_key_axis(axes, one)
     axes.set_ylabel(label)

@@ -12,6 +12,7 @@ be told apart from the best one with these seeds.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -86,6 +87,9 @@ LEAST_EXCESS = 1e-200
 EVERY_SEED = replace(STROKE_LIMIT, text=f"{STROKE_LIMIT}{WITH_EVERY_SEED}")
 """The stroke limit of a file with several seeds: a limit in `within` applies to their mean."""
 
+MAX_CORNERS = 256
+"""Largest number of corners of the ranges that are checked before a study."""
+
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
 
@@ -155,12 +159,12 @@ class Region(NamedTuple):
     Attributes
     ----------
     ends : mapping
-        Least and greatest value of each varied key.
+        Least and greatest value of each varied key; None for an end that is not known.
     points : ndarray, shape (n, keys)
         Points of the region in the unit cube, for pictures.
     """
 
-    ends: Mapping[str, tuple[float, float]]
+    ends: Mapping[str, tuple[float | None, float | None]]
     points: Floats
 
 
@@ -432,8 +436,25 @@ def prepare_design(scenario: Scenario) -> Case:
         swept=bool(found.conditions.axes),
     )
     # Warnings about the values of the file do not apply to the designs.
-    others = (one for one in case.warnings if one.slug not in FILE_WARNINGS)
-    return replace(case, warnings=tuple(others))
+    others = [one for one in case.warnings if one.slug not in FILE_WARNINGS]
+    return replace(case, warnings=(*others, *contradiction_warnings(scenario)))
+
+
+def contradiction_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
+    """Warn if values within the ranges of a design block contradict those of the file."""
+    vary = design_of(scenario).vary
+    conditions = list(iter_points(design_of(scenario).conditions.axes))
+    corners = itertools.product(*([one.low, one.high] for one in vary))
+    for corner in itertools.islice(corners, MAX_CORNERS):
+        point = dict(zip((one.key for one in vary), corner, strict=True))
+        if note := invalid_note(scenario, conditions, point):
+            where = describe_point(point, {one.key: one.unit for one in vary})
+            sentence = (
+                f"design.vary: at {where} {note}; such designs have no numbers and are passed "
+                "over: narrow the range, or state the other value relative to it"
+            )
+            yield WarningMessage("contradicting-range", sentence, point)
+            return
 
 
 def check_limits(scenario: Scenario) -> None:
@@ -860,6 +881,10 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     Bootstrap: the optima of resampled seeds, by interpolants of objective and limits for each
     seed. Their 95 % percentiles are widened by Student's t. Points count as optimal within the
     error of the interpolant, which is estimated by leaving the last rounds out.
+
+    A limit with every seed is one of the largest value, which no resampling exceeds but more
+    seeds would. Where it binds, the end towards which a stricter limit moves the optimum is not
+    known.
     """
     design, limits, best = result.design, result.limits, result.best
     assert best is not None, "only an admissible design has a region"
@@ -890,12 +915,13 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     # Interpolants are linear in the values. The matrix bounds the memory to that of one seed,
     # but rounding in it grows with the closeness of the points: it takes small values only.
     deviations = series - means[..., None]
-    beyond = np.zeros((len(points), seeds))
+    beyond, used = np.zeros((len(points), seeds)), np.zeros(len(points))
     for i, limit in enumerate(limits, 1):
         if limit == EVERY_SEED:  # it holds with each seed, so it is judged before resampling
             for seed in range(seeds):
                 values = at_points[:, i] + matrix @ deviations[:, i, :, seed]
                 beyond[:, seed] = ~limit.holds(values).all(axis=1)
+                used = np.maximum(used, values.max(axis=1) / limit.limit)
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
         weights = np.bincount(drawn, minlength=seeds) / seeds
@@ -917,7 +943,53 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     widening = student_t(seeds - 1) / NORMAL_95
     ends = np.quantile(lows, 0.025, axis=0), np.quantile(highs, 0.975, axis=0)
     low, high = (np.clip(centre + widening * (end - centre), 0.0, 1.0) for end in ends)
-    return make_region(vary, np.minimum(low, centre), np.maximum(high, centre), points[optimal])
+    region = make_region(
+        vary, np.minimum(low, centre), np.maximum(high, centre), points[optimal]
+    )
+    kept = np.ones(len(points), dtype=bool)
+    for i, limit in enumerate(limits, 1):
+        if limit != EVERY_SEED:
+            kept &= limit.holds(at_points[:, i]).all(axis=1)
+    objective = np.where(kept, take(at_points[:, 0], axis=-1), np.inf)
+    return without_unknown_ends(region, vary, points, objective, used)
+
+
+STRICTER = 0.95
+"""Share of a limit with every seed to which it is tightened, to see which way the optimum
+moves."""
+
+MOVES = 0.01
+"""Least move of the optimum, as a share of the range of a key, that is more than noise of the
+points that are tried."""
+
+
+def without_unknown_ends(
+    region: Region, vary: Sequence[KeyRange], points: Floats, objective: Floats, used: Floats
+) -> Region:
+    """Return a region without the ends that a limit with every seed leaves unknown.
+
+    Parameters
+    ----------
+    region, vary
+    points : ndarray, shape (n, keys)
+        Points of the unit cube.
+    objective, used : ndarray, shape (n,)
+        Objective, infinite where another limit is exceeded, and share of the limit that is used
+        with the worst seed.
+    """
+    within, stricter = (np.where(used <= share, objective, np.inf) for share in (1.0, STRICTER))
+    best = points[np.argmin(within)]
+    if np.min(objective) >= np.min(within):
+        return region
+    moves = points[np.argmin(stricter)] - best
+    unknown = not np.isfinite(np.min(stricter))
+    ends = {}
+    for (key, (low, high)), move in zip(region.ends.items(), moves.tolist(), strict=True):
+        ends[key] = (
+            None if unknown or move < -MOVES else low,
+            None if unknown or move > MOVES else high,
+        )
+    return region._replace(ends=ends)
 
 
 def limit_warnings(result: DesignResult) -> Iterator[WarningMessage]:
