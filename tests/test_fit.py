@@ -14,7 +14,7 @@ from seat import rows_of
 from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, write_twin
 
 import drysim
-from drysim.console.fit import show_fit
+from drysim.console.fit import describe_interval, show_fit
 from drysim.study.fit import LawFit, LeastSquares, continued, final_fit, profiles_of
 from drysim.study.fit_model import build_model, fitted_end
 from test_bad_input import tree
@@ -157,6 +157,10 @@ def test_static_ratio_at_its_end_of_1_comes_back(tmp_path):
     del wanted["friction.static_ratio"]
     found = {key: value for key, value in values_of(result).items() if key in wanted}
     assert found == pytest.approx(wanted, rel=1e-8)
+    (ratio,) = (one for one in result.parameters if one.key == "friction.static_ratio")
+    assert ratio.value == ratio.bound == 1.0
+    assert describe_interval(ratio) == "at its bound"
+    assert only(result, "at-bound") == "friction.static_ratio ends at 1, its least value"
 
 
 @pytest.mark.parametrize("ratio", [1.12, 1.47, 2.2, 7.7])
@@ -213,6 +217,142 @@ def test_stiffness_of_an_elastic_contact_comes_back_from_its_bounds(tmp_path):
     result = fit_twin(tmp_path, known, free + keys(*wanted))
     wanted["friction.tangential_stiffness"] = 20e3
     assert values_of(result) == pytest.approx(wanted, rel=1e-8)
+
+
+# Times of a decay, and records that begin in mid-motion
+
+DECAY = (
+    "excitation: {kind: rest}\nsolver: {step: 5 ms}\n"
+    "measure: {steady: false, settle: 0, duration: 2 s}\n"
+)
+RELEASED = {"oscillator.stiffness": 800.0, "oscillator.damping": 1.2, "friction.kinetic": 1.5}
+CASES = Path(__file__).parents[2] / "shared" / "cases"
+
+
+def write_decay(folder: Path, clock: float = 0.0, held: int = 0, noise: float = 4e-5) -> None:
+    """Write run.csv: 2 s of a mass of 2 kg after its release, held for some samples before."""
+    motion = drysim.simulate(
+        m=2.0, k_x=800.0, b=1.2, F_fk=1.5, u_dd=np.zeros(401), dt=5e-3, x_r=0.03
+    )
+    x_r = np.concatenate((np.full(held, 0.03), motion.x_r))
+    t = clock + 5e-3 * np.arange(len(x_r))
+    x_r += noise * np.random.default_rng(4).normal(size=len(x_r))
+    write_columns(folder / "run.csv", {"t [s]": t, "x_r [m]": x_r})
+
+
+@pytest.mark.parametrize("clock", [100.0, -0.5, 1.7e9])
+def test_decay_begins_with_its_first_sample_whatever_its_clock(tmp_path, clock):
+    found = []
+    for begin, window in (
+        (0.0, ""),
+        (clock, ""),
+        (clock, f", window: {{from: {clock + 0.5}}}"),
+    ):
+        write_decay(tmp_path, begin)
+        measured = f"x_r: x_r{window}"
+        text = fit_text(
+            "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY, keys(*RELEASED), measured
+        )
+        (tmp_path / "twin.yaml").write_text(text)
+        found.append(build_model(drysim.load(tmp_path / "twin.yaml")))
+    same, moved, cut = (one.measurement for one in found)
+    assert np.allclose(same.t, moved.t, atol=1e-6)
+    assert np.allclose(cut.t, same.t[:-100], atol=1e-6)
+    assert np.array_equal(same.channels["x_r"], moved.channels["x_r"])
+    assert np.array_equal(same.channels["x_r"][100:], cut.channels["x_r"])
+    assert np.array_equal(found[0].starts(), found[1].starts())
+
+
+def test_decay_of_a_window_comes_back_and_its_scenario_runs_the_same_stretch(tmp_path):
+    write_decay(tmp_path, 100.0, held=200)
+    known = "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY
+    result = fit_twin(tmp_path, known, keys(*RELEASED), "x_r: x_r, window: {from: 101 s}")
+    assert [one.key for one in result.parameters] == [*RELEASED, "start.x_r", "start.v_r"]
+    for one in result.parameters:
+        wanted = RELEASED | {"start.x_r": 0.03, "start.v_r": 0.0}
+        assert abs(one.value - wanted[one.key]) < 4.0 * one.deviation
+    assert result.warnings == ()
+    again = drysim.run(result.scenario).response.x_r
+    assert np.array_equal(again, result.prediction.channels["x_r"])
+    assert again[0] == pytest.approx(0.03, rel=1e-2)
+
+
+def test_mass_that_is_held_before_its_release_is_named(tmp_path):
+    write_decay(tmp_path, held=200)
+    known = "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY
+    said = only(fit_twin(tmp_path, known, keys(*RELEASED), "x_r: x_r"), "bad-fit")
+    assert re.search(r"held for the first (1|1\.0\d|0\.99\d?) s: let `window` begin", said), (
+        said
+    )
+
+
+FILES = ["cut", "offset-0.5", "offset100", "offset1700000000", "pretrigger"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CASES.exists(), reason="the cases are not part of the project")
+@pytest.mark.parametrize("name", FILES)
+def test_decay_of_the_cases_gives_its_values(name):
+    result = drysim.fit(drysim.load(CASES / "fit-window" / f"{name}.yaml"))
+    for one in result.parameters[:3]:
+        assert one.value == pytest.approx(RELEASED[one.key], rel=0.01)
+        assert abs(one.value - RELEASED[one.key]) < 4.0 * one.deviation
+
+
+@pytest.mark.parametrize("where", ["delay: 5 ms", "free"])
+def test_delay_behind_a_base_at_rest_is_refused(drysim, tmp_path, where):
+    write_decay(tmp_path)
+    known = "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY
+    more = ["measured.delay"] if where == "free" else []
+    measured = "x_r: x_r" + ("" if more else f", {where}")
+    said = refused(drysim, tmp_path, fit_text(known, keys(*RELEASED, *more), measured))
+    assert "measured.delay: nothing lags behind a base at rest; remove it" in said
+
+
+def test_times_since_1970_under_a_sine_are_named_before_any_work(drysim, tmp_path):
+    write_decay(tmp_path, 1.7e9)
+    sine = "excitation: {kind: harmonic, frequency: 2 Hz, rms: 1}\nsolver: {step: 5 ms}\n"
+    known = "oscillator: {mass: 2 kg}\n" + COULOMB + sine
+    said = refused(drysim, tmp_path, fit_text(known, keys(*RELEASED), "x_r: x_r"))
+    assert "its times begin 1.7e9 s after time 0, at which the base motion starts" in said
+
+
+def cut_records(folder: Path, begin: float) -> dict[str, float]:
+    """Cut base.csv and run.csv at a time, which becomes 0; return the state there."""
+    state = {}
+    for name in ("base", "run"):
+        header = (folder / f"{name}.csv").read_text().partition("\n")[0].split(",")
+        table = np.loadtxt(folder / f"{name}.csv", delimiter=",", skiprows=1)
+        table = table[table[:, 0] > begin - 1e-9]
+        state |= {one.split(" ")[0]: float(v) for one, v in zip(header, table[0], strict=True)}
+        table[:, 0] -= table[0, 0]
+        write_columns(folder / f"{name}.csv", dict(zip(header, table.T, strict=True)))
+    return state
+
+
+@pytest.mark.parametrize("measured", ["x_dd", "x_r"])
+def test_record_that_begins_in_mid_motion_comes_back_with_its_start(tmp_path, measured):
+    write_twin(tmp_path, SEAT + STICKY)
+    state = cut_records(tmp_path, 1.5)
+    assert abs(state["v_r"]) > 0.005  # in mid-motion
+    result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), f"{measured}: {measured}")
+    wanted = FOUR | {"start.x_r": state["x_r"], "start.v_r": state["v_r"]}
+    assert values_of(result) == pytest.approx(wanted, rel=1e-7)
+    assert result.warnings == ()
+    again = drysim.run(result.scenario).response.x_r
+    assert np.array_equal(again, result.prediction.channels["x_r"])
+
+
+def test_stated_start_that_the_record_contradicts_is_named(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_r": 1e-4})
+    cut_records(tmp_path, 1.5)
+    known = SEAT + COULOMB + "start: {x_r: 0, v_r: 0}\n"
+    result = fit_twin(tmp_path, known, keys("friction.kinetic"), "x_r: x_r")
+    (kinetic,) = result.parameters
+    assert not kinetic.low <= F_FK <= kinetic.high
+    assert "does not begin with the stated start.x_r and start.v_r" in only(
+        result, "start-differs"
+    )
 
 
 # Noise, delay, offset, other axes
@@ -375,6 +515,51 @@ def test_published_friction_rig_gives_the_published_coefficient(tmp_path):
     assert 0.140794 < mu.value < 0.154256
 
 
+@pytest.mark.parametrize("motion", ["v_r", "x_r"])
+@pytest.mark.parametrize("is_free", [False, True])
+def test_force_of_a_rig_may_contain_those_of_its_spring_and_damper(tmp_path, motion, is_free):
+    # A cosine: the imposed motion begins with an acceleration, and its spline with a slope.
+    t = np.arange(800) * 5e-3
+    x = 0.02 * np.cos(2 * np.pi * 0.7 * t) + 0.005 * np.cos(2 * np.pi * 1.9 * t + 1.0)
+    v = -0.02 * 2 * np.pi * 0.7 * np.sin(
+        2 * np.pi * 0.7 * t
+    ) - 0.005 * 2 * np.pi * 1.9 * np.sin(2 * np.pi * 1.9 * t + 1.0)
+    noise = 0.3 * np.random.default_rng(5).normal(size=len(t))
+    force = 2000.0 * x + 150.0 * v + 20.0 * np.sign(v) + noise
+    columns = {"t [s]": t, "x_r [m]": x, "v_r [m/s]": v, "F_f [N]": force}
+    write_columns(tmp_path / "run.csv", columns)
+    known = "oscillator: {mass: 10, stiffness: 2000, damping: 150}\n" + friction("kinetic: 1")
+    free = ("friction.kinetic", *SPRING) if is_free else ("friction.kinetic",)
+    known += f"start: {{x_r: {float(x[0])!r}}}\n" + RIG.split("\n", 2)[2]
+    result = fit_twin(tmp_path, known, keys(*free), f"{motion}: {motion}, F_f: F_f")
+    wanted = {
+        "friction.kinetic": 20.0,
+        "oscillator.stiffness": 2000.0,
+        "oscillator.damping": 150.0,
+    }
+    for one in result.parameters:
+        assert abs(one.value - wanted[one.key]) < 4.0 * one.deviation
+        assert one.value == pytest.approx(wanted[one.key], rel=0.03)
+    assert result.warnings == ()
+
+
+def test_forces_of_a_rig_are_placed_on_the_grid_of_its_motion(tmp_path):
+    # Uneven times of 2.3 ms, and a window that begins between two of them.
+    t = np.arange(700) * 2.3e-3 + 100.0
+    v = 0.1 * np.sin(2 * np.pi * 0.7 * (t - 100.0))
+    columns = {"t [s]": t, "v_r [m/s]": v, "F_f [N]": 15.0 * np.sign(v)}
+    write_columns(tmp_path / "run.csv", columns)
+    measured = "v_r: v_r, F_f: F_f, window: {from: 100.1 s}, resample: {step: 1 ms, by: line}"
+    (tmp_path / "twin.yaml").write_text(fit_text(RIG, keys("friction.mu_kinetic"), measured))
+    model = build_model(drysim.load(tmp_path / "twin.yaml"))
+    first = t[t >= 100.1][0]
+    assert model.measurement.t[0] == pytest.approx(first - 100.1, abs=1e-9)
+    found = model.predict(np.array([0.15]), names=("v_r",))
+    expected = v[t >= 100.1][found.covers]
+    assert len(expected) > 650
+    assert found.channels["v_r"][found.covers] == pytest.approx(expected, abs=1e-4)
+
+
 # Laws
 
 
@@ -429,6 +614,33 @@ def test_static_ratio_has_no_value_without_a_stop(tmp_path):
     )
     found = values_of(result)
     assert found["friction.kinetic"] == pytest.approx(2.0, rel=1e-8)
+
+
+def test_static_ratio_that_the_record_does_not_tell_has_an_open_interval(tmp_path):
+    write_twin(tmp_path, SEAT + friction("kinetic: 2"), noise={"x_dd": 0.3}, rms=3.0)
+    (ratio,) = (
+        one
+        for one in fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR)).parameters
+        if one.key == "friction.static_ratio"
+    )
+    assert (ratio.deviation, ratio.low, ratio.high) == (None, None, None)
+    assert ratio.profile_low is None
+    assert ratio.profile_high is None
+    assert ratio.note
+
+
+def test_reported_static_limit_is_the_lowest_point_of_its_one_profile(noisy):
+    result, _ = noisy
+    (ratio,) = (one for one in result.parameters if one.key == "friction.static_ratio")
+    (profile,) = (one for one in result.profiles if one.key == "friction.static_ratio")
+    lowest = profile.values[profile.rise.argmin()]
+    assert profile.rise.min() == 0.0
+    assert ratio.value == pytest.approx(lowest, rel=1e-12)
+    assert ratio.profile_low < 1.5 < ratio.profile_high
+    # Each value outside of the interval is worse by what 95 % allow.
+    beyond = (profile.values < ratio.profile_low) | (profile.values > ratio.profile_high)
+    assert (profile.rise[beyond] > 3.84).all()
+    assert beyond.any()
 
 
 STUCK = SEAT + friction("kinetic: 500")
@@ -696,6 +908,20 @@ def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path, ca
     assert "error x_dd" in shown
     assert "kinetic" not in shown
     assert "F_fk" not in shown
+
+
+def test_gravity_in_the_response_is_refused_unless_it_is_removed_or_fitted(drysim, tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, seconds=1.0)
+    edited(tmp_path, lambda table: table + 9.81 * np.eye(1, table.shape[1], 1))
+    said = refused(drysim, tmp_path, fit_text(MASS + COULOMB, keys(*FOUR)))
+    assert re.search(r"the mean of x_dd is 9\.8\d* m/s², which looks like gravity", said)
+    assert "`remove: mean` in fit.measured.x_dd" in said
+    for free, measured in (
+        (keys(*FOUR), "x_dd: {column: x_dd, remove: mean}"),
+        (keys(*FOUR, "measured.offset"), "x_dd: x_dd"),
+    ):
+        (tmp_path / "seat.yaml").write_text(fit_text(MASS + COULOMB, free, measured))
+        assert drysim("validate", "seat.yaml").code == 0
 
 
 def test_value_that_ends_at_its_bound_is_named(tmp_path):

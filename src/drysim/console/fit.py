@@ -46,9 +46,13 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
     events = f", without {format_count(left, 'sample')} next to events" if left else ""
     yield "fitted", f"up to {end}{events}{rest}"
     if fit.measured.is_rig:
-        yield "motion", "imposed, as on a friction rig"
+        force = "; the force contains those of spring and damper" * result.spring_in_force
+        yield "motion", f"imposed, as on a friction rig{force}"
     else:
         yield "base", result.source.excitation.describe(result.motion)
+    started = [one for one in result.parameters if one.key in result.source.unstated_start]
+    if started and result.source.excitation.kind != "rest":
+        yield "start", "in mid-motion; its state is fitted, too"
     if result.is_useless:
         return
     known = result.scenario
@@ -77,6 +81,10 @@ def describe_interval(one: Parameter) -> str:
     if one.note:
         return "not determined, see the warning"
     interval = format_profile_interval(one, 1)
+    if one.bound is not None:
+        ends = [end for end in (one.profile_low, one.profile_high) if end is not None]
+        differ = [end for end in ends if abs(end - one.bound) > EXACT * abs(end)]
+        return f"at its bound, 95 %: {interval}" if differ else "at its bound"
     if one.deviation is None or not one.value:
         return f"95 %: {interval}"
     if one.profile_low is None or one.profile_high is None:

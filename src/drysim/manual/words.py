@@ -153,7 +153,7 @@ EXAMPLES = {
 
 FIT_WARNINGS = {
     "at-bound", "bad-fit", "measurement-cut", "not-determined", "residuals-not-white",
-    "starts-disagree",
+    "start-differs", "starts-disagree",
 }  # fmt: skip
 """Warnings of `drysim fit` only."""
 

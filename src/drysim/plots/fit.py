@@ -348,6 +348,10 @@ def draw_force(axes: Axes, result: FitResult) -> None:
     """Draw the friction force over v_r, as measured and as fitted."""
     v_r, fitted = set_velocity_axis(axes, result), result.prediction.channels["F_f"]
     measured = measured_force(result)
+    if result.spring_in_force:
+        channels, plant = result.prediction.channels, result.scenario.oscillator.plant()
+        of_plant = plant.k_x * channels["x_r"] + plant.b * channels["v_r"]
+        measured, fitted = measured - of_plant, fitted - of_plant
     words = "measured force" if "F_f" in result.measurement.channels else (
         "force by the measured acceleration" if "x_dd" in result.measurement.channels
         else "force by the measured motion, smoothed"

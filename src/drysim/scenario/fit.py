@@ -70,6 +70,9 @@ FREE_PATH = f"{FIT_KEY}.free"
 DELAY_KEY, OFFSET_KEY = "measured.delay", "measured.offset"
 """Free keys of the measurement instead of the scenario."""
 
+START_KEYS = ("start.x_r", "start.v_r")
+"""Keys of the start state."""
+
 SAME_PLACEHOLDER = {
     "friction.static": "kinetic",
     "friction.kinetic": "static",
@@ -166,7 +169,7 @@ class MeasuredResponse(InFile):
     """Measured response of the mass, or force and motion of a friction rig.
 
     Times count as those of the base motion: both files start at the same instant unless their
-    time columns say otherwise.
+    time columns say otherwise. A free decay begins with its first sample.
     """
 
     skip: Annotated[int, Field(strict=True, ge=0)] = 0
@@ -188,8 +191,8 @@ class MeasuredResponse(InFile):
     v_r: ChannelOption | None = None
     """Velocity of the mass relative to the base."""
     F_f: ChannelOption | None = None
-    """Friction force of a rig, positive where it opposes v_r > 0; with `v_r` or `x_r`, which
-    then are the imposed motion."""
+    """Force of a rig, positive where it opposes v_r > 0, with or without those of spring and
+    damper; with `v_r` or `x_r`, which then are the imposed motion."""
     delay: Time = 0.0
     """Time by which the measured response lags the base motion [s]; default 0."""
     gaps: Gaps | None = None
@@ -355,6 +358,15 @@ def missing_values(words: Mapping[str, Any]) -> list[str]:
         for key in fitted
         if "." in key and not key.startswith("measured.") and not _has(words, key)
     ]
+
+
+def unstated_start(words: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the start state that a document neither gives nor fits.
+
+    A fit finds out whether the record begins at rest, as other commands would take it.
+    """
+    free = get_block(get_block(words, FIT_KEY), "free")
+    return [key for key in START_KEYS if key not in free and not _has(words, key)]
 
 
 def _has(words: Any, key: str) -> bool:

@@ -57,7 +57,7 @@ from drysim.scenario.blocks import (
     validate_approach,
 )
 from drysim.scenario.design import Design
-from drysim.scenario.fit import Fit, missing_values, without_value
+from drysim.scenario.fit import Fit, missing_values, unstated_start, without_value
 from drysim.scenario.reading import (
     LAW_KEY,
     LAWS,
@@ -201,6 +201,11 @@ class Scenario(FromFile):
     def missing_values(self) -> list[str]:
         """Free keys of the fit without a value in the file, which only a fit provides."""
         return missing_values(self._document.value) if self.fit and self._document else []
+
+    @property
+    def unstated_start(self) -> list[str]:
+        """Keys of the start state that the file leaves to the fit."""
+        return unstated_start(self._document.value) if self.fit and self._document else []
 
     @property
     def active_friction(self) -> Friction | None:
@@ -373,7 +378,7 @@ class Scenario(FromFile):
                     block[FILE_KEY] = [one.file_from(relative_to) for one in records]
         if self.friction is not None:
             words["friction"] = _friction_dict(self, self.friction, relative_to)
-        for key in self.missing_values:
+        for key in (*self.missing_values, *self.unstated_start):
             words = without_value(words, key.split("."))
         member = self.solver.member().model_dump(mode="json", exclude_none=True)
         solver = words["solver"] | {self.solver.approach: member}

@@ -46,11 +46,12 @@ from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMes
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.records.warnings import STANDARD_GRAVITY
-from drysim.scenario.fit import CHANNELS, DELAY_KEY
+from drysim.scenario.fit import CHANNELS, DELAY_KEY, FreeKey
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS, fields_by_key
 from drysim.study.case import refuse_interval, require_scenario, without_fit_checks
 from drysim.study.fit_model import (
+    MIN_SAMPLES,
     UNCERTAIN,
     FitModel,
     Floats,
@@ -62,7 +63,7 @@ from drysim.study.fit_model import (
     model_of_law,
 )
 from drysim.study.outcome import Result, format_repr, html_table
-from drysim.study.starting_values import integrate, noise_level, remove_drift
+from drysim.study.starting_values import STILL_NOISE, integrate, noise_level, remove_drift
 from drysim.study.statistics import NORMAL_95
 from drysim.system import map_in_order, worker_count
 from drysim.wording import format_number, format_unit, join_words
@@ -151,6 +152,9 @@ CHI_SQUARE_95 = NORMAL_95**2
 PROFILE_POINTS = 7
 """Largest number of fits for one end of a profile interval."""
 
+BISECTIONS = 6
+"""Number of halvings of the scan at each end of the interval of a static limit."""
+
 PROFILE_TOLERANCE = 0.05
 """Accuracy of the rise of the sum of squares at an end of a profile interval."""
 
@@ -165,6 +169,17 @@ IN_DIRECTION = 0.3
 
 NULL_SHARE = 1e-8
 """Ratio of singular values below which a direction has no effect."""
+
+START_STEP = 1e-3
+"""Step of the start state, relative to the motion, within which the mode must not change."""
+
+START_CHANCE, START_WRONG = 12.0, 25.0
+"""Decrease of the sum of squares, in noise variances, from which a start that the file does
+not state is fitted, and from which a stated one is called wrong: by chance one of 400 and of
+250,000 records has as much."""
+
+START_SHARE = 0.9
+"""Ratio of sums of squares below which a fit of the start, too, describes a record better."""
 
 ALIKE_NOISE = 1.4
 """RMS of x_dd - ü, in units of its noise, below which base and mass move alike."""
@@ -228,6 +243,8 @@ class Parameter(NamedTuple):
         Interval from the profile.
     note : str
         What the record does not tell, one sentence; usually empty.
+    bound : float or None
+        The bound that the value lies at; None for a value between its bounds.
     """
 
     key: str
@@ -239,6 +256,7 @@ class Parameter(NamedTuple):
     profile_low: float | None
     profile_high: float | None
     note: str = ""
+    bound: float | None = None
 
 
 class Profile(NamedTuple):
@@ -309,6 +327,8 @@ class FitResult(Result):
     profiles : tuple of Profile
     metrics : dict
         `fit_error` and `fit_error_held_out`.
+    spring_in_force : bool
+        Whether the force of a rig contains those of spring and damper.
     checks : tuple of Verdict
     warnings : tuple of WarningMessage
     """
@@ -327,6 +347,7 @@ class FitResult(Result):
     starts: tuple[int, int]
     profiles: tuple[Profile, ...]
     metrics: Values
+    spring_in_force: bool = False
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
 
@@ -517,9 +538,8 @@ class LeastSquares:
     @classmethod
     def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
         """Return the residuals in units of the signals, scaled by a start in SI."""
-        typical = {DELAY_KEY: model.measurement.dt, "start.x_r": 1e-3, "start.v_r": 1e-2}
         scale = [
-            abs(value) or typical.get(one.key, 1.0)
+            model.size_of(one.key) or abs(value) or 1.0
             for one, value in zip(model.parameters, start.tolist(), strict=True)
         ]
         channels = model.measurement.channels
@@ -761,6 +781,53 @@ def is_noise(solution: Solution, margin: float = NOISE_MARGIN) -> bool:
     return True
 
 
+def begins_in_motion(solution: Solution, keys: Sequence[str]) -> bool:
+    """Return whether a record shows another start than that of the scenario, as after a cut."""
+    if gain_of_start(solution, keys) > START_CHANCE:
+        return True
+    if is_noise(solution):
+        return False
+    # Far from the solution a linear step shows little.
+    wide, x = with_free_start(solution, keys)
+    p = len(solution.x)
+    x[p:] = wide.model.starts()[0][p:] / wide.scale[p:]
+    return wide.fine(x, STEPS[2:])[0] < START_SHARE * solution.cost
+
+
+def with_free_start(solution: Solution, keys: Sequence[str]) -> tuple[LeastSquares, Floats]:
+    """Return residuals in which the start is fitted, too, and the parameters of a solution."""
+    squares, state = solution.squares, solution.squares.model.scenario.start
+    model = squares.model.with_free_start(keys)
+    more = np.array([model.size_of(key) or 1.0 for key in keys])
+    values = np.array([{"start.x_r": state.x_r, "start.v_r": state.v_r}[key] for key in keys])
+    wide = replace(squares, model=model, scale=np.append(squares.scale, more))
+    return wide, np.append(solution.x, values / more)
+
+
+def gain_of_start(solution: Solution, keys: Sequence[str]) -> float:
+    """Return the decrease of the sum of squares that another start state would bring.
+
+    It is in noise variances, less if neighbouring residuals are alike, and that of a linear
+    step in the start and all parameters together. A start with a small gain biases no
+    parameter by more than a small share of its deviation, as only the first second depends on
+    it.
+    """
+    if not keys or solution.squares.error(solution.x) < EXACT:
+        return 0.0
+    wide, x = with_free_start(solution, keys)
+    p = len(solution.x)
+    steps = np.append(np.zeros(p), np.full(len(keys), START_STEP))
+    mask = solution.smooth & wide.unchanged(x, steps)
+    slopes = jacobian(partial(wide.residuals, mask=mask), x, DIFFERENCE, wide.bounds)
+    residuals = wide.residuals(x, mask)
+    left = [
+        float(np.sum((residuals - some @ np.linalg.lstsq(some, residuals, rcond=None)[0]) ** 2))
+        for some in (slopes[:, :p], slopes)
+    ]
+    rho = float(np.sum(residuals[1:] * residuals[:-1])) / (float(np.sum(residuals**2)) or 1.0)
+    return (left[0] - left[1]) / max(1.0, (1.0 + rho) / (1.0 - min(rho, 0.999)))
+
+
 def changed(
     squares: LeastSquares, x: Floats, j: int, changes: Iterable[float]
 ) -> Iterator[Floats]:
@@ -815,32 +882,59 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
     The other parameters are fitted again, as far as the record determines them.
     """
     others = [i for i in determined if i != j]
-    static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
     points = [ProfilePoint(float(solution.x[j]), 0.0, solution.x)]
     ends = []
     for sign in (-1.0, 1.0):
         end, found = _profile_end(solution, others, j, sign)
-        if static and end is not None:
-            for one in _without_refit(solution, j, sign):
-                if (one.at - end) * sign > 0.0 and one.rise <= CHI_SQUARE_95:
-                    end = one.at
-                    found.append(one)
         ends.append(end)
         points += found
-    return ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
+    profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
+    static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
+    return _over_all_samples(solution, j, profile) if static else profile
 
 
-def _without_refit(solution: Solution, j: int, sign: float) -> Iterator[ProfilePoint]:
-    """Yield points on one side with the rise over all samples, the others not fitted again.
+def _over_all_samples(
+    solution: Solution, j: int, selected: ParameterProfile
+) -> ParameterProfile:
+    """Return the profile of a static limit over all samples, given that of the selected ones.
 
-    A static limit has several minima, one for each order of events; an interval spans them all.
+    A static limit decides at the events themselves, next to which no sample is selected. Over
+    all samples the sum of squares has several minima, one for each order of events. The
+    interval spans all values that are as good as the best one, and those that the selected
+    samples do not exclude. The other parameters are as fitted, or as refitted to the latter.
     """
     squares = solution.squares
-    least = float(np.sum(squares.residuals(solution.x, squares.all_samples) ** 2))
-    changes = (change for change in SCAN if change * sign > 0.0)
-    for x in changed(squares, solution.x, j, changes):
-        rise = float(np.sum(squares.residuals(x, squares.all_samples) ** 2)) - least
-        yield ProfilePoint(float(x[j]), rise, x)
+    least = squares.cost(solution.x)
+
+    def point(x: Floats) -> ProfilePoint:
+        return ProfilePoint(float(x[j]), squares.cost(x) - least, x)
+
+    starts = [*(one.x for one in selected.points), *changed(squares, solution.x, j, SCAN)]
+    points = sorted(map(point, starts), key=lambda one: one[:2])
+    ends: list[float | None] = []
+    for sign, known in ((1, selected.low), (-1, selected.high)):
+        for _ in range(BISECTIONS):
+            ordered = points[::sign]
+            first = _first_within(ordered)
+            if first == 0:
+                break
+            x = solution.x.copy()
+            x[j] = 0.5 * (ordered[first].at + ordered[first - 1].at)
+            points = sorted([*points, point(x)], key=lambda one: one[:2])
+        ordered = points[::sign]
+        first = _first_within(ordered)
+        # The interval is rather too wide than too narrow.
+        if first == 0 or known is None:
+            ends.append(None)
+        else:
+            ends.append(sign * min(sign * ordered[first - 1].at, sign * known))
+    return ParameterProfile(ends[0], ends[1], points)
+
+
+def _first_within(points: Sequence[ProfilePoint]) -> int:
+    """Return the index of the first point that is as good as the best one, at 95 %."""
+    limit = min(one.rise for one in points) + CHI_SQUARE_95
+    return next(i for i, one in enumerate(points) if one.rise <= limit)
 
 
 def _profile_end(
@@ -926,8 +1020,17 @@ class LawFit:
 
     @cached_property
     def values(self) -> Floats:
-        """Fitted values in SI."""
-        return np.clip(self.solution.x * self.first.scale, *self.model.bounds)
+        """Fitted values in SI; one that differs from its bound by rounding is the bound."""
+        values: Floats = np.clip(self.solution.x * self.first.scale, *self.model.bounds)
+        for j in range(len(values)):
+            bound = self.bound_of(j, float(values[j]))
+            values[j] = values[j] if bound is None else bound
+        return values
+
+    def bound_of(self, j: int, value: float) -> float | None:
+        """Return the bound that a value of a parameter is at; None between them."""
+        p, scale = self.model.parameters[j], float(self.first.scale[j])
+        return next((end for end in (p.low, p.high) if is_near(value, end, scale)), None)
 
     @cached_property
     def prediction(self) -> Prediction:
@@ -964,10 +1067,13 @@ class LawFit:
         """The parameters that the record does not determine, each with those it depends on.
 
         A direction of the parameter space has no effect if its singular value is negligible. A
-        single parameter is not determined if its standard deviation exceeds half of its value.
+        single parameter is not determined if its standard deviation exceeds half of its value,
+        or half of its typical size where 0 is a value like any other.
         """
-        x, slopes = self.solution.x, self.solution.jacobian
-        _, values, directions = np.linalg.svd(slopes * sizes(x), full_matrices=False)
+        solution = self.solution
+        about_zero = [self.model.size_of(one.key) is not None for one in self.model.parameters]
+        whole = np.where(about_zero, 1.0, sizes(solution.x))
+        _, values, directions = np.linalg.svd(solution.jacobian * whole, full_matrices=False)
         found: dict[int, tuple[int, ...]] = {}
         for value, direction in zip(values, directions, strict=True):
             group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
@@ -1004,6 +1110,11 @@ def fit_law(
         finished(1)
     _, x = min(found, key=lambda one: one[0])
     solution = final_fit(first, x)
+    keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
+    if keys and begins_in_motion(solution, keys):
+        started = fit_law(model.with_free_start(keys), end, threads, ignore_progress)
+        if started.first.cost(started.solution.x) < first.cost(solution.x):
+            return started
     for _ in range(MAX_RESTARTS):
         squares = solution.squares
         other = scan(squares, solution.x)
@@ -1045,6 +1156,15 @@ def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit |
     solution = final_fit(squares, x)
     is_better = squares.cost(solution.x) < BETTER * one.solution.cost
     return replace(one, solution=solution) if is_better else None
+
+
+def with_best_static_limit(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:
+    """Return the fit with the static limit that is best over all samples."""
+    x = one.solution.x.copy()
+    for j, profile in profiles.items():
+        if one.model.parameters[j].key.startswith(STATIC_PATHS):
+            x[j] = min(profile.points, key=lambda point: point.rise).at
+    return replace(one, solution=one.solution._replace(x=x))
 
 
 # The complete fit
@@ -1104,6 +1224,7 @@ def fit(
         if better is None:
             break
         fits[best] = better
+    fits[best] = with_best_static_limit(fits[best], profiles)
     return describe_fit(scenario, fits[best], scores, profiles)
 
 
@@ -1234,11 +1355,13 @@ def describe_fit(
             Profile(
                 model.parameters[j].key,
                 np.array([point.at for point in found.points]) * scale[j],
-                np.array([point.rise for point in found.points]),
+                np.array([point.rise for point in found.points])
+                - min(point.rise for point in found.points),
             )
             for j, found in profiles.items()
         ),
         metrics=metrics,
+        spring_in_force=model.fit.measured.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
         warnings=(*warnings, *fit_warnings(one, parameters, warnings)),
     )
@@ -1251,6 +1374,7 @@ def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator
     for j, p in enumerate(model.parameters):
         value, scale = point[p.key], float(one.first.scale[j])
         known = Parameter(p.key, p.unit, value, None, None, None, None, None)
+        known = known._replace(bound=one.bound_of(j, float(one.values[j])))
         if one.error > USELESS:
             yield known._replace(note=NOT_THIS_MOTION)
             continue
@@ -1264,11 +1388,17 @@ def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator
                 profile_low=None if found.low is None else found.low * scale,
                 profile_high=None if found.high is None else found.high * scale,
             )
-        if known.profile_low is None and known.profile_high is None:
-            # Rounding, or a sum of squares that is too rough, has no profile.
-            known = known._replace(profile_low=known.low, profile_high=known.high)
-            if j in groups:
-                known = known._replace(note=reason_of(one, groups[j]))
+            if found.low is None and found.high is None:
+                # The record excludes no value, whatever the curvature at the fitted one.
+                known = known._replace(deviation=None, low=None, high=None)
+                known = known._replace(note=reason_of(one, groups.get(j, (j,))))
+        elif j in groups:
+            known = known._replace(note=reason_of(one, groups[j]))
+        else:  # rounding has no profile
+            known = known._replace(
+                profile_low=None if known.low == known.bound else known.low,
+                profile_high=None if known.high == known.bound else known.high,
+            )
         yield known
 
 
@@ -1342,22 +1472,33 @@ def fit_warnings(
                 return
     notes: dict[str, list[str]] = {}
     for j, (p, free) in enumerate(zip(parameters, one.model.parameters, strict=True)):
-        given, scale = one.model.fit.free[p.key], float(one.first.scale[j])
+        given = one.model.fit.free.get(p.key, FreeKey())
+        scale = float(one.first.scale[j])
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
         elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
             end = format_number(p.value, format_unit(free.unit))
             sentence = f"{p.key} ends at its bound of {end} in fit.free"
             yield WarningMessage("at-bound", sentence)
-        elif free.low == 0.0 and is_near(p.value, 0.0, scale):
+        elif p.bound == free.low == 0.0:
             sentence = f"{p.key} ends at 0, its least value: this record shows none of it"
             yield WarningMessage("at-bound", sentence)
-        elif is_near(p.value, free.high, scale):
-            end = format_number(p.value, format_unit(free.unit))
-            yield WarningMessage("at-bound", f"{p.key} ends at {end}, its largest value")
+        elif p.bound is not None:
+            end = format_number(p.bound, format_unit(free.unit))
+            which = "least" if p.bound == free.low else "largest"
+            yield WarningMessage("at-bound", f"{p.key} ends at {end}, its {which} value")
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
         yield WarningMessage("not-determined", f"{about}{note}")
+    stated = [
+        key for key in one.model.fixed_start if key not in one.model.scenario.unstated_start
+    ]
+    if gain_of_start(one.solution, stated) > START_WRONG:
+        sentence = (
+            f"the record does not begin with the stated {join_words(stated)}: the intervals "
+            "may miss the true values; without them in the file they are fitted"
+        )
+        yield WarningMessage("start-differs", sentence)
     agree, total = one.starts
     if agree < 2 <= total:
         found = (
@@ -1371,11 +1512,11 @@ def fit_warnings(
         rho = lag_correlation(one, channel.name)
         count = int(one.solution.mask.sum())
         if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
-            effective = max(1.0, (1.0 + rho) / (1.0 - rho))
+            factor = format_number(np.sqrt((1.0 + rho) / (1.0 - rho)), digits=2)
             sentence = (
                 f"the residuals of {channel.name} are not white (correlation of neighbours "
-                f"{rho:.2f}): the intervals are too narrow, by a factor of about "
-                f"{np.sqrt(effective):.2g}"
+                f"{rho:.2f}): the intervals are too "
+                + (f"narrow, by a factor of about {factor}" if rho > 0.0 else "wide")
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
 
@@ -1403,6 +1544,16 @@ def likely_fault(one: LawFit) -> str:
     model = one.model
     if model.fit.measured.is_rig:
         return ""
+    if model.scenario.excitation.kind == "rest" and (still := samples_at_rest(model)):
+        found = model.measurement
+        rest = {name: values[still:] for name, values in found.channels.items()}
+        released = replace(model, measurement=found._replace(channels=rest, t=found.t[:-still]))
+        if refitted(one, released)[0] < MUCH_BETTER * one.error:
+            time = format_number(still * found.dt, "s", 3)
+            return (
+                f"the mass seems to be held for the first {time}: let `window` begin where it "
+                "is released"
+            )
     own, best, cause = refitted(one, model)[0], np.inf, ""
     for words, other in possible_faults(model):
         error, values = refitted(one, other, OBVIOUS * own)
@@ -1411,6 +1562,16 @@ def likely_fault(one: LawFit) -> str:
         if best < OBVIOUS * own:
             break
     return cause if best < MUCH_BETTER * min(own, 1.0) else ""
+
+
+def samples_at_rest(model: FitModel) -> int:
+    """Return the number of samples before the first channel moves beyond its noise."""
+    values = model.measurement.channels[model.compared[0]]
+    count = len(values) - MIN_SAMPLES
+    level = STILL_NOISE * max(noise_level(values[:MIN_SAMPLES]), 1e-6 * float(np.ptp(values)))
+    moves = np.abs(values - np.median(values[:MIN_SAMPLES])) > level
+    still = int(np.argmax(moves))
+    return still if MIN_SAMPLES <= still <= count else 0
 
 
 def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:

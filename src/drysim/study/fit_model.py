@@ -9,7 +9,8 @@ same exact solution.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import ceil, floor
@@ -24,12 +25,32 @@ from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.records import SI
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
+from drysim.records.level import is_gravity, measure_level
 from drysim.records.record import read_samples, read_series
-from drysim.scenario.fit import DEFAULT_HOLD_OUT, DELAY_KEY, OFFSET_KEY, Fit
+from drysim.scenario.fit import (
+    DEFAULT_HOLD_OUT,
+    DELAY_KEY,
+    OFFSET_KEY,
+    START_KEYS,
+    ChannelRecord,
+    Fit,
+)
 from drysim.scenario.model import Scenario, law_uses_key
 from drysim.scenario.reading import numeric_keys
-from drysim.study.case import Case, assemble, base_motion, case_error, shortage_message
-from drysim.study.starting_values import Kinematics, closed_form_starts, decay_start
+from drysim.study.case import (
+    Case,
+    assemble,
+    base_motion,
+    case_error,
+    memory_shortage,
+    shortage_message,
+)
+from drysim.study.starting_values import (
+    Kinematics,
+    closed_form_starts,
+    decay_start,
+    relative_motion,
+)
 from drysim.study.statistics import max_seeds
 from drysim.wording import format_number
 
@@ -40,6 +61,9 @@ RIG_MASS = 1e15
 
 GRID_TOLERANCE = 1e-3
 """Largest distance of a measured sample from the grid of the base motion, in steps."""
+
+SLOW = 0.1
+"""Share of the largest velocity of a rig below which the sign of its friction is uncertain."""
 
 MIN_SAMPLES = 50
 """Number of samples below which nothing is fitted."""
@@ -52,6 +76,9 @@ STATIC_KEYS = {
     "friction.mu_kinetic": "friction.mu_static",
 }
 """Key of the static limit, which is never below kinetic friction, by that of the latter."""
+
+FROZEN = "record-frozen"
+"""Warning about a value that is repeated amid a motion."""
 
 UNCERTAIN, OUTSIDE = 2, 3
 """Modes of a sample between two modes, and of one that a delay moves out of the motion."""
@@ -70,6 +97,8 @@ class Measurement(NamedTuple):
         Index of the first sample on the grid of the base motion, and grid steps per sample.
     inputs : tuple of Input
     warnings : tuple of WarningMessage
+    imposed : float
+        First velocity or displacement that a rig imposes, in SI; its time is 0.
     """
 
     channels: dict[str, Floats]
@@ -78,6 +107,7 @@ class Measurement(NamedTuple):
     stride: int
     inputs: tuple[Input, ...]
     warnings: tuple[WarningMessage, ...]
+    imposed: float = 0.0
 
     @property
     def dt(self) -> float:
@@ -153,6 +183,19 @@ class FitModel:
         channels = self.measurement.channels
         return ("F_f",) if self.fit.measured.is_rig else tuple(channels)
 
+    @cached_property
+    def fixed_start(self) -> tuple[str, ...]:
+        """Keys of the start state that are not fitted; none for a rig, which imposes it."""
+        fitted = {one.key for one in self.parameters}
+        is_rig = self.fit.measured.is_rig
+        return () if is_rig else tuple(key for key in START_KEYS if key not in fitted)
+
+    def with_free_start(self, keys: Sequence[str]) -> FitModel:
+        """Return the model with more keys of the start state fitted."""
+        units = {"start.x_r": "m", "start.v_r": "m/s"}
+        more = (FreeParameter(key, units[key], -np.inf, np.inf, None) for key in keys)
+        return replace(self, parameters=(*self.parameters, *more))
+
     @property
     def has_offset(self) -> bool:
         """Whether each channel has an unknown offset."""
@@ -203,9 +246,7 @@ class FitModel:
         t = found.t if end is None else found.t[found.t <= end * (1.0 + 1e-12)]
         plant, start = case.plant, case.start
         if rig:
-            x_r = found.channels.get("x_r")
-            plant = Plant(RIG_MASS, 0.0, 0.0)
-            start = State(0.0 if x_r is None else float(x_r[0]), float(self.imposed[0]))
+            plant, start = Plant(RIG_MASS, 0.0, 0.0), self._imposed_start(case.start.x_r)
         step = case.step
         if delay is None:
             delay = self.fit.measured.delay
@@ -215,6 +256,9 @@ class FitModel:
         length = min(float(t[-1]) + max(0.0, -delay), end_of_motion)
         response = case.approach.solve(plant, case.law, self.motion, start, step, length)
         arrays = {name: getattr(response, name) for name in names}
+        if rig and self.spring_in_force:
+            _, k_x, b = case.plant
+            arrays["F_f"] = arrays["F_f"] + k_x * response.x_r + b * response.v_r
         if delay == 0.0 and not rig:
             at = found.first + found.stride * np.arange(len(t))
             at = np.minimum(at, len(response) - 1)
@@ -228,6 +272,48 @@ class FitModel:
         mode = np.where(same, response.d[low], UNCERTAIN)
         mode = np.where(inside, mode, OUTSIDE).astype(np.int8)
         return Prediction({k: np.interp(place, grid, v) for k, v in arrays.items()}, mode)
+
+    def _imposed_start(self, x_r: float) -> State:
+        """Return the first state of a rig; `x_r` where its velocity is imposed."""
+        first, motion = self.measurement.imposed, self.motion
+        assert isinstance(motion, Samples), "the motion of a rig is a record"
+        if "v_r" in self.measurement.channels:
+            return State(x_r, first)
+        assert motion.u is not None, "the record is one of displacement"
+        # The slope of the spline, whose second derivative is linear between samples.
+        slope = (motion.u[1] - motion.u[0]) / motion.dt
+        u_dd = motion.u_dd[:2]
+        slope -= motion.dt * (2.0 * u_dd[0] + u_dd[1]) / 6.0
+        return State(first, -float(slope))
+
+    @cached_property
+    def spring_in_force(self) -> bool:
+        """Whether the measured force of a rig contains those of spring and damper.
+
+        It does if one of them is fitted. Stated ones may belong to another oscillator, on which
+        the friction is to act: the measured force decides, by its scatter about sgn(v_r).
+        """
+        _, k_x, b = self.case.plant
+        keys = {one.key.partition(".")[0] for one in self.parameters}
+        if "oscillator" in keys or not (k_x or b):
+            return "oscillator" in keys
+        x_r, v_r = self.imposed_path, self.imposed
+        force = self.measurement.channels["F_f"]
+        slides = np.abs(v_r) > SLOW * np.abs(v_r).max()
+
+        def scatter(values: Floats) -> float:
+            return float(np.std((values * np.sign(v_r))[slides]))
+
+        return scatter(force - k_x * x_r - b * v_r) < scatter(force)
+
+    @cached_property
+    def imposed_path(self) -> Floats:
+        """Displacement of a rig at the measured instants [m]."""
+        channels, v_r = self.measurement.channels, self.imposed
+        if "x_r" in channels:
+            return channels["x_r"]
+        steps = 0.5 * np.diff(self.measurement.t) * (v_r[1:] + v_r[:-1])
+        return self.case.start.x_r + np.concatenate(([0.0], np.cumsum(steps)))
 
     @cached_property
     def imposed(self) -> Floats:
@@ -266,13 +352,8 @@ class FitModel:
 
     def _closed_forms(self) -> list[dict[str, float]]:
         """Return starting values of mass, spring, damper and friction; at least one."""
-        found = self.measurement
         if self.fit.measured.is_rig:
-            v_r, force = self.imposed, found.channels["F_f"]
-            slides = np.abs(v_r) > 0.1 * np.abs(v_r).max()
-            level = float(np.median((force * np.sign(v_r))[slides])) if slides.any() else 0.0
-            size = max(level, 1e-3 * float(np.abs(force).max()))
-            return [{"F_fk": size, "static_ratio": ratio} for ratio in (1.2, 2.0)]
+            return self._starts_of_rig()
         motion = self.kinematics
         m, k_x, b = self.case.plant
         free = {key for one in self.parameters for key in (one.key, one.key.rpartition(".")[0])}
@@ -294,6 +375,27 @@ class FitModel:
         if self.scenario.excitation.kind == "rest" and (decay := decay_start(motion, known)):
             starts.insert(0, decay)
         return starts
+
+    def _starts_of_rig(self) -> list[dict[str, float]]:
+        """Return starting values of spring, damper and friction, by linear least squares."""
+        x_r, v_r, force = self.imposed_path, self.imposed, self.measurement.channels["F_f"]
+        m, k_x, b = self.case.plant
+        known = {"m": m, "k_x": k_x, "b": b}
+        slides = np.abs(v_r) > SLOW * np.abs(v_r).max()
+        if self.spring_in_force and slides.sum() > MIN_SAMPLES:
+            terms = np.stack([x_r, v_r, np.sign(v_r)], axis=1)[slides]
+            size = np.maximum(np.abs(terms).max(axis=0), 1e-300)
+            values = np.linalg.lstsq(terms / size, force[slides], rcond=None)[0] / size
+            fitted = {one.key for one in self.parameters}
+            if fitted & {"oscillator.stiffness", "oscillator.natural_frequency"}:
+                known["k_x"] = max(float(values[0]), 1e-3 * float(force.std() / x_r.std()))
+            if fitted & {"oscillator.damping", "oscillator.damping_ratio"}:
+                known["b"] = max(float(values[1]), 1e-3 * float(force.std() / v_r.std()))
+            force = force - known["k_x"] * x_r - known["b"] * v_r
+        level = float(np.median((force * np.sign(v_r))[slides])) if slides.any() else 0.0
+        known["F_fk"] = max(level, 1e-3 * float(np.abs(force).max()))
+        known = {name: value for name, value in known.items() if value > 0.0}
+        return [known | {"static_ratio": ratio} for ratio in (1.2, 2.0)]
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -368,19 +470,33 @@ class FitModel:
         )
         raise case_error(self.scenario, sentence, ("fit", "free", key))
 
-    def _first_state(self, known: dict[str, float]) -> State:
-        """Return the first relative motion: as measured, or from the forces at release."""
+    def _first_state(self, known: Mapping[str, float]) -> State:
+        """Return the first relative motion: as measured, or what balances the first force."""
         if self.fit.measured.is_rig:
             return State(0.0, 0.0)
         motion = self.kinematics
-        if motion.x_r is not None and motion.v_r is not None:
-            return State(float(motion.x_r[0]), float(motion.v_r[0]))
-        if motion.v_r is not None:
-            return State(0.0, float(motion.v_r[0]))
-        if self.scenario.excitation.kind != "rest" or not known.get("k_x"):
-            return State(0.0, 0.0)
-        force = known["m"] * float(motion.x_dd[0])
-        return State(-(force + np.copysign(known["F_fk"], force)) / known["k_x"], 0.0)
+        x_r, v_r = (float(one[0]) for one in self.relative_motion)
+        is_decay = self.scenario.excitation.kind == "rest"
+        if is_decay and motion.x_r is None and motion.v_r is None:
+            v_r = 0.0  # released, not pushed
+        if motion.x_r is None and known.get("k_x"):
+            force = known["m"] * float(motion.x_dd[0]) + known["b"] * v_r
+            x_r = -(force + np.copysign(known["F_fk"], v_r or force)) / known["k_x"]
+        return State(x_r, v_r)
+
+    @cached_property
+    def relative_motion(self) -> tuple[Floats, Floats]:
+        """Relative displacement and velocity, without their drift where not measured."""
+        return relative_motion(self.kinematics, [], False)
+
+    def size_of(self, key: str) -> float | None:
+        """Return the typical size of a key whose value may well be 0; None for other keys."""
+        if key == DELAY_KEY:
+            return self.measurement.dt
+        if key not in START_KEYS:
+            return None
+        x_r, v_r = self.relative_motion
+        return float((x_r if key == "start.x_r" else v_r).std()) or None
 
 
 # Building a model
@@ -398,6 +514,13 @@ def build_model(scenario: Scenario) -> FitModel:
     """
     fit = scenario.fit
     assert fit is not None, "only a scenario with a fit block is fitted"
+    is_decay = scenario.excitation.kind == "rest" and not fit.measured.is_rig
+    if is_decay and (fit.measured.delay or DELAY_KEY in fit.free):
+        sentence = f"{DELAY_KEY}: nothing lags behind a base at rest; remove it"
+        keys = (
+            ("fit", "measured", "delay") if fit.measured.delay else ("fit", "free", DELAY_KEY)
+        )
+        raise case_error(scenario, sentence, keys)
     motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
     if isinstance(motion, Samples) and not (fit.measured.is_rig or np.any(motion.u_dd[:])):
         sentence = (
@@ -460,8 +583,10 @@ def model_of_law(
     if not parameters:
         sentence = f"none of its keys is one {f'of law {law}' if law else 'of the scenario'}"
         raise case_error(scenario, f"fit.free: {sentence}", "fit.free")
-    case = assemble(under, motion)
-    return FitModel(under, motion, measurement, tuple(parameters), case)
+    model = FitModel(under, motion, measurement, tuple(parameters), assemble(under, motion))
+    # A mass at rest on a base at rest would stay there.
+    is_decay = scenario.excitation.kind == "rest" and not under.fit.measured.is_rig
+    return model.with_free_start(scenario.unstated_start) if is_decay else model
 
 
 def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
@@ -479,12 +604,16 @@ def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
     return float(t[count - 1])
 
 
+def imposed_record(fit: Fit) -> ChannelRecord:
+    """Return the channel with the imposed motion of a rig."""
+    return fit.measured.record("v_r" if fit.measured.v_r is not None else "x_r")
+
+
 def imposed_motion(fit: Fit) -> Samples:
     """Return the base motion that gives a fixed mass the relative motion of a rig."""
     from drysim.excitation.recorded import Record
 
-    name = "v_r" if fit.measured.v_r is not None else "x_r"
-    channel = fit.measured.record(name)
+    channel = imposed_record(fit)
     words = channel.model_dump(by_alias=True, exclude_none=True)
     words |= {"kind": "record", "scale": -channel.scale, "gravity": "keep"}
     record = Record.model_validate(words, context={"folder": channel.path.parent})
@@ -518,13 +647,17 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
             column = f" of column `{record.column}`" if record.column is not None else ""
             sentence = f"{name} is {level} in every sample{column}: no motion was recorded"
             raise record_error(display_path, sentence)
+        if name == "x_dd" and not keeps_mean(scenario):
+            check_response_gravity(record, measure_level(channels[name]).rest)
         inputs.append(source)
-        warnings += seen
+        # The relative motion of a mass that sticks stands still.
+        may_freeze = name != "x_dd"
+        warnings += [one for one in seen if not (may_freeze and one.slug == FROZEN)]
     assert series is not None, "a channel is measured"
     n = min(map(len, channels.values()))
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     assert step is not None, "a scenario has a step unless a record defines it"
-    begin = begin_of_base(scenario)
+    begin = begin_of_motion(scenario, series)
     stride = series.dt / step
     if stride < 0.5 or abs(stride - round(stride)) > GRID_TOLERANCE / n * max(1.0, stride):
         sentence = (
@@ -565,10 +698,34 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         numbers = {"used": last - skip, "samples": n}
         warnings.append(WarningMessage("measurement-cut", words, numbers))
     channels = {name: values[skip:last] for name, values in channels.items()}
+    if not isinstance(motion, Samples) and memory_shortage(first + stride * (last - skip)):
+        sentence = (
+            f"its times begin {format_number(first * step, 's')} after time 0, at which the "
+            "base motion starts: too many steps; let its times count from there"
+        )
+        raise record_error(display_path, sentence)
     t: Floats = np.asarray((first + stride * np.arange(last - skip)) * step, dtype=np.float64)
     unique = tuple({one.file: one for one in inputs}.values())
     known = tuple({one.sentence: one for one in warnings}.values())
     return Measurement(channels, t, first, stride, unique, known)
+
+
+def keeps_mean(scenario: Scenario) -> bool:
+    """Return whether a mean of the measured acceleration is expected, or fitted."""
+    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
+    is_kept = getattr(scenario.excitation, "gravity", "refuse") == "keep"
+    return is_kept or OFFSET_KEY in scenario.fit.free
+
+
+def check_response_gravity(record: ChannelRecord, rest: float) -> None:
+    """Raise RecordError if a measured acceleration at rest looks like gravity."""
+    if is_gravity(rest) or is_gravity(rest / (record.scale or 1.0)):
+        sentence = (
+            f"the mean of x_dd is {rest:.4g} m/s², which looks like gravity: remove it with "
+            f"{record.remove.yaml_with(trend='mean')} in {record.block}, or fit it with "
+            f"`{OFFSET_KEY}: {{}}` in fit.free"
+        )
+        raise record_error(str(record.path), sentence)
 
 
 def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
@@ -588,13 +745,22 @@ def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
         found = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
         raise record_error(str(fit.measured.path), found)
     inputs, warnings = getattr(motion, "inputs", ()), getattr(motion, "warnings", ())
-    return Measurement(channels, times[0] - times[0][0], 0, 1, inputs, warnings)
+    series = read_series(imposed_record(fit))[0]
+    t = times[0] - series.first
+    return Measurement(channels, t, 0, 1, inputs, warnings, float(series.values[:][0]))
 
 
-def begin_of_base(scenario: Scenario) -> float:
-    """Return the time of the first used sample of a base record, on its time axis [s]."""
+def begin_of_motion(scenario: Scenario, measured: Series) -> float:
+    """Return the time at which the computed motion begins, on the axis of its file [s].
+
+    It is the first used sample of the base record. A base at rest has no times of its own, and
+    a decay begins with its first measured sample. The times of all other motions begin at 0.
+    """
     from drysim.excitation.recorded import Record
 
-    if not isinstance(scenario.excitation, Record):
+    if isinstance(scenario.excitation, Record):
+        return read_series(scenario.excitation)[0].first
+    if scenario.excitation.kind != "rest":
         return 0.0
-    return read_series(scenario.excitation)[0].first
+    force_record = getattr(scenario.friction, "normal_record", None)
+    return read_series(force_record)[0].first if force_record else measured.first
