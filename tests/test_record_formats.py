@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 import sys
 import tracemalloc
 import warnings
@@ -928,6 +929,33 @@ def test_mdf_whose_blocks_form_a_loop_is_refused_at_once(tmp_path, kind):
     whole[link : link + 8] = inside
     (tmp_path / "r.mf4").write_bytes(whole)
     assert "leads to no block of its type" in extra_refused(tmp_path, "r.mf4", channel="acc")
+
+
+@pytest.mark.parametrize("count", [1, 2, 90, 5000])
+@pytest.mark.parametrize("closed", [True, False])
+def test_mdf_of_conversions_nested_without_end_or_too_deeply_is_refused(
+    tmp_path, count, closed
+):
+    mdf(tmp_path / "r.mf4", samples=conversion(1, a=1.0, b=0.0))
+    whole = bytearray((tmp_path / "r.mf4").read_bytes())
+    while len(whole) % 8:
+        whole += b"\0"
+    size, start = 24 + 8 * 6 + 24 + 16, len(whole)
+    for k in range(count):
+        inner = start + size * (k + 1) if k + 1 < count else start if closed else 0
+        # A table of values or texts with one entry, and its default, which is the next block.
+        whole += struct.pack("<4s4xQQ6Q", b"##CC", size, 6, 0, 0, 0, 0, 0, inner)
+        whole += struct.pack("<BBHHH4d", 7, 0, 0, 2, 1, 0.0, 0.0, 1e6, 0.0)
+    at = whole.index(b"##CN")
+    for _ in range(whole.count(b"##CN")):
+        whole[at + 24 + 8 * 4 : at + 24 + 8 * 5] = start.to_bytes(8, "little")
+        at = whole.find(b"##CN", at + 4)
+    (tmp_path / "r.mf4").write_bytes(whole)
+    said = extra_refused(tmp_path, "r.mf4", channel="acc")
+    if count > 100:
+        assert "its conversions are nested too deeply" in said
+    elif closed:
+        assert "its conversions refer to one another without end" in said
 
 
 def test_mdf_whose_times_or_samples_lie_outside_its_rows_is_refused(tmp_path):

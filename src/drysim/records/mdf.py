@@ -324,6 +324,12 @@ HEADER_OFFSET, LINKS_OFFSET = 64, 24
 MAX_NESTED = 10_000
 """Conversions that one conversion may refer to, directly and indirectly."""
 
+MAX_DEPTH = 100
+"""Levels to which conversions may be nested."""
+
+CONVERSION_LINK = 4
+"""Number of the link from a channel to its conversion."""
+
 
 def _check_blocks(file: RecordFile) -> None:
     """Raise if links form a loop, or compressed blocks unpack beyond what they state."""
@@ -344,8 +350,8 @@ def _check_blocks(file: RecordFile) -> None:
             # The signal data of a channel may be another group, whose turn comes anyway.
             if kind in CHAINED and not (block.kind == b"CN" and kind == b"CG"):
                 pending.append(to)
-        if block.kind == b"CN" and len(block.links) > 3:
-            _count_nested(file, nested, block.links[3])
+        if block.kind == b"CN" and len(block.links) > CONVERSION_LINK:
+            _count_nested(file, nested, block.links[CONVERSION_LINK])
     _check_compressed(file)
 
 
@@ -360,14 +366,16 @@ def _read_block(raw: bytes, at: int) -> MdfBlock:
     )
 
 
-def _count_nested(file: RecordFile, nested: dict[int, int], at: int) -> int:
+def _count_nested(file: RecordFile, nested: dict[int, int], at: int, depth: int = 0) -> int:
     """Return the number of conversions that a conversion consists of; raise for loops."""
+    if depth > MAX_DEPTH:
+        raise file.error(f"{NOT_MDF}: its conversions are nested too deeply")
     if at not in nested:
         nested[at] = MAX_NESTED  # what a loop finds
         block = _read_block(file.raw, at)
         inner = block.links[4:] if block.kind == b"CC" else ()
         parts = [to for to in inner if _read_block(file.raw, to).kind == b"CC"]
-        nested[at] = 1 + sum(_count_nested(file, nested, to) for to in parts)
+        nested[at] = 1 + sum(_count_nested(file, nested, to, depth + 1) for to in parts)
         if nested[at] > MAX_NESTED:
             raise file.error(f"{NOT_MDF}: its conversions refer to one another without end")
     return nested[at]
