@@ -18,6 +18,7 @@ import pytest
 from cluster_scenes import ALL, QUIET, blocks_in, pem, table, written
 
 from drysim.console import terminal
+from drysim.errors import UsageError
 from drysim.scenario.load import load
 from drysim.study import cluster as study_cluster
 from drysim.study.cluster import TaskSize
@@ -458,6 +459,15 @@ def test_a_local_cluster_leaves_no_folder(tmp_path, monkeypatch):
         assert client.submit(pow, 2, 5).result() == 32
         assert [path.name.startswith("drysim-") for path in tmp_path.iterdir()] == [True]
     assert not list(tmp_path.iterdir())
+
+
+def test_local_cluster_without_a_temporary_folder_says_what_to_do(monkeypatch):
+    def gettempdir():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr(study_cluster.tempfile, "gettempdir", gettempdir)
+    with pytest.raises(UsageError, match="temporary folder"), study_cluster.local_cluster(1):
+        pass
 
 
 def test_files_of_a_local_cluster_are_for_the_user_alone(own):

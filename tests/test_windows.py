@@ -15,6 +15,7 @@ from drysim import output, system
 from drysim.cli import main
 from drysim.errors import OutputError
 from drysim.output import folder
+from drysim.plots.sweep import file_labels
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="simulates Windows")
 
@@ -214,6 +215,39 @@ def test_record_named_as_on_windows_is_found(drysim, seat):
     assert done.code == 0, done.out
     Path("data\\floor.csv").write_text("a file of this name")
     assert drysim("validate", seat, *words).code == 2
+
+
+def test_pattern_of_records_as_on_windows_is_found(drysim, seat):
+    Path("data/runs").mkdir(parents=True)
+    rows = "\n".join(f"{0.01 * i:.2f},{i % 7}" for i in range(300))
+    for name in "ab":
+        Path(f"data/runs/{name}.csv").write_text(f"time [s],u_dd [m/s^2]\n{rows}\n")
+    record = "{kind: record, file: data/runs/a.csv, column: u_dd, time: time}"
+    words = ["--set", f"excitation={record}", "--set", "measure=null"]
+    words += ["--set", "solver={approach: stick-slip}", "--no-plots"]
+    pattern = "sweep={excitation.file: 'data\\runs\\*.csv'}"
+    done = drysim("sweep", seat, *words, "--set", pattern)
+    assert done.code == 0, done.out
+    (table,) = Path("out").glob("*/transmissibility.csv")
+    assert [row.split(",")[1] for row in table.read_text().splitlines()[-2:]] == [
+        "data/runs/a.csv", "data/runs/b.csv"
+    ]  # fmt: skip
+
+
+def test_file_on_another_drive_is_named_by_its_whole_path(monkeypatch):
+    assert system.relative_path("/data/runs/a.csv", "/data/seats") == "../runs/a.csv"
+
+    def relpath(path, folder):
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    monkeypatch.setattr(os.path, "relpath", relpath)
+    assert system.relative_path("/data/runs/a.csv", "/data/seats") == "/data/runs/a.csv"
+
+
+def test_files_on_several_drives_are_labelled_by_their_paths():
+    # A relative and an absolute path have no common folder either.
+    assert file_labels(["runs/a.csv", "/data/b.csv"]) == ["runs/a", "/data/b"]
+    assert file_labels(["runs/a.csv", "runs/b.csv"]) == ["a", "b"]
 
 
 CODE_PAGES = ["ascii", "cp437", "cp850", "cp1252", "cp932"]

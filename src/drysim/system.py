@@ -130,6 +130,16 @@ class NotARegularFile(Exception):
     """A path that is no regular file; the message names its type."""
 
 
+def relative_path(path: str | Path, folder: str | Path) -> str:
+    """Return the path of a file from a folder, with `/` between folders.
+
+    It is the whole path where none leads there: from one drive of Windows to another.
+    """
+    with suppress(ValueError):
+        path = os.path.relpath(path, folder)
+    return Path(path).as_posix()
+
+
 def file_size(path: Path) -> int:
     """Return the size [bytes] of a regular file without opening it; links are followed.
 

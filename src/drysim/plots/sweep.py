@@ -22,6 +22,7 @@ import os
 from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import takewhile
 from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, sqrt
@@ -85,6 +86,7 @@ from drysim.study.statistics import (
     as_batches,
 )
 from drysim.study.table import RATIO_KEY, BestCase, Table, is_admissible, stroke_limits
+from drysim.system import relative_path
 from drysim.wording import Point
 
 if TYPE_CHECKING:
@@ -314,8 +316,10 @@ def comparison_view(comparison: Comparison) -> View:
 
 def file_labels(files: Sequence[str]) -> list[str]:
     """Return short labels of files: without their common folder and suffix."""
-    folder = os.path.commonpath([os.path.dirname(file) for file in files])
-    names = [os.path.relpath(file, folder) if folder else file for file in files]
+    folder = ""
+    with suppress(ValueError):  # on several drives of Windows
+        folder = os.path.commonpath([os.path.dirname(file) for file in files])
+    names = [relative_path(file, folder) if folder else file for file in files]
     if len({os.path.splitext(name)[1] for name in names}) == 1:
         names = [os.path.splitext(name)[0] for name in names]
     if len(names) > 1 and max(map(len, names)) > MAX_FILE_LETTERS:

@@ -21,6 +21,7 @@ from pydantic import (
     model_validator,
 )
 
+from drysim import system
 from drysim.records import SI
 from drysim.units import (
     NUMBER_PATTERN,
@@ -257,7 +258,7 @@ class InFile(Block):
         """Return the path of the record relative to another folder."""
         path = self.path
         here = os.path.join(os.path.realpath(path.parent), path.name)
-        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+        return system.relative_path(here, os.path.realpath(folder))
 
 
 class Recorded(InFile):

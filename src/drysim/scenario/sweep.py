@@ -75,6 +75,7 @@ from drysim.scenario.sampling import (
     Triangular,
     Uniform,
 )
+from drysim.system import relative_path
 from drysim.units import InvalidValue, Quantity, closest_match, did_you_mean, format_value
 from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
@@ -318,11 +319,15 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
     folder = Path(reading.document.file).parent
     with reading.reporting(at):
         if isinstance(value, str):
-            files = sorted(
-                Path(name).as_posix()
-                for name in glob(value, root_dir=folder, recursive=True)
-                if (folder / name).is_file()
-            )
+            # A scenario from Windows may separate folders by backslashes.
+            for pattern in dict.fromkeys([value, value.replace("\\", "/")]):
+                files = sorted(
+                    Path(name).as_posix()
+                    for name in glob(pattern, root_dir=folder, recursive=True)
+                    if (folder / name).is_file()
+                )
+                if files:
+                    break
             if not files:
                 raise ValueError(_pattern_fault(folder, value))
         elif isinstance(value, list):
@@ -346,7 +351,7 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
     if len(reading.problems) > known:
         return None
     # Results name the files as here, and are to be free of absolute paths.
-    files = [os.path.relpath(file, folder) if os.path.isabs(file) else file for file in files]
+    files = [relative_path(file, folder) if os.path.isabs(file) else file for file in files]
     return Axis(FILE_KEY, "", tuple(files), list(files))
 
 

@@ -219,6 +219,13 @@ def local_cluster(workers: int | None) -> Iterator[Any]:
     import distributed
     from distributed.security import Security
 
+    try:
+        tempfile.gettempdir()
+    except FileNotFoundError:
+        raise UsageError(
+            "--cluster local needs a temporary folder, and none can be written to",
+            "name one in the variable TMPDIR, or leave --cluster out",
+        ) from None
     with (
         TemporaryDirectory(prefix="drysim-", ignore_cleanup_errors=True) as folder,
         at_forced_exit(partial(rmtree, folder, ignore_errors=True), last=True),

@@ -10,6 +10,7 @@ from textwrap import indent, wrap
 from drysim.errors import UsageError
 from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
 from drysim.study.gallery import SUFFIX, refuse_existing, write_new
+from drysim.system import relative_path
 from drysim.wording import format_number, sanitise
 from drysim.yaml_document import dump
 
@@ -83,7 +84,7 @@ def _draft(file: Path, record: Path, inspection: Inspection) -> str:
     """Return the text of the scenario."""
     # As in the scenario, a link keeps its name, whose suffix is that of its format.
     target = os.path.join(os.path.realpath(record.parent), record.name)
-    path = Path(os.path.relpath(target, os.path.realpath(file.parent))).as_posix()
+    path = relative_path(target, os.path.realpath(file.parent))
     record_name = sanitise(record.name)
     about = f"Is the seat good enough on the floor motion of {record_name}?"
     block = [
