@@ -234,6 +234,16 @@ def test_warning_about_one_of_the_files_names_it(drysim, runs):
     assert "runs/run-05.csv: 10 samples look clipped" in answer.out
 
 
+def test_each_warning_about_the_files_is_given_once(runs):
+    for i, file in enumerate(runs):  # shocks that are cut while the base moves
+        rows = [f"{0.01 * k:.2f},{(i + 5) * (k > 40):.6f}" for k in range(60)]
+        Path(file).write_text("\n".join(["t,u_dd [m/s^2]", *rows]) + "\n")
+    warnings = prepare(package.load("seat.yaml"), swept=True).warnings
+    cut = [one.sentence for one in warnings if one.slug == "response-cut"]
+    assert [one.partition(":")[0] for one in cut] == runs
+    assert len({one.sentence for one in warnings}) == len(warnings)
+
+
 def test_file_cannot_be_swept_where_there_is_no_record(drysim, tmp_path):
     Path("x.yaml").write_text(
         "oscillator: {mass: 1, stiffness: 1, damping: 1}\n"

@@ -219,11 +219,11 @@ def prepare(
         *scenario_warnings(scenario, motion, compared),
         *(warning for warnings, _ in found for warning in warnings),
         *force,
+        *ending_warnings(scenario, motion, swept),
     )
     case = assemble(scenario, motion, tuple({one.sentence: one for one in known}.values()))
     case = replace(
         case,
-        warnings=(*case.warnings, *ending_warnings(scenario, motion, swept)),
         inputs=tuple(record for _, inputs in found for record in inputs),
         records=records,
     )
