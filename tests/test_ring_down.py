@@ -35,7 +35,7 @@ def solved(tmp_path):
     """Return a function that runs a 5 kg mount under samples of ü [m/s²]."""
     count = iter(range(10_000))
 
-    def solve(u_dd, dt, frequency=5.0, command=drysim.run, **blocks):
+    def solve(u_dd, dt, frequency=5.0, command=drysim.run, window=None, **blocks):
         name = f"case{next(count)}"
         t = np.arange(len(u_dd)) * dt
         rows = "".join(f"{float(at)!r},{float(u)!r}\n" for at, u in zip(t, u_dd, strict=True))
@@ -47,6 +47,8 @@ def solved(tmp_path):
             "stroke": {"limit": 0.01},
             "excitation": {"kind": "record", "file": f"{name}.csv", "time": "t", "column": "a"},
         } | blocks
+        if window:
+            words["excitation"]["window"] = window
         file = tmp_path / f"{name}.yaml"
         file.write_text(yaml.safe_dump({key: one for key, one in words.items() if one}))
         return command(drysim.load(file))
@@ -216,6 +218,87 @@ def test_a_window_that_ends_before_the_ring_down_is_named(solved):
     assert "window ends at 0.02 s" in one.sentence
     assert one.sentence.endswith("use a longer measure.duration")
     assert "response-cut" not in slugs(solved(u_dd, 1e-4, measure={"duration": 0.3}))
+
+
+def vibrations_cut_at_zero(seed):
+    """Yield vibrations from rest or in motion, and a sample of each that is nearly zero.
+
+    Sums of sines, fading ones and bands of noise, cut after four or more half cycles.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(16):
+        n = int(rng.integers(200, 2000))
+        t, u_dd = np.arange(n), np.zeros(n)
+        low, count = rng.uniform(5.0, 20.0) / n, int(rng.integers(1, 30))
+        for frequency in rng.uniform(low, low * rng.uniform(1.0, 5.0), count):
+            u_dd += rng.normal() * np.sin(2 * math.pi * (frequency * t + rng.uniform()))
+        u_dd *= np.exp(-rng.choice((0.0, 1.0)) * t / n)
+        u_dd *= np.minimum(1.0, t / rng.choice((1.0, 0.2 * n)))
+        small = np.abs(u_dd) <= rng.choice((0.05, 0.01)) * np.abs(u_dd).max()
+        ends = [i for i in np.flatnonzero(small) if 2.5 / low < i < n - 2]
+        if ends:
+            yield u_dd, int(rng.choice(ends))
+
+
+def cut_of(outcome):
+    """Return the only warning of a motion that is cut, after which no ring-down is invented."""
+    [warning] = [each for each in outcome.warnings if each.slug == "response-cut"]
+    assert not outcome.response.motion.rest
+    return warning.sentence
+
+
+def test_a_vibration_that_is_cut_at_a_zero_is_not_at_rest(solved):
+    dt, count = 5e-3, 0
+    for seed in range(4):
+        for u_dd, last in vibrations_cut_at_zero(seed):
+            frequency = 2.9 / (len(u_dd) * dt)  # a single event
+            outcome = solved(u_dd[: last + 1], dt, frequency)
+            assert "the record ends" in cut_of(outcome), (seed, last)
+            assert len(outcome.response.t) == last + 1
+            count += 1
+    assert count > 50
+
+
+def test_a_vibration_that_is_followed_by_silence_rings_down(solved):
+    dt = 5e-3
+    for u_dd, last in vibrations_cut_at_zero(11):
+        frequency = 1.0 / (len(u_dd) * dt)
+        silent = np.append(u_dd[: last + 1], np.zeros(last))
+        outcome = solved(silent, dt, frequency)
+        assert "response-cut" not in slugs(outcome)
+        assert outcome.response.motion.rest > 0
+
+
+@pytest.mark.parametrize("block", ["excitation", "measure"])
+def test_a_window_that_ends_at_a_zero_of_a_longer_record_is_not_at_rest(block, solved):
+    dt = 5e-3
+    for u_dd, last in vibrations_cut_at_zero(5):
+        frequency, end = 2.9 / (len(u_dd) * dt), last * dt
+        outcome = solved(u_dd, dt, frequency, **until(end, block))
+        assert f"window ends at {end:.4g}"[:-1] in cut_of(outcome)
+        assert cut_of(outcome).endswith(CURES[block])
+
+
+CURES = {
+    "excitation": "use a later excitation.window.to",
+    "measure": "use a longer measure.duration",
+}
+
+
+def until(end, block):
+    """Return the blocks of a scenario whose window ends at a time [s]."""
+    if block == "measure":
+        return {"measure": {"duration": end}}
+    return {"window": {"to": end}}
+
+
+@pytest.mark.parametrize("block", ["excitation", "measure"])
+def test_a_window_that_ends_with_a_pulse_of_a_longer_record_is_named(block, solved):
+    u_dd = np.append(100.0 * np.sin(np.linspace(0.0, math.pi, 111)), np.zeros(5000))
+    sentence = cut_of(solved(u_dd, 1e-4, **until(0.011, block)))
+    assert "after |ü| was last above 5 % of its peak" in sentence
+    assert sentence.endswith(CURES[block])
+    assert "response-cut" not in slugs(solved(u_dd, 1e-4, **until(0.3, block)))
 
 
 def stationary(seed, n, dt):

@@ -566,6 +566,8 @@ class Samples(NamedTuple):
         For a generated signal: requested and realised values by name, in SI units.
     rest : int
         Number of samples at rest, the last ones, that `with_rest` appended.
+    goes_on : bool
+        Whether the source has samples after the last one, which a window leaves out.
     """
 
     u_dd: Signal
@@ -575,6 +577,7 @@ class Samples(NamedTuple):
     warnings: tuple[WarningMessage, ...] = ()
     realised: Mapping[str, object] = {}
     rest: int = 0
+    goes_on: bool = False
 
 
 def with_rest(motion: Samples, count: int) -> Samples:

@@ -812,7 +812,8 @@ def cut_window(motion: Samples, first: int, last: int, n: int) -> Samples:
     finer = (len(motion.u_dd) - 1) // (n - 1)
     part = first * finer, last * finer + 1
     u = None if motion.u is None else motion.u[slice(*part)]
-    return motion._replace(u_dd=slice_signal(motion.u_dd, *part), u=u)
+    u_dd = slice_signal(motion.u_dd, *part)
+    return motion._replace(u_dd=u_dd, u=u, goes_on=last < n - 1)
 
 
 def from_acceleration(series: Series) -> Samples:

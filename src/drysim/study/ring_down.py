@@ -11,12 +11,14 @@ Method
     the energy only decreases, so that on either side the first turning point is the farthest,
     and one period of the free vibration passes both.
 
-    The base is at rest at the end if its acceleration is small there, and either stays so for
-    much longer than a random signal does around its zeros, or is small most of the time, or
-    belongs to a single event: the record is shorter than a few natural periods, or nearly all
-    of its energy is in the last few. Random records therefore end as they are. A single event
-    that does not end at rest, and a window that ends before the ring-down, are reported
-    (`cut_warnings`): what follows is not known, or not asked for.
+    The base is at rest at the end if its acceleration is small there for much longer than it is
+    around the zeros of a vibration, or if the record ends with a pulse: few half cycles between
+    rest and a last sample that is small. A vibration that is cut at a zero crossing is neither,
+    and what a window leaves out of a longer record is not known to be at rest. Random records
+    therefore end as they are. A single event (the record is shorter than a few natural periods,
+    or nearly all of its energy is in the last few) that does not end at rest, and a window that
+    ends before the ring-down, are reported (`cut_warnings`): what follows is not known, or not
+    asked for.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ from math import ceil, inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from drysim.approach.solution import Floats
 from drysim.core.model import BLOCK_SIZE, AnyLaw, Plant, Samples, Sines, State, max_abs
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Rest, Shock
@@ -37,12 +41,11 @@ from drysim.wording import format_number
 REST_SHARE = 0.05
 """Acceleration, relative to the peak of the base, up to which the base is at rest [-]."""
 
-QUIET_CROSSINGS = 4.0
-"""Mean times between zeros of ü for which a random signal never stays below `REST_SHARE`."""
+QUIET_HALF_CYCLES = 4.0
+"""Mean half cycles of ü for which a vibration never stays below `REST_SHARE`."""
 
-QUIET_RECORD = 0.5
-"""Share of samples below `REST_SHARE` from which a record is a train of events [-]: a third of
-that in random signals."""
+PULSE_HALF_CYCLES = 3
+"""Half cycles up to which a motion from rest to a zero of ü is a pulse, not a vibration."""
 
 EVENT_PERIODS = 3.0
 """Natural periods within which a base motion is a single event."""
@@ -62,7 +65,7 @@ class Ending(NamedTuple):
     """How a base motion ends."""
 
     quiet: float
-    """Time since the base last moved [s]; 0 if it moves at the end."""
+    """Time since |ü| was last above `REST_SHARE` of its peak [s]."""
     at_rest: bool
     is_event: bool
     """Whether the motion, or its end, is a single event."""
@@ -121,7 +124,7 @@ def rest_steps(
     else:
         last = last_sample(motion, end)
         ending = ending_of(motion, last, plant)
-        if last < len(motion.u_dd) - 1 or not ending.at_rest:
+        if not ends_record(motion, last) or not ending.at_rest:
             return 0
         quiet, speed = ending.quiet, abs(start.v_r) + base_speed(motion) * (plant.k_x == 0.0)
     left = free_period(plant, law, speed) - quiet
@@ -131,6 +134,11 @@ def rest_steps(
 def last_sample(motion: Samples, end: float) -> int:
     """Return the sample at the end of a window [s], or the next one."""
     return min(ceil(end / motion.dt * (1.0 - STEP_TOLERANCE)), len(motion.u_dd) - 1)
+
+
+def ends_record(motion: Samples, last: int) -> bool:
+    """Return whether nothing is known of the base after its sample `last`."""
+    return last >= len(motion.u_dd) - 1 and not motion.goes_on
 
 
 def base_speed(motion: Samples) -> float:
@@ -145,14 +153,30 @@ def ending_of(motion: Samples, last: int, plant: Plant) -> Ending:
     if peak == 0.0:
         return Ending(last * dt, True, True)
     quiet = (last - last_above(motion, last, REST_SHARE * peak)) * dt
-    is_event = ends_in_event(motion, last, plant)
-    if quiet == 0.0 or is_event:
-        return Ending(quiet, quiet > 0.0, is_event)
-    whole = u_dd[: last + 1]
-    crossings = int(np.count_nonzero(np.signbit(whole[1:]) != np.signbit(whole[:-1])))
-    stays = quiet * (crossings + 1) >= QUIET_CROSSINGS * last * dt
-    silence = float(np.mean(np.abs(whole) <= REST_SHARE * peak))
-    return Ending(quiet, stays or silence > QUIET_RECORD, False)
+    first = event_start(motion, last, plant)
+    part = u_dd[first or 0 : last + 1]
+    at_rest = quiet > 0.0 and ends_at_rest(part, REST_SHARE * peak)
+    return Ending(quiet, at_rest, first is not None)
+
+
+def ends_at_rest(u_dd: Floats, level: float) -> bool:
+    """Return whether a motion whose last sample is up to `level` [m/s²] is at rest there."""
+    loud = np.flatnonzero(np.abs(u_dd) > level)
+    if not len(loud):
+        return True
+    is_positive = u_dd[loud] > 0.0
+    rest = QUIET_HALF_CYCLES * len(loud) / half_cycles(is_positive)
+    if len(u_dd) - 1 - loud[-1] >= rest:
+        return True
+    pauses = np.flatnonzero(np.diff(loud) > rest)
+    begin = int(pauses[-1]) + 1 if len(pauses) else 0
+    starts_at_rest = loud[begin] > 0
+    return half_cycles(is_positive[begin:]) <= (PULSE_HALF_CYCLES if starts_at_rest else 1)
+
+
+def half_cycles(is_positive: NDArray[np.bool_]) -> int:
+    """Return the number of half cycles of a motion by the sides of its samples."""
+    return 1 + int(np.count_nonzero(is_positive[1:] != is_positive[:-1]))
 
 
 def last_above(motion: Samples, last: int, level: float) -> int:
@@ -167,19 +191,22 @@ def last_above(motion: Samples, last: int, level: float) -> int:
     return 0
 
 
-def ends_in_event(motion: Samples, last: int, plant: Plant) -> bool:
-    """Return whether a base motion, or its end, is a single event for this plant."""
+def event_start(motion: Samples, last: int, plant: Plant) -> int | None:
+    """Return the sample from which a motion up to `last` is a single event for this plant.
+
+    None if neither the motion nor its end is a single event.
+    """
     if plant.k_x == 0.0:
-        return False
+        return None
     event = EVENT_PERIODS * 2.0 * pi * sqrt(plant.m / plant.k_x)
     first = last - ceil(event / motion.dt)
     if first <= 0:
-        return True
+        return 0
     before, at_end = (
         float(np.mean(np.square(part)))
         for part in (motion.u_dd[:first], motion.u_dd[first : last + 1])
     )
-    return at_end > EVENT_RATIO * before
+    return first if at_end > EVENT_RATIO * before else None
 
 
 def cut_warnings(
@@ -200,25 +227,27 @@ def cut_warnings(
     assert isinstance(motion, Samples), "a record is sampled"
     last = last_sample(motion, end)
     ending, period = ending_of(motion, last, plant), free_period(plant, law, 0.0)
-    is_whole = last >= len(motion.u_dd) - 1
+    is_whole = ends_record(motion, last)
     if not ending.is_event or ending.quiet >= period or (is_whole and ending.at_rest):
         return
-    ends = "record ends" if is_whole else "window ends"
-    if ending.at_rest:
-        when = f"{format_number(ending.quiet, 's')} after the base last moved"
-        cure = "use a longer measure.duration"
+    now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
+    if ending.quiet:
+        small = format_number(100.0 * REST_SHARE, "%")
+        since = format_number(ending.quiet, "s")
+        when = f"{since} after |ü| was last above {small} of its peak"
     else:
-        now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
         when = (
             f"while the base moves, at {format_number(100.0 * now / peak, '%', 2)} of its peak"
         )
-        cure = "use a record that lasts until the base is at rest"
-        if not is_whole:
-            cure = "use a longer measure.duration"
+    ends, cure = "window ends", "use a longer measure.duration"
+    if is_whole:
+        ends, cure = "record ends", "use a record that lasts until the base is at rest"
+    elif last == len(motion.u_dd) - 1:
+        cure = "use a later excitation.window.to"
     sentence = (
         f"{scenario.excitation.named}: the {ends} at {format_number(end, 's')}, {when}, and a "
         f"free vibration takes {format_number(period, 's')}: the largest response may come "
-        f"later, so that peaks, stroke and their checks are too small; {cure}"
+        f"later, so that peaks, stroke and their checks may be too small; {cure}"
     )
     numbers = {"end": end, "quiet": ending.quiet, "period": period}
     yield WarningMessage("response-cut", sentence, numbers)
