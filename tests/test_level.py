@@ -118,6 +118,67 @@ def test_offset_at_rest_before_an_event_is_named_and_not_confused_with_its_mean(
     assert removal(tmp_path).value is None
 
 
+def padded(x, dice):
+    """Return samples with zeros before them, after them, or both, and their number."""
+    before, after = (int(dice.integers(4, max(5, len(x) // 9))) for _ in range(2))
+    before, after = [(before, 0), (0, after), (before, after)][int(dice.integers(3))]
+    return np.r_[np.zeros(before), x, np.zeros(after)], before, after
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_zeros_that_pad_a_vibration_prove_no_rest(tmp_path, seed):
+    dice = np.random.default_rng(seed)
+    size, rest = dice.uniform(0.02, 1.0), G * dice.choice([-1, 1])
+    v = vibration(dice)[:2600] * size  # of a longer record a high-pass is proposed
+    x, before, after = padded(rest + v, dice)
+    with pytest.raises(RecordError, match="samples are 0, and the mean of ü without") as caught:
+        motion_of(tmp_path, x)
+    assert "cut these zeros off, with `rows`" in str(caught.value)
+    found = {one.key: one for one in inspect_record(tmp_path / "r.csv").proposals}
+    lines = {"from": before + 2} if before else {}
+    lines |= {"to": len(x) - after + 1} if after else {}
+    assert found["rows"].value == lines
+    assert found["remove"].value == "mean"
+    kept = motion_of(tmp_path, x, rows=found["rows"].value, remove="mean")
+    np.testing.assert_allclose(kept.u_dd, v - v.mean(), atol=1e-9)
+    offset = dice.uniform(0.6, 3.0) * size * dice.choice([-1, 1])
+    x, _, _ = padded((offset + v) / 10, dice)
+    for remove in ("nothing", "mean", "1 Hz"):
+        found = motion_of(tmp_path, x, remove=remove).warnings
+        (warning,) = [one for one in found if one.slug == "record-mean"]
+        assert "cut these zeros off" in warning.sentence
+    x, _, _ = padded(v, dice)
+    assert "record-mean" not in {w.slug for w in motion_of(tmp_path, x).warnings}
+
+
+def lift(dice, trips):
+    """Return trips of a lift with ramps and pauses, up and down in turn, at 100 Hz."""
+    parts = [np.zeros(int(dice.integers(40, 300)))]
+    for k in range(trips):
+        ramp = np.linspace(0, 1, int(dice.integers(20, 80)))
+        hold = np.ones(int(dice.integers(50, 300)))
+        pulse = (-1) ** k * dice.uniform(0.5, 1.5) * np.r_[ramp, hold, ramp[::-1]]
+        pause = np.zeros(int(dice.integers(100, 300)))
+        parts += [pulse, pause, -pulse, pause]
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_motion_between_silence_at_zero_keeps_its_low_frequencies(tmp_path, seed):
+    dice = np.random.default_rng(seed)
+    x = lift(dice, 8)
+    x += dice.choice([0.0, 0.003]) * dice.normal(size=len(x))
+    assert len(x) * DT > 34.0
+    assert "record-mean" not in {one.slug for one in motion_of(tmp_path, x).warnings}
+    assert removal(tmp_path) is None
+    drift = x + np.linspace(-0.5, 0.5, len(x))
+    motion_of(tmp_path, drift)
+    assert removal(tmp_path).value == {"below": "0.3 Hz"}
+    shaken = np.convolve(dice.normal(size=4009), np.ones(10), "valid")
+    motion_of(tmp_path, shaken - shaken.mean())
+    assert removal(tmp_path).value == {"below": "0.3 Hz"}
+
+
 def test_rest_outside_the_window_shows_that_there_is_no_offset(tmp_path):
     x = np.zeros(600)
     x[200:400] = -4.9 + 0.1 * np.sin(np.arange(200))

@@ -185,7 +185,14 @@ def inspect_record(path: Path) -> Inspection:
             reason = f"{code:g} is far outside the range of all other samples: a code, not one"
             value = int(code) if code.is_integer() else code
             proposals.append(Proposal("missing", value, reason, False))
-        proposals += _propose_clean_up(columns, values[chosen.column], grid, chosen, measured)
+        x = values[chosen.column]
+        if chosen.level.words_of_padding:
+            proposals, chosen = _propose_without_padding(columns, proposals, x, chosen)
+        if chosen.level.words_of_padding:
+            reason = f"{chosen.level.words_of_padding}: cut these zeros off in the file"
+            proposals.append(Proposal("remove", None, reason))
+        else:
+            proposals += _propose_clean_up(columns, x, grid, chosen, measured)
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 
 
@@ -652,6 +659,35 @@ def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
 # Clean-up.
 
 
+def _propose_without_padding(
+    columns: Columns, proposals: list[Proposal], x: Floats, summary: ColumnSummary
+) -> tuple[list[Proposal], ColumnSummary]:
+    """Return the proposals with the rows between zeros at the ends, and the summary of these.
+
+    Both stay as they are for files without rows, and where the rows are not known.
+    """
+    of_rows = next((one for one in proposals if one.key == "rows"), None)
+    known = {} if of_rows is None else of_rows.value
+    if not isinstance(columns, TextTable) or not isinstance(known, dict):
+        return proposals, summary
+    before, after = summary.level.padding
+    there = np.flatnonzero(~np.isnan(x))
+    first, last = int(there[before]), int(there[len(there) - 1 - after])
+    rows = {"from": first} if before else {}
+    rows |= {"to": last} if after else {}
+    at = {key: columns.at(row, summary.column, "").problem.line for key, row in rows.items()}
+    reason = (
+        f"{summary.level.words_of_padding}, and the mean without them is "
+        f"{summary.level.rest:.4g} {summary.unit}".rstrip()
+    )
+    if of_rows is not None:
+        reason = f"{of_rows.reason}; {reason}"
+    skip = [one for one in proposals if one.key == "skip"]
+    others = [one for one in proposals if one.key not in ("skip", "rows")]
+    merged = Proposal("rows", {**known, **at}, reason, False)
+    return [*skip, merged, *others], _summarise(columns, summary.column, x[first : last + 1])
+
+
 def _propose_clean_up(
     columns: Columns,
     x: Floats,
@@ -677,7 +713,8 @@ def _propose_clean_up(
             proposals.append(Proposal("gaps", gaps, reason, not is_long))
         enough = PERIODS_OF_HIGH_PASS / SUGGESTED_HIGH_PASS
         is_fast = 2.0 * SUGGESTED_HIGH_PASS * grid.dt < 1.0
-        is_event = abs(level.mean) > LARGE_MEAN * level.spread and not level.has_offset
+        is_large = abs(level.mean) > LARGE_MEAN * level.spread
+        is_event = level.is_event or (is_large and not level.has_offset)
         is_long = len(x) * grid.dt >= enough
         if measured.quantity == "acceleration" and is_fast and is_long and not is_event:
             reason = "high-pass: removes gravity, offset and drift; T_x is known with it"

@@ -125,11 +125,15 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
         _check_range(motion.u_dd, motion.dt, display_path)
         level = measure_level(motion.u_dd, whole)
         check_gravity(record, level)
+        rms = level.spread
+        is_of_acceleration = record.quantity == "acceleration" and not record.window
+        if level_before and any(level_before.padding) and is_of_acceleration:
+            level = level_before  # a trend and a filter make the edge of the zeros a motion
         wrong_unit = tuple(unit_warnings(record, level_before or level))
         warnings = (
             *seen,
             *(wrong_unit or mean_warnings(record, motion, level)),
-            *interpolation_warnings(record, motion, level.spread, file_spacing),
+            *interpolation_warnings(record, motion, rms, file_spacing),
             *displacement_warnings(record, motion.u, otherwise),
         )
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}

@@ -155,6 +155,10 @@ def unit_warnings(record: RecordedMotion, level: Level) -> Iterator[WarningMessa
             yield WarningMessage("record-unit", f"{record.named}: {found}", numbers)
 
 
+CUT_OFF = "cut these zeros off, with `rows` or in the file"
+"""Remedy for a record that is padded with zeros."""
+
+
 def check_gravity(record: RecordedMotion, level: Level) -> None:
     """Raise RecordError if ü at rest looks like gravity that is not to be kept."""
     rests = {level.rest, level.rest / (record.scale or 1.0)}  # before or after scaling
@@ -164,6 +168,10 @@ def check_gravity(record: RecordedMotion, level: Level) -> None:
             found = f"the mean of ü is {level.mean:.4g} m/s²"
             removal = record.remove.yaml_with(trend=_trend_to_remove(record))
             remedy = f"remove it with {removal} or a high-pass, {high_pass}"
+        elif level.words_of_padding:
+            mean = f"the mean of ü without them is {level.rest:.4g} m/s²"
+            found = f"{level.words_of_padding}, and {mean}"
+            remedy = f"{CUT_OFF} and remove it"
         else:
             found = f"at rest ü is {level.rest:.4g} m/s²"
             remedy = f"subtract it in the file or use a high-pass, {high_pass}"
@@ -183,13 +191,17 @@ def mean_warnings(
 ) -> Iterator[WarningMessage]:
     """Warn of an offset of u where it is known, else of ü, whose level is given."""
     name, unit = "ü", "m/s²"
-    if motion.u is not None:
+    if motion.u is not None and not any(level.padding):
         level, name, unit = measure_level(motion.u), "u", "m"
     if record.gravity == "refuse" and level.has_offset:
         mean, spread, rest = level.mean, level.spread, level.rest
         if level.mean_is_offset:
             found = f"the mean of {name} is {mean:.4g} {unit}"
             remedy = _mean_remedy(record)
+        elif level.words_of_padding:
+            without = f"the mean of {name} without them is {rest:.4g} {unit}"
+            found = f"{level.words_of_padding}, and {without}"
+            remedy = f"{CUT_OFF}, and remove the mean of the rest"
         else:
             found = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
             remedy = (
