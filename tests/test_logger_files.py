@@ -479,6 +479,17 @@ def test_labview_measurement_has_its_units_and_times(tmp_path, columns):
         ("Abtastrate: 1 kHz", "rate", "1 kHz"),
         ("Sample Interval = 2 ms", "step", "2 ms"),
         ("Fs=256", "rate", "256 Hz"),
+        ("Sampling rate: 51200", "rate", "51200 Hz"),
+        ("Sampling rate: 51,200", "rate", None),
+        ("Sample Rate: 1,000 Hz", "rate", None),
+        ("Data rate: 1,024 S/s", "rate", None),
+        ("Sample Interval: 2,500 us", "step", None),
+        ("Sample Interval: 0.5", "step", None),
+        ("Abtastrate: 51,2 kHz", "rate", "51.2 kHz"),
+        ("Abtastintervall: 0,005 s", "step", "0.005 s"),
+        ("Sampling rate: 1.024 kHz", "rate", "1.024 kHz"),
+        ("Sampling rate: 1,024.0 Hz", "rate", "1024 Hz"),
+        ("Sampling rate: 1,024,000 Hz", "rate", "1024000 Hz"),
     ],
 )
 def test_rate_above_the_rows_is_proposed(tmp_path, line, key, value):
@@ -488,6 +499,26 @@ def test_rate_above_the_rows_is_proposed(tmp_path, line, key, value):
     assert found[key].value == value
     assert "row 2" in found[key].reason
     assert found["unit"].value == "cm/s^2"
+
+
+@pytest.mark.parametrize("mark", [",", "."])
+def test_mark_in_a_rate_that_may_stand_between_thousands_is_asked_about(tmp_path, mark):
+    dice, file = np.random.default_rng(ord(mark)), tmp_path / "r.txt"
+    for decimal in ",.":
+        rows = "\n".join(f"{x:.4f}".replace(".", decimal) for x in A)
+        number = f"{dice.integers(1, 1000)}{mark}{dice.integers(0, 1000):03d}"
+        file.write_text(f"Sampling rate: {number} Hz\nacc [m/s2]\n{rows}\n")
+        (rate,) = [one for one in inspect_record(file).proposals if one.key == "rate"]
+        if mark == "." == decimal:
+            assert float(rate.value.split()[0]) == pytest.approx(float(number))
+        else:
+            assert rate.value is None
+            plain = number.replace(mark, ".")
+            assert f": {float(plain):g} or {int(number.replace(mark, ''))}?" in rate.reason
+    file.write_text(f"Sampling rate: 400\nacc [m/s2]\n{rows}\n")
+    (rate,) = [one for one in inspect_record(file).proposals if one.key == "rate"]
+    assert rate.reason.endswith("without a unit: taken as Hz")
+    assert not rate.is_certain
 
 
 @pytest.mark.parametrize(("unit", "value"), [("V", None), ("m/s2", "m/s2"), ("mm", "mm")])
@@ -563,3 +594,60 @@ def test_record_far_shorter_than_a_natural_period_is_a_warning(drysim, tmp_path)
     assert "far less than the natural period" in answer.out
     free = drysim("validate", "s.yaml", "--set", "oscillator.stiffness=0")
     assert "natural period" not in free.out
+
+
+# Times that repeat or fall.
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S", "epoch"])
+@pytest.mark.parametrize("seed", range(6))
+def test_pause_of_a_clock_of_whole_seconds_is_named(tmp_path, monkeypatch, seed, form):
+    monkeypatch.chdir(tmp_path)
+    dice = np.random.default_rng(seed)
+    rate, n = int(dice.integers(20, 200)), 1000
+    at, pause = int(dice.integers(300, 700)), dice.uniform(0.6, 9.0)
+    t = np.arange(n) / rate + dice.uniform(0, 1)
+    (first, last), record = (dice.uniform(0, 6, 2) for _ in range(2)), Path("r.csv")
+    rows = {}
+    for name, times in {"even": t, "pause": t + pause * (np.arange(n) >= at)}.items():
+        whole = [START + timedelta(seconds=math.floor(one)) for one in times]
+        cells = [
+            f"{round(one.timestamp())}" if form == "epoch" else one.strftime(form)
+            for one in whole
+        ]
+        waves = (math.sin(0.1 * k + first[0]) + math.sin(0.17 * k + last[0]) for k in range(n))
+        lines = (f"{cell},{x:.4f}\n" for cell, x in zip(cells, waves, strict=True))
+        record.write_text("timestamp,a [m/s2]\n" + "".join(lines))
+        rows[name] = judge(tmp_path, record, name)
+    motion, said = rows["even"]
+    assert motion is not None, said
+    assert 1 / motion.dt == pytest.approx(rate, rel=0.01)
+    motion, said = rows["pause"]
+    assert motion is None
+    assert "are missing: read one part, such as `rows: {from: " in said
+    line = int(said.split("{from: ")[1].split("}")[0])
+    assert at + 2 <= line <= at + 2 + rate
+    assert "if only the printed times are inaccurate" not in said
+
+
+@pytest.mark.parametrize("step", ["0.01", "0.005"])
+def test_falling_times_are_to_be_sorted(tmp_path, step):
+    dice = np.random.default_rng(len(step))
+    for digits in (2, 3):
+        n = int(dice.integers(50, 400))
+        t = np.arange(n)[::-1] * float(step) + dice.uniform(0, 100)
+        lines = (f"{one:.{digits}f},{k % 7}\n" for k, one in enumerate(t))
+        (tmp_path / "r.csv").write_text("t [s],a [m/s2]\n" + "".join(lines))
+        (rate,) = [
+            one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "rate"
+        ]
+        assert rate.value is None
+        assert rate.reason.endswith("sort the rows by time")
+        assert "rows: {" not in rate.reason
+
+
+def test_one_row_of_a_later_time_above_a_record_is_left_out(tmp_path):
+    lines = (f"{one:.2f},{k % 7}\n" for k, one in enumerate([5.0, *np.arange(90) / 100]))
+    (tmp_path / "r.csv").write_text("t [s],a [m/s2]\n" + "".join(lines))
+    (rate,) = [one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "rate"]
+    assert rate.reason.endswith("`rows: {from: 3}` leaves the rows above out")

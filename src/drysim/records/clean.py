@@ -68,6 +68,13 @@ POOR_TIMES_HINT = (
 )
 """Hint for times that a recorder cannot have produced."""
 
+MIN_FIRST_PART = 4
+"""Rows before times that begin anew that are a record of their own, at least."""
+
+MIN_CHANGES, MIN_LOST, LOST_SHARE = 4, 2.0, 0.2
+"""Changes of a clock of few digits that show its rate, and the rows that a pause lacks: their
+number, and their share of those between two changes, at least."""
+
 
 class TimeGrid(NamedTuple):
     """Times of the samples."""
@@ -157,23 +164,56 @@ def fit_grid(
 
 def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> RecordError:
     """Return the error for a time that repeats or decreases at a 0-based row."""
+    steps = np.diff(t)
+    falls = np.flatnonzero(steps < 0) + 1
+    is_reversed = len(falls) > np.count_nonzero(steps) / 2
+    if is_reversed:
+        row = int(falls[0])
     what = f"from {t[row - 1]:.12g} to {t[row]:.12g}"
     if t[row] == t[row - 1]:
-        return columns.at(row, index, f"time repeats: {what}; {POOR_TIMES_HINT}")
+        remedy = _describe_pause(t, columns, index) or POOR_TIMES_HINT
+        return columns.at(row, index, f"time repeats: {what}; {remedy}")
     sentence, line = f"time decreases: {what}", columns.at(row, index, "").problem.line
-    count = int((np.diff(t) < 0).sum())
-    if count > 1:
-        sentence += f", the first of {count} such rows"
+    if len(falls) > 1:
+        sentence += f", the first of {len(falls)} such rows"
     if not line:
         return columns.at(row, index, sentence)
-    if t[row - 1] - t[row] > (t[row - 1] - t[0]) / 2:
-        first = "" if count > 1 else f", `rows: {{from: {line}}}` the second one"
+    is_restart = t[row - 1] - t[row] > (t[row - 1] - t[0]) / 2
+    if is_reversed or not is_restart or (row < MIN_FIRST_PART and len(falls) > 1):
+        remedy = "sort the rows by time"
+    elif row < MIN_FIRST_PART:
+        remedy = f"`rows: {{from: {line}}}` leaves the rows above out"
+    else:
+        first = "" if len(falls) > 1 else f", `rows: {{from: {line}}}` the second one"
         remedy = (
             f"a second record begins here: `rows: {{to: {line - 1}}}` reads the first{first}"
         )
-    else:
-        remedy = "sort the rows by time"
     return columns.at(row, index, f"{sentence}: {remedy}")
+
+
+def _describe_pause(t: Floats, columns: Columns, index: int) -> str:
+    """Return where a clock of few digits, whose times repeat, has the longest pause.
+
+    Empty if each of its steps has about as many rows as it lasts.
+    """
+    changes = np.flatnonzero(np.diff(t)) + 1
+    if len(changes) < MIN_CHANGES:
+        return ""
+    counts, steps = np.diff(changes), np.diff(t[changes])
+    expected = steps * float(np.median(counts / steps))
+    lost = expected - counts
+    k = int(lost.argmax())
+    if lost[k] <= max(MIN_LOST, LOST_SHARE * float(np.median(counts))):
+        return ""
+    row = int(changes[k + 1])
+    line = columns.at(row, index, "").problem.line
+    part = f", such as `rows: {{from: {line}}}`," if line else ""
+    return (
+        f"it goes from {t[row - 1]:.12g} to {t[row]:.12g} before "
+        f"{f'row {line}' if line else f'sample {row + 1}'}, where about "
+        f"{format_count(round(float(lost[k])), 'sample')} are missing: read one part{part} "
+        "with `rate` instead of `time`"
+    )
 
 
 def _fit_parts(

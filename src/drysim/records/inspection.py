@@ -528,9 +528,7 @@ def _rate_in_preamble(
     for key in ("rate", "step"):
         if key in said:
             value, reason = said[key]
-            if " " in value:
-                return [Proposal(key, value, reason, False)]
-            return [Proposal(key, None, f"{reason}, without a unit")]
+            return [Proposal(key, value or None, reason, False)]
     return proposals
 
 

@@ -20,6 +20,8 @@ from drysim.records.clock import UNIT_BY_WORD
 from drysim.records.columns import Columns, shorten_quote
 from drysim.records.options import Recorded
 from drysim.records.text import (
+    DECIMAL_MARK,
+    GROUPED,
     LINES_SIZE,
     MAX_ROWS_EXAMINED,
     MISSING,
@@ -184,7 +186,7 @@ UNIT = r"(?:[kM]?Hz|[kM]?S/s|sps|[mµu]?s|m?sec)"
 
 ASSIGNMENT = re.compile(
     rf"\W*(?P<key>[^\W\d][\w .,/-]*?)\s*(?:[(\[](?P<unit_of_key>{UNIT})[)\]])?\s*[:=\t;, ]\s*"
-    rf"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>{UNIT})?\s*\W*"
+    rf"(?P<number>[+-]?\d+(?:[.,]\d+)*(?:[eE][+-]?\d+)?)\s*(?P<unit>{UNIT})?\s*\W*"
 )
 """A line such as `Sampling rate: 100 Hz` or `SAMPLING_INTERVAL_S: 0.005`."""
 
@@ -199,7 +201,10 @@ KEY_OF_UNIT = re.compile(r"(?i)\W*(?:units?|einheit(?:en)?)\W+(?P<unit>[^\s,;]+)
 
 
 class Statement(NamedTuple):
-    """A value that a line above the rows states, and the line as messages quote it."""
+    """A value that a line above the rows states, and the line as messages quote it.
+
+    The value is empty where the line leaves it open.
+    """
 
     value: str
     reason: str
@@ -211,10 +216,11 @@ def read_preamble(table: TextTable) -> dict[str, Statement]:
     The value of `units` are those of all columns, separated by tabs.
     """
     found: dict[str, Statement] = {}
+    decimal = table.decimal(table.series())
     above = raw_lines(table.file._replace(begin=0, line=1))
     for line, _, part in islice(above, min(table.line - 1, MAX_ROWS_EXAMINED)):
         text = part.decode("utf-8", "replace")[:MAX_PREAMBLE_LINE].strip()
-        key, value = _parse_preamble_line(text)
+        key, value, doubt = _parse_preamble_line(text, decimal)
         cells = split_cells(text.lstrip("%#/ "), table.delimiter or ",")
         units = [read_label(cell.text).unit for cell in cells]
         if (
@@ -225,25 +231,52 @@ def read_preamble(table: TextTable) -> dict[str, Statement]:
         ):
             key, value = "units", "\t".join(units)
         if key:
-            found[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`")
+            found[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`{doubt}")
     return found
 
 
-def _parse_preamble_line(text: str) -> tuple[str, str]:
-    """Return the key of a record that a line states, and its value; empty for other lines."""
+def _parse_preamble_line(text: str, decimal: str) -> tuple[str, str, str]:
+    """Return the key of a record that a line states, its value, and what is doubtful about it.
+
+    All are empty for other lines; `decimal` is the decimal mark of the rows.
+    """
     if named := KEY_OF_UNIT.fullmatch(text):
         unit = named["unit"]
-        return (
-            ("unit", unit) if any(is_common_unit(unit, si) for si in SI.values()) else ("", "")
-        )
+        is_known = any(is_common_unit(unit, si) for si in SI.values())
+        return ("unit", unit, "") if is_known else ("", "", "")
     found = ASSIGNMENT.fullmatch(text)
     if found is None:
-        return "", ""
+        return "", "", ""
     words = re.split(r"[\s_.]+", found["key"].strip())
     unit = found["unit_of_key"] or found["unit"] or UNIT_BY_WORD.get(words[-1].lower(), "")
-    key, number = " ".join(words), float(found["number"].replace(",", "."))
-    if KEYS_OF_RATE.fullmatch(key) and number > 0:
-        return "rate", f"{number:.12g} {unit.replace('S/s', 'Hz').replace('sps', 'Hz') or 'Hz'}"
-    if KEYS_OF_STEP.fullmatch(key) and number > 0:
-        return "step", f"{number:.12g} {unit}".strip()
-    return "", ""
+    name = " ".join(words)
+    key = "rate" if KEYS_OF_RATE.fullmatch(name) else ""
+    key = key or ("step" if KEYS_OF_STEP.fullmatch(name) else "")
+    numbers = [x for x in _numbers_in(found["number"], decimal) if x > 0]
+    if not key or not numbers:
+        return "", "", ""
+    if len(numbers) > 1:
+        return key, "", f": {numbers[0]:.12g} or {numbers[1]:.12g}?"
+    if not unit and key == "step":
+        return key, "", ", without a unit"
+    doubt = "" if unit else ", without a unit: taken as Hz"
+    unit = unit.replace("S/s", "Hz").replace("sps", "Hz") or "Hz"
+    return key, f"{numbers[0]:.12g} {unit}", doubt
+
+
+def _numbers_in(text: str, decimal: str) -> tuple[float, ...]:
+    """Return the number that a text stands for, or two where its mark is ambiguous.
+
+    A comma before three digits may be a decimal comma or stand between thousands, and so may a
+    point if the rows have decimal commas.
+    """
+    marks = DECIMAL_MARK.findall(text)
+    if GROUPED.fullmatch(text) and "," in (marks[0], decimal):
+        return tuple(float(DECIMAL_MARK.sub(mark, text)) for mark in (".", ""))
+    if len(marks) > 1:
+        groups = marks[:-1] if marks[-1] != marks[0] else marks
+        digits = re.split("[.,]", text)[1 : len(groups) + 1]
+        if len(set(groups)) > 1 or any(len(group) != 3 for group in digits):
+            return ()
+        text = text.replace(groups[0], "")
+    return (float(text.replace(",", ".")),)
