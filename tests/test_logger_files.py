@@ -107,6 +107,7 @@ OF_CASES = {
     "layout/two-runs.csv": Expected(said=("row 302", "a second record begins here")),
     "layout/wide-rows.txt": Expected(said=("one series of 640 samples", "skiprows=4")),
     "cells/na-cells.csv": Expected(100, said=("before row 54",)),
+    "cells/overload-999.csv": Expected(100, said=("missing: -9999",)),
     "cells/serial-row.csv": Expected(100, said=("row 3 is no sample",)),
     "cells/summary-rows.csv": Expected(100, said=("rows 402 to 404", "`Max`, `Min`")),
     "cells/trailing-delim-data-only.csv": Expected(100),
@@ -115,6 +116,7 @@ OF_CASES = {
     "minimal/na.csv": Expected(100, 0.6516, said=("before row 8",)),
     "minimal/restart.csv": Expected(said=("row 8", "a second record begins here")),
     "minimal/sensors.csv": Expected(said=("S1, S2, S3 in turn",)),
+    "minimal/sentinel.csv": Expected(100, 0.6516, said=("missing: -9999", "before row 8")),
     "minimal/step-2s.csv": Expected(said=NO_UNIT),
     "minimal/summary.csv": Expected(100, 0.6508, said=("rows 14 to 16",)),
     "minimal/thousands.csv": Expected(100, 0.6508 * 9.80665e-3),
@@ -122,6 +124,10 @@ OF_CASES = {
     "minimal/time-ms-pause.csv": Expected(said=("before row 8",)),
     "minimal/time-us.csv": Expected(1000, 0.6508),
     "minimal/wide.txt": Expected(said=("one series of 48 samples",)),
+    "shock/half-sine-0.5s.csv": Expected(1000, 30.97),
+    "shock/half-sine-2s.csv": Expected(1000, 15.6),
+    "shock/half-sine-gravitylike.csv": Expected(1000, 46.77),
+    "shock/half-sine-noise.csv": Expected(1000, 15.6),
 }  # fmt: skip
 
 
