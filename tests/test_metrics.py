@@ -14,6 +14,7 @@ from drysim.metrics.stroke import (
     count_upcrossings,
     half_cycle_peaks,
     hourly_stroke,
+    peaks_by_side,
 )
 from drysim.scenario.model import scene_period
 
@@ -121,6 +122,110 @@ def test_gaussian_motion_meets_the_stroke_that_rice_gives(seat):
     assert metrics["limit_rate"] == pytest.approx(beyond, rel=0.25)
     hour = sigma * math.sqrt(2 * math.log(2 * rate * 3600))
     assert metrics["stroke_once_an_hour"] == pytest.approx(hour, rel=0.1)
+
+
+UNEQUAL = {
+    "oscillator.damping": {"extension": 100, "compression": 700},
+    "stroke.limit": {"up": "100 mm", "down": "40 mm"},
+}
+"""A seat that moves farther up than down, and farther beyond its limit down than up."""
+
+
+def hourly_strokes(seat, changes, seed=1, duration=200, **more):
+    noise = {"kind": "standard", "class": "EM3", "duration": duration, "seed": seed} | more
+    words = {"excitation": noise, "friction.kinetic": 20, "measure": {}, "solver.step": 5e-3}
+    return drysim.run(drysim.load(seat, words | changes))
+
+
+def test_unequal_limits_are_compared_with_the_peaks_of_their_own_sides_in_an_hour(seat):
+    up, down = (f"stroke_once_an_hour_{side}" for side in ("up", "down"))
+    short = [hourly_strokes(seat, UNEQUAL, seed).metrics for seed in range(1, 7)]
+    hours = [hourly_strokes(seat, UNEQUAL, seed, 3600).metrics for seed in (101, 102, 103)]
+    for side, sign, extreme in ((up, 1.0, "x_r_max"), (down, -1.0, "x_r_min")):
+        stroke = np.mean([m[side] for m in short])
+        assert stroke == pytest.approx(np.mean([m[side] for m in hours]), rel=0.05)
+        assert stroke < sign * np.mean([m[extreme] for m in hours]) < 1.2 * stroke
+    assert all(m[down] < m["x_r_peak"] for m in short)
+
+
+def too_short(outcome):
+    found = [each for each in outcome.warnings if each.slug == "stroke-too-short"]
+    return found[0].sentence if found else ""
+
+
+def test_the_hourly_stroke_is_too_short_for_the_side_whose_limit_it_exceeds(seat):
+    sentence = too_short(outcome := hourly_strokes(seat, UNEQUAL))
+    stroke = outcome.metrics["stroke_once_an_hour_down"]
+    assert f"is {-1e3 * stroke:.4g} mm" in sentence
+    assert f"{100.0 * stroke / 0.04:.3g} % of the lower limit" in sentence
+    # The same peaks up are within their limit, whatever the smaller one is.
+    wide = UNEQUAL | {"stroke.limit": {"up": "100 mm", "down": "60 mm"}}
+    assert outcome.metrics["stroke_once_an_hour"] > 0.06
+    assert not too_short(hourly_strokes(seat, wide))
+    high = UNEQUAL | {"stroke.limit": {"up": "80 mm", "down": "70 mm"}}
+    assert "of the upper limit" in too_short(hourly_strokes(seat, high))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_peaks_of_the_sides_are_those_of_the_half_cycles_and_swap_in_a_mirror(seed):
+    rng = np.random.default_rng(seed)
+    path = np.round(np.convolve(rng.normal(size=400), np.ones(3), "valid"), 1)
+    up, down = peaks_by_side(path)
+    assert sorted([*up, *down]) == sorted(half_cycle_peaks(path))
+    assert up.max() == path.max()
+    assert down.max() == -path.min()
+    mirrored = peaks_by_side(-path)
+    assert [each.tolist() for each in mirrored] == [down.tolist(), up.tolist()]
+
+
+def test_many_cases_and_seeds_name_the_side_of_the_limit_that_is_too_small(seat):
+    noise = {"kind": "standard", "class": "EM3", "duration": 150}
+    words = UNEQUAL | {"friction.kinetic": 20, "measure": {}, "solver.step": 5e-3}
+    limits = {"up": "110 mm", "down": "42 mm"}
+    words |= {"excitation": noise | {"seeds": 3}, "stroke.limit": limits}
+    ensemble = drysim.run(drysim.load(seat, words))
+    assert "violations" not in slugs_of(ensemble)
+    used = ensemble.metrics["stroke_once_an_hour_down"] / 0.042
+    assert f"{100.0 * used:.3g} % of the lower limit" in too_short(ensemble)
+    assert too_short(ensemble).endswith("mean of 3 seeds")
+
+    forces = {"sweep": {"friction.kinetic": [10, 20, 400]}}
+    words["excitation"] = noise | {"seed": 1}
+    table = drysim.sweep(drysim.load(seat, words | forces))
+    shares = [(row.metrics["stroke_once_an_hour_down"] or 0.0) / 0.042 for row in table]
+    assert table[2].metrics["x_r_peak"] < 0.02
+    assert f"in {sum(share > 1.0 for share in shares)} of 3 cases" in too_short(table)
+    assert f"{100.0 * max(shares):.3g} % of the lower limit" in too_short(table)
+
+
+def slugs_of(outcome):
+    return [each.slug for each in outcome.warnings]
+
+
+@pytest.mark.parametrize(
+    "several", [{"excitation.seeds": 3}, {"sweep": {"oscillator.mass": [75, 80]}}]
+)
+def test_many_cases_and_seeds_warn_of_a_stroke_that_an_hour_exceeds(seat, several):
+    noise = {"kind": "standard", "class": "EM3", "duration": 120, "seed": 1}
+    words = {"excitation": noise, "friction.kinetic": 20, "measure": {}, "solver.step": 5e-3}
+
+    def solved(limit):
+        command = drysim.sweep if "sweep" in several else drysim.run
+        return command(drysim.load(seat, words | several | {"stroke.limit": limit}))
+
+    strokes = [m["stroke_once_an_hour"] for m in metrics_of(solved(1.0))]
+    peaks = [m["x_r_peak"] for m in metrics_of(solved(1.0))]
+    stroke = max(strokes) if "sweep" in several else float(np.mean(strokes))
+    assert max(peaks) < 0.98 * stroke
+    sentence = too_short(solved(0.99 * stroke))
+    assert "is expected to be if the base moves on like this" in sentence
+    assert "101 % of the limit" in sentence
+    assert not too_short(solved(1.01 * stroke))
+    assert not too_short(solved(0.9 * min(peaks)))  # exceeded already
+
+
+def metrics_of(solved):
+    return [row.metrics for row in solved.rows]
 
 
 def test_stroke_that_suffices_knows_the_settling(seat):

@@ -27,6 +27,7 @@ LIMITS = StrokeLimits(0.004, 0.007)
 SIDES = {
     "x_r_max": "x_r_min",
     "violations_up": "violations_down",
+    "stroke_once_an_hour_up": "stroke_once_an_hour_down",
     "contacts_up": "contacts_down",
 }
 

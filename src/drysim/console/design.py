@@ -9,17 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim import wording
-from drysim.console.summaries import SummaryRow, clean_up_lines, show_summary
+from drysim.console.summaries import (
+    SummaryRow,
+    clean_up_lines,
+    describe_hourly_use,
+    show_summary,
+)
+from drysim.metrics.table import HOURLY_STROKE
 from drysim.scenario.design import WORST
 from drysim.study.design import DesignResult, Variant, keys_at_bounds, limits_of, number_of
 from drysim.study.outcome import format_metric
 from drysim.study.statistics import max_seeds
+from drysim.study.table import hourly_stroke_used
 from drysim.wording import (
     describe_axis,
     describe_case,
     format_count,
     format_number,
-    format_percent,
     format_unit,
     join_words,
     short_key,
@@ -145,13 +151,13 @@ def format_ends(low: float | None, high: float | None) -> str:
 def hourly_rows(result: DesignResult) -> Iterator[SummaryRow]:
     """Yield the stroke that the shown design reaches once an hour, beside its limit."""
     shown = result.shown
-    strokes = [row.metrics.get("stroke_once_an_hour") for row in shown.rows] if shown else []
-    known = [stroke for stroke in strokes if stroke is not None]
-    if known:
-        remark, stroke = "reached once an hour, extrapolated from the largest peaks", max(known)
+    metrics = [row.metrics for row in shown.rows] if shown else []
+    stroke = max((one.get(HOURLY_STROKE) or 0.0 for one in metrics), default=0.0)
+    if stroke:
+        remark = "reached once an hour, extrapolated from the largest peaks"
         if (block := result.scenario.stroke) is not None:
-            share = stroke / min(block.limits)
-            remark = f"{format_percent(share)} of the limit; {remark}"
+            used = max(hourly_stroke_used(one, block.limits) for one in metrics)
+            remark = f"{describe_hourly_use(used)}; {remark}"
         yield SummaryRow("hourly peak", wording.format_length(stroke), remark)
 
 

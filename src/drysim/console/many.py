@@ -16,6 +16,7 @@ from drysim import wording
 from drysim.console.summaries import (
     SummaryRow,
     clean_up_lines,
+    describe_hourly_use,
     run_scene,
     show_folder,
     show_rows,
@@ -32,7 +33,7 @@ from drysim.scenario.model import asks_for_peak_acceleration
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import MAX_CACHED_ROWS, OK, max_seeds, stopping_rule
-from drysim.study.table import Tally, largest_excess, stroke_limits
+from drysim.study.table import Tally, hourly_stroke_used, largest_excess, stroke_limits
 from drysim.study.warnings import describe_seeds_beyond
 from drysim.wording import (
     display_unit,
@@ -140,7 +141,8 @@ def _describe_scatter(
         yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
     used, stroke = ensemble.statistics.get("stroke_used"), ensemble.scenario.stroke
     if metric == HOURLY_STROKE and stroke is not None and not ensemble.scenario.stops:
-        yield f"mean {format_percent(found.mean / min(stroke.limits))} of the stroke limit"
+        hourly = hourly_stroke_used(ensemble.metrics, stroke.limits)
+        yield f"mean {describe_hourly_use(hourly)}"
     if metric == "x_r_peak" and used:
         share, seed = used.greatest
         yield f"largest with seed {seed}, {format_percent(share)} of the stroke limit"

@@ -25,10 +25,11 @@ from drysim.core.model import EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import EXPOSURE, METRICS, UNITS, WEIGHTING
+from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, UNITS, WEIGHTING
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import asks_for_peak_acceleration, common_period
 from drysim.study.outcome import format_metric
+from drysim.study.table import HourlyStroke, hourly_stroke_used
 from drysim.wording import (
     describe_limits,
     format_count,
@@ -174,8 +175,8 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         value = format_number(metrics["x_dd_peak"], "m/s²")
         yield SummaryRow("peak |ẍ|", value, "both sides of every jump included")
     yield SummaryRow("peak |x_r|", format_length(peak), limit)
-    if metrics["stroke_once_an_hour"] is not None:
-        yield _hourly_stroke_row(metrics["stroke_once_an_hour"], outcome, peak)
+    if metrics[HOURLY_STROKE] is not None:
+        yield _hourly_stroke_row(outcome, peak)
     if outcome.response.law.stops is not None:
         yield from _end_stop_rows(metrics, outcome.response.law.stops)
     elif stroke and metrics["violations"]:
@@ -228,18 +229,24 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
             yield SummaryRow(metric.name, text, about)
 
 
-def _hourly_stroke_row(stroke: float, outcome: Outcome, peak: float | None) -> SummaryRow:
+def _hourly_stroke_row(outcome: Outcome, peak: float | None) -> SummaryRow:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
     how, style = "reached once an hour, extrapolated from the largest peaks", "bold"
     stops, block = outcome.response.law.stops, outcome.scenario.stroke
+    stroke = outcome.metrics[HOURLY_STROKE]
     if stops is not None and stops.rigid and stroke == max(stops.limits):
         how = "limited by the rigid stops"
     elif block is not None and stops is None:
-        share = stroke / min(block.limits)
-        same = block.limits.up == block.limits.down
-        how = f"{format_percent(share)} of the {'' if same else 'smaller '}limit; {how}"
-        style = "bold red" if share > 1.0 else style
+        used = hourly_stroke_used(outcome.metrics, block.limits)
+        how = f"{describe_hourly_use(used, peak)}; {how}"
+        style = "bold red" if used.share > 1.0 else style
     return SummaryRow("hourly peak", format_length(stroke, peak), how, style)
+
+
+def describe_hourly_use(used: HourlyStroke, peak: float | None = None) -> str:
+    """Describe the share of a limit reached once an hour, of unequal limits with its place."""
+    place = "" if used.limit == "the limit" else f" at {format_length(used.x_r, peak)}"
+    return f"{format_percent(used.share)} of {used.limit}{place}"
 
 
 def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:

@@ -194,7 +194,14 @@ def half_cycle_peaks(path: Floats) -> Floats:
     return np.asarray(np.maximum.reduceat(np.abs(moved), first), dtype=np.float64)
 
 
-def hourly_stroke(heights: Floats, length: float) -> float | None:
+def peaks_by_side(path: Floats) -> tuple[Floats, Floats]:
+    """Return the `half_cycle_peaks` of x_r > 0 and of x_r < 0, which alternate [m]."""
+    heights, moved = half_cycle_peaks(path), path[path != 0.0]
+    first, second = heights[::2], heights[1::2]
+    return (first, second) if len(moved) and moved[0] > 0.0 else (second, first)
+
+
+def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | None:
     """Return the stroke exceeded once an hour on average, extrapolated [m].
 
     Parameters
@@ -203,11 +210,13 @@ def hourly_stroke(heights: Floats, length: float) -> float | None:
         Peaks of the half cycles [m].
     length : float
         Time in which they were observed [s].
+    sides : {1, 2}, optional
+        1 if the peaks are those of one side: half as many are needed, and make a tail.
 
     Returns
     -------
     float or None
-        None with fewer than `MIN_HALF_CYCLES` peaks.
+        None with fewer than `MIN_HALF_CYCLES` peaks on both sides.
 
     Notes
     -----
@@ -219,9 +228,9 @@ def hourly_stroke(heights: Floats, length: float) -> float | None:
     more where peaks cluster. Coles, An Introduction to Statistical Modeling of Extreme Values
     (2001), chapter 4. The result is an extrapolation, not a bound.
     """
-    if len(heights) < MIN_HALF_CYCLES:
+    if len(heights) < MIN_HALF_CYCLES * sides // 2:
         return None
-    count = max(MIN_TAIL_PEAKS, int(TAIL_SHARE * len(heights)))
+    count = max(MIN_TAIL_PEAKS * sides // 2, int(TAIL_SHARE * len(heights)))
     squares = np.square(np.sort(heights)[-count - 1 :])
     excess = float(np.mean(squares[1:] - squares[0]))
     often = max(math.log(count * HOUR / length), 0.0)

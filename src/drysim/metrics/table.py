@@ -30,6 +30,7 @@ from drysim.metrics.stroke import (
     hourly_stroke,
     impacts,
     path_in_window,
+    peaks_by_side,
 )
 
 Metrics = Mapping[str, float | int | None]
@@ -76,6 +77,8 @@ class Measured:
     """Largest |x_dd| in the window [m/s²]; None where unknown."""
     hourly: float | None = None
     """Stroke exceeded once an hour, extrapolated [m]; None where unknown."""
+    hourly_by_side: tuple[float | None, float | None] = (None, None)
+    """The same of x_r > 0 and of x_r < 0 alone."""
     limits: StrokeLimits | None = None
     limit_entries: Any = 0
     """How often x_r reaches a limit in the window."""
@@ -246,6 +249,9 @@ STROKE_USED = "stroke_used"
 HOURLY_STROKE = "stroke_once_an_hour"
 """Metric by which it is judged beyond the time that was computed."""
 
+HOURLY_STROKES_BY_SIDE = "stroke_once_an_hour_up", "stroke_once_an_hour_down"
+"""Metrics by which unequal limits are."""
+
 STABLE_MODULUS = 1.0 - 1e-9
 """Modulus of a Floquet multiplier below which an orbit attracts its neighbours."""
 
@@ -342,6 +348,12 @@ METRICS = (
            "continues as in the window: extrapolated from the tail of its peaks (Weibull, "
            "exponent 2), at most the position of rigid stops; unknown below 150 half cycles",
            lambda m: m.hourly),
+    Metric(HOURLY_STROKES_BY_SIDE[0], "m", "x_r exceeded once an hour, extrapolated as "
+           "stroke_once_an_hour from the peaks of this side",
+           lambda m: m.hourly_by_side[0], by_side=True),
+    Metric(HOURLY_STROKES_BY_SIDE[1], "m", "-x_r exceeded once an hour, extrapolated as "
+           "stroke_once_an_hour from the peaks of this side",
+           lambda m: m.hourly_by_side[1], by_side=True),
     Metric("contacts", "-", "contacts with an end stop in the window",
            lambda m: m.impacts.up + m.impacts.down, (STOPS,), COUNT),
     Metric("contacts_up", "-", "contacts with the upper end stop in the window",
@@ -481,10 +493,17 @@ def measure(
     counted = inside if last == end else path_in_window(trajectory, (begin, last))
     whole = path_in_window(trajectory, (0.0, last)) if begin else counted
     hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
+    by_side: list[float | None] = [None, None]
+    if hourly is not None:
+        by_side = [hourly_stroke(peaks, end - begin, 1) for peaks in peaks_by_side(inside)]
     states = trajectory.state(begin), trajectory.state(end)
     stops = law.stops
     if hourly is not None and stops is not None and stops.rigid:  # these bound the stroke
         hourly = min(hourly, max(stops.limits))
+        by_side = [
+            stroke and min(stroke, limit)
+            for stroke, limit in zip(by_side, stops.limits, strict=True)
+        ]
     return evaluate(
         Measured(
             trajectory.plant,
@@ -501,6 +520,7 @@ def measure(
             closure=closure,
             x_dd_peak=peak_acceleration(trajectory, begin, last),
             hourly=hourly,
+            hourly_by_side=(by_side[0], by_side[1]),
             limits=limits,
             limit_entries=count_limit_entries(inside, limits) if limits else 0,
             excursions=excursions(trajectory, limits, repeats) if limits else None,

@@ -20,7 +20,14 @@ from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
-from drysim.metrics.table import HOURLY_STROKE, METRICS, STROKE_USED, UNITS, Metrics
+from drysim.metrics.table import (
+    HOURLY_STROKE,
+    HOURLY_STROKES_BY_SIDE,
+    METRICS,
+    STROKE_USED,
+    UNITS,
+    Metrics,
+)
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
@@ -493,6 +500,45 @@ def nearest_limit(
     return np.asarray(np.where(at_larger, larger, smaller), dtype=np.float64), up
 
 
+def hourly_shares(
+    metrics: Mapping[str, Any], limits: StrokeLimits
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the shares of the upper and the lower limit that are reached once an hour [-].
+
+    They are 0 if unknown, and of equal limits the same, that of |x_r|. Metrics and limits may
+    be columns.
+    """
+    stroke, *by_side = (
+        np.asarray(metrics.get(name), float)
+        for name in (HOURLY_STROKE, *HOURLY_STROKES_BY_SIDE)
+    )
+    up, down = (
+        np.nan_to_num(np.where(np.equal(*limits), stroke, side) / limit)
+        for side, limit in zip(by_side, limits, strict=True)
+    )
+    return up, down
+
+
+class HourlyStroke(NamedTuple):
+    """The displacement reached once an hour that uses the largest share of its limit."""
+
+    share: float
+    x_r: float
+    """Displacement [m]; of equal limits its magnitude."""
+    limit: str
+    """Name of the limit."""
+
+
+def hourly_stroke_used(metrics: Metrics, limits: StrokeLimits) -> HourlyStroke:
+    """Return what is reached once an hour of the limit of which the largest share is used."""
+    up, down = (share.item() for share in hourly_shares(metrics, limits))
+    if limits.up == limits.down:
+        return HourlyStroke(up, up * limits.up, "the limit")
+    if up >= down:
+        return HourlyStroke(up, up * limits.up, "the upper limit")
+    return HourlyStroke(down, -down * limits.down, "the lower limit")
+
+
 SHARE_ROUNDING = 1e-12
 """Relative difference of two displacements that is rounding [-]."""
 
@@ -651,10 +697,9 @@ class Tally:
             if self.worst is None or beyond.max() > self._most_beyond:
                 self._most_beyond = float(beyond.max())
                 self.worst = row(int(met[np.argmax(beyond)]))
-        hourly, limits = batch.metrics[HOURLY_STROKE], self.limits_of(batch.points)
-        if limits is None or np.isnan(hourly).all():
+        if (limits := self.limits_of(batch.points)) is None:
             return
-        share = np.nan_to_num(hourly / np.minimum(*limits))
+        share = np.maximum(*hourly_shares(batch.metrics, limits))
         share[met] = 0.0
         if number := int((share > 1.0).sum()):
             worst = float(share.max())

@@ -13,7 +13,7 @@ from drysim.approach.solution import LyapunovExponent, Orbit, Response
 from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.metrics.table import HOURLY_STROKE, Metrics
+from drysim.metrics.table import HOURLY_STROKE, STROKE_USED, Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.case import Case
@@ -27,13 +27,22 @@ from drysim.study.statistics import (
     metric_interval,
     stopping_rule,
 )
-from drysim.study.table import Count, SeedSummary, Tally, largest_excess, stroke_limits
+from drysim.study.table import (
+    Count,
+    HourlyStroke,
+    SeedSummary,
+    Tally,
+    hourly_stroke_used,
+    largest_excess,
+    stroke_limits,
+)
 from drysim.wording import (
     describe_case,
     describe_limits,
     format_count,
     format_length,
     format_number,
+    format_percent,
     format_times_by_side,
     join_words,
 )
@@ -84,7 +93,7 @@ def response_warnings(
     if limits is not None and metrics["violations"]:
         yield stroke_warning(metrics, limits, response.law, includes_settling, window_peak)
     elif limits is not None and stops is None:
-        yield from hourly_stroke_warnings(metrics[HOURLY_STROKE], limits)
+        yield from hourly_stroke_warnings(metrics, limits)
     if stops is not None and stops.rigid and metrics["contacts"]:
         yield rigid_impact_warning()
     yield from certificate_warnings(metrics["energy_residual"], metrics["law_residual"])
@@ -137,23 +146,30 @@ def stroke_warning(
 
 
 def hourly_stroke_warnings(
-    stroke: float | None, limits: StrokeLimits, where: str = ""
+    metrics: Metrics, limits: StrokeLimits, where: str = ""
 ) -> Iterator[WarningMessage]:
-    """Warn if the stroke that is exceeded once an hour [m] is beyond the limit.
+    """Warn if the stroke that is exceeded once an hour is beyond the limit.
 
-    `where` is added to the sentence, such as a case of a sweep.
+    `where` is added to the sentence, such as the number of seeds of a mean.
     """
-    if stroke is None or stroke <= min(limits):
+    used = hourly_stroke_used(metrics, limits)
+    if used.share <= 1.0:
         return
-    smaller = "" if limits.up == limits.down else "smaller "
-    share = format_number(100.0 * stroke / min(limits), "%", digits=3)
     sentence = (
-        f"the stroke limit of {describe_limits(limits, stroke)} is not exceeded in this time, "
-        f"but will be if the base moves on like this: the peak reached once an hour is "
-        f"{format_length(stroke, stroke)}, {share} of the {smaller}limit (extrapolated){where}"
+        f"the stroke limit of {describe_limits(limits, used.x_r)} "
+        f"{describe_hourly_stroke(used)}{where}"
     )
-    numbers = limit_numbers(limits) | {HOURLY_STROKE: stroke}
+    numbers = limit_numbers(limits) | {HOURLY_STROKE: abs(used.x_r)}
     yield WarningMessage("stroke-too-short", sentence, numbers)
+
+
+def describe_hourly_stroke(used: HourlyStroke, mean: str = "") -> str:
+    """Describe by how much a limit is too small for what is reached once an hour."""
+    return (
+        "is not exceeded in this time, but is expected to be if the base moves on like this: "
+        f"the peak reached once an hour is {format_length(used.x_r, used.x_r)}{mean}, "
+        f"{format_percent(used.share)} of {used.limit} (extrapolated)"
+    )
 
 
 def limit_numbers(limits: StrokeLimits) -> dict[str, float]:
@@ -317,18 +333,14 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         yield WarningMessage("stroke-violated", sentence, numbers)
     if tally.too_short is not None and not scenario.stops:
         cases, row = tally.too_short
-        stroke = row.metrics[HOURLY_STROKE] or 0.0
         limits = stroke_limits(scenario, row.point)
         assert limits is not None, "a stroke is too short for a limit only"
-        share = format_number(100.0 * stroke / min(limits), "%", digits=3)
-        mean = " on average" if row.over else ""
+        used = hourly_stroke_used(row.metrics, limits)
+        words = describe_hourly_stroke(used, " on average" * bool(row.over))
         sentence = (
-            f"in {cases} of {tally.cases} cases the stroke limit is not exceeded in this time, "
-            "but will be if the base moves on like this: the peak reached once an hour is "
-            f"{format_length(stroke, stroke)}{mean}, {share} of the limit (extrapolated)"
-            f"{format_at(row, axes)}"
+            f"in {cases} of {tally.cases} cases the stroke limit {words}{format_at(row, axes)}"
         )
-        numbers = limit_numbers(limits) | {HOURLY_STROKE: stroke, "cases": cases}
+        numbers = limit_numbers(limits) | {HOURLY_STROKE: abs(used.x_r), "cases": cases}
         yield WarningMessage("stroke-too-short", sentence, numbers)
 
 
@@ -430,7 +442,7 @@ def ensemble_stroke_warnings(
 ) -> Iterator[WarningMessage]:
     """Warn of seeds that exceed the stroke limit, with the worst one."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
-    most_of_all, impacts = found["stroke_suffices"], found.get("impact_speed")
+    used, impacts = found.get(STROKE_USED), found.get("impact_speed")
     if beyond and impacts and has_contacts(found):
         fastest, seed = impacts.greatest
         sentence = (
@@ -439,16 +451,20 @@ def ensemble_stroke_warnings(
         )
         numbers = {"impact_speed": fastest, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
-    elif beyond and most_of_all:
-        peak, seed = most_of_all.greatest
+    elif beyond and used:
+        seed = used.greatest[1]
+        worst = next(row for row in rows if row.seed == seed)
+        symbol, reached, _ = largest_excess(worst.metrics, limits)
         sentence = (
-            f"the stroke limit of {describe_limits(limits, peak)} is exceeded for {beyond} of "
-            f"{len(rows)} seeds; |x_r| reaches {format_length(peak)} for seed {seed}"
+            f"the stroke limit of {describe_limits(limits, reached)} is exceeded for {beyond} "
+            f"of {len(rows)} seeds; {symbol} reaches {format_length(reached)} for seed {seed}"
         )
+        peak = abs(reached)
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
-    elif impacts is None and (hourly := found.get(HOURLY_STROKE)) is not None:
-        yield from hourly_stroke_warnings(hourly.mean, limits, f", mean of {len(rows)} seeds")
+    elif impacts is None:
+        means = {name: one and one.mean for name, one in found.items()}
+        yield from hourly_stroke_warnings(means, limits, f", mean of {len(rows)} seeds")
 
 
 def has_contacts(found: SeedStatistics) -> bool:
