@@ -9,8 +9,10 @@ generated for this. For a sweep, the cases at the ends of each swept key represe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import inf, isclose, nan, pi, sqrt
+from math import inf, isclose, nan, pi, sqrt, tanh
 from typing import Any
+
+import numpy as np
 
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
@@ -283,20 +285,23 @@ def _unit_warnings(
     For a sweep, the cases at both ends of each swept key are checked.
     """
     found: dict[tuple[str, ...], WarningMessage] = {}
+    scenes: list[tuple[Scenario, Sines | Samples]] = []
     for case in extreme_cases(scenario):
         own = motion if case.excitation is scenario.excitation else None
         if case is not scenario and case.excitation.periodic:  # its own motion
             own = case.excitation.motion()
         waves = _sine_warnings(own, case.excitation.phases) if isinstance(own, Sines) else ()
-        lengths = (*_length_warnings(case), *_remote_limit_warnings(case, own))
+        if own is not None:
+            scenes.append((case, own))
         for warning in (
-            *lengths,
+            *_length_warnings(case),
             *_oscillator_warnings(case),
             *_percent_warnings(case),
             *waves,
         ):
             found.setdefault((warning.slug, *warning.numbers), warning)
     yield from found.values()
+    yield from _remote_limit_warnings(scenario, scenes)
 
 
 def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
@@ -341,29 +346,51 @@ def _typed_limits(stroke: Stroke | None) -> Iterator[tuple[str, float]]:
 
 
 def _remote_limit_warnings(
-    scenario: Scenario, motion: Sines | Samples | None
+    scenario: Scenario, scenes: Sequence[tuple[Scenario, Sines | Samples]]
 ) -> Iterator[WarningMessage]:
-    """Warn of checks with a limit far beyond the expected travel."""
-    m, k_x, _ = scenario.oscillator.plant()
-    if motion is None or k_x == 0.0:
+    """Warn of checks with a limit far beyond the expected travel in all cases of a sweep."""
+    long = [
+        (what, key, check.limit)
+        for what, key, check in _limits(scenario)
+        if check.limit >= LONG_TRAVEL and check.unit and UNITS[check.metric] == "m"
+    ]
+    if not long or not scenes:
         return
-    softness, start = m / k_x, scenario.start.state()
-    if isinstance(motion, Samples):
-        base = max_abs(motion.u_dd) * softness
-    else:
-        base = sum(
-            A * max(softness, 1 / (2 * pi * f) ** 2) for A, f, _ in zip(*motion, strict=True)
-        )
-    reach = base + abs(start.x_r) + abs(start.v_r) * sqrt(softness)
-    for what, key, check in _limits(scenario):
-        far = check.limit >= LONG_TRAVEL and check.limit >= MAX_TRAVEL_RATIO * reach
-        if far and check.unit and UNITS[check.metric] == "m":
+    reach = max(_expected_travel(*scene) for scene in scenes)
+    for what, key, limit in long:
+        if limit >= MAX_TRAVEL_RATIO * reach:
             sentence = (
-                f"{what} is {check.limit:g} m, over "
-                f"{MAX_TRAVEL_RATIO:g} times the {reach:.2g} m expected from base motion and "
-                "start; check its unit"
+                f"{what} is {limit:g} m, over {MAX_TRAVEL_RATIO:g} times the {reach:.2g} m "
+                "expected from base motion and start; check its unit"
             )
-            yield WarningMessage("implausible-length", sentence, {key: check.limit})
+            yield WarningMessage("implausible-length", sentence, {key: limit})
+
+
+def _expected_travel(scenario: Scenario, motion: Sines | Samples) -> float:
+    """Return a displacement that a motion without friction hardly exceeds [m].
+
+    Under samples it is a bound: the largest |ü| times the integral of the impulse response, or
+    the response to all of |ü| as one impulse. Under sines it is their steady state, at least
+    the static one. Infinite without a spring.
+    """
+    m, k_x, b = scenario.oscillator.plant()
+    if k_x == 0.0:
+        return inf
+    softness, start = m / k_x, scenario.start.state()
+    omega = sqrt(k_x / m)
+    ratio = 0.5 * b / (m * omega)
+    if isinstance(motion, Samples):
+        impulse = motion.dt * sum(float(np.abs(part).sum()) for part in blocks(motion.u_dd))
+        angle = pi * ratio / (2.0 * sqrt(1.0 - ratio * ratio)) if ratio < 1.0 else inf
+        gain = 1.0 / tanh(angle) if angle else inf
+        base = min(max_abs(motion.u_dd) * gain * softness, impulse / omega)
+    else:
+        base = 0.0
+        for A, f, _ in zip(*motion, strict=True):
+            w = 2.0 * pi * f
+            divisor = abs(complex(k_x / m - w * w, 2.0 * ratio * omega * w))
+            base += A * max(softness, 1.0 / (w * w), 1.0 / divisor if divisor else inf)
+    return base + abs(start.x_r) + abs(start.v_r) / omega
 
 
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
