@@ -8,7 +8,7 @@ import pytest
 from drysim.errors import RecordError
 from drysim.records.artefacts import clipped_peaks, frozen_stretches, missing_code
 from drysim.records.inspection import inspect_record
-from test_level import motion_of, pulse, vibration
+from test_level import lift, motion_of, pulse, vibration
 
 CODES = -9999.0, 9999.0, 999.0, -999.25, 99999.0, 999.9, 32767.0, -32768.0, 1e30, 9.9e37
 
@@ -52,7 +52,9 @@ def test_quantised_flat_and_smooth_signals_do_not_look_clipped(seed):
 def test_truly_clipped_peaks_are_named(seed):
     dice = np.random.default_rng(seed)
     n, period = 3000, dice.uniform(60, 200)
-    x = np.sin(2 * np.pi * np.arange(n) / period + 0.3)
+    if seed % 4 == 0:  # samples and levels repeat
+        period = round(period)
+    x = np.sin(2 * np.pi * np.arange(n) / period + 0.3 * (seed % 8 != 0))
     if seed % 2:
         x = np.convolve(dice.normal(size=n + 29), np.hanning(30), "valid")
         x /= np.abs(x).max()
@@ -60,8 +62,42 @@ def test_truly_clipped_peaks_are_named(seed):
     limit = np.quantile(np.abs(x), 0.8)
     x = np.clip(x, -limit, limit)
     assert {one.value for one in clipping(x)} == {limit, -limit}
+    assert not frozen_stretches(x)
     for one in clipping(x):
         assert (x[one.first : one.first + one.length] == one.value).all()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_clipped_peak_is_not_called_a_frozen_sensor(seed):
+    dice = np.random.default_rng(seed)
+    period = int(dice.integers(40, 400)) if seed % 2 else dice.uniform(30, 400)
+    x = np.sin(2 * np.pi * np.arange(4000) / period + dice.uniform(0, 6))
+    if seed % 4 < 2:
+        x += 0.01 * dice.normal(size=4000)
+    limit = dice.uniform(0.5, 0.95)
+    x = np.round(np.clip(x, -limit, limit), int(dice.integers(4, 9)))
+    assert {one.value for one in clipping(x)} == {x.max(), x.min()}
+    assert not frozen_stretches(x)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_plateaus_of_repeated_events_do_not_look_clipped(seed):
+    dice = np.random.default_rng(seed)
+    x = lift(dice, 12)
+    trips = lift(dice, 12, size=1.2)
+    for one in (x, trips, np.round(trips, 5), np.round(trips, 3)):
+        assert not clipping(one)
+        assert not frozen_stretches(one)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_levels_of_a_converter_that_are_printed_do_not_look_clipped(seed):
+    dice = np.random.default_rng(seed)
+    x = smooth(dice)
+    bits = int(dice.integers(6, 14))
+    lsb = 2 * np.abs(x).max() / 2**bits
+    printed = np.round(np.round(x / lsb) * lsb / lsb * dice.uniform(2, 30)) / 1e4
+    assert not clipping(printed)
 
 
 def test_clipping_is_looked_for_in_the_window_alone(tmp_path):
@@ -131,6 +167,8 @@ def test_frozen_stretch_amid_a_motion_is_named_and_a_rest_is_not(tmp_path, seed)
     assert abs(one.length - length) <= 9
     (warning,) = [w for w in motion_of(tmp_path, frozen).warnings if w.slug == "record-frozen"]
     assert f"samples {one.first + 1} to {one.first + one.length}" in warning.sentence
+    frozen[3::50] = np.nan
+    assert frozen_stretches(frozen)
     quiet = np.zeros(300)
     rest = np.r_[quiet, pulse(dice, 200), quiet, pulse(dice, 200), quiet]
     assert not frozen_stretches(rest)

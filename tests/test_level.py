@@ -151,13 +151,13 @@ def test_zeros_that_pad_a_vibration_prove_no_rest(tmp_path, seed):
     assert "record-mean" not in {w.slug for w in motion_of(tmp_path, x).warnings}
 
 
-def lift(dice, trips):
+def lift(dice, trips, size=None):
     """Return trips of a lift with ramps and pauses, up and down in turn, at 100 Hz."""
     parts = [np.zeros(int(dice.integers(40, 300)))]
     for k in range(trips):
         ramp = np.linspace(0, 1, int(dice.integers(20, 80)))
         hold = np.ones(int(dice.integers(50, 300)))
-        pulse = (-1) ** k * dice.uniform(0.5, 1.5) * np.r_[ramp, hold, ramp[::-1]]
+        pulse = (-1) ** k * (size or dice.uniform(0.5, 1.5)) * np.r_[ramp, hold, ramp[::-1]]
         pause = np.zeros(int(dice.integers(100, 300)))
         parts += [pulse, pause, -pulse, pause]
     return np.concatenate(parts)

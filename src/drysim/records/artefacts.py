@@ -42,9 +42,22 @@ OFTEN = 3
 SLOW_RATIO = 6.0
 """A quantised parabola stays 4.8 times longer on its last level than on the one below."""
 
-APPROACH, SMALL_STEP, LINE_RATIO = 10, 0.2, 1e-3
+APPROACH, SMALL_STEP, LINE_RATIO = 10, 0.2, 1e-2
 """Samples beside a limit that show how the signal comes to it; ratio of a step to the largest
 of them from which the corner is rounded, and relative change of step within a line."""
+
+MIN_REPETITION = 3
+"""How often each level occurs on average in a signal whose samples repeat."""
+
+MIN_LINE, MAX_JUMP = 10.0, 1.5
+"""Digits of a step of a line that differs from a motion, at least; ratio of the first
+step of a ramp to the others, at most; a frozen sensor wakes up with a larger one."""
+
+ROUNDED_LINE = 1.25
+"""Digits by which the steps of a rounded line vary: 1, and a margin for binary rounding."""
+
+MIN_SIDE = 3
+"""Samples beside a limit from which its approach can be judged, more than this many."""
 
 ROUNDING = 1e-9
 """Ratio of a difference of values to their range that is rounding."""
@@ -105,8 +118,11 @@ def repetitions(values: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def frozen_stretches(values: Signal) -> list[Stretch]:
-    """Return the stretches in which a moving signal repeats one value."""
-    found = []
+    """Return the stretches in which a moving signal repeats one value.
+
+    At its smallest or largest value it is clipped; 0 is that of a lost signal.
+    """
+    found, limits = list[Stretch](), {x for x in extremes(values) if x}
     for at in range(0, len(values), PIECE):
         part = values[at : at + PIECE]
         first, counts = repetitions(part)
@@ -120,13 +136,14 @@ def frozen_stretches(values: Signal) -> list[Stretch]:
         at_rest = {float(level[k]) for k in (0, -1) if counts[k] >= MIN_FROZEN}
         rising = level[1:] > level[:-1]
         turned = np.concatenate(([0], np.cumsum(rising[1:] != rising[:-1]), [0]))
-        for k in np.flatnonzero(counts >= max(MIN_FROZEN, FROZEN_RATIO * usual)).tolist():
-            if level[k] in at_rest:
-                continue
+        long = np.flatnonzero(counts >= max(MIN_FROZEN, FROZEN_RATIO * usual))
+        long = long[~np.isin(level[long], [*at_rest, *limits])]
+        digit = _digit(np.unique(part[np.isfinite(part)]), len(part)) if len(long) else 0.0
+        for k in long.tolist():
             turns = turned[max(k - 1, 0)], turned[-2] - turned[min(k, len(turned) - 2)]
-            if min(turns) >= MIN_TURNS:
-                value = float(level[k]) or 0.0  # never -0
-                found.append(Stretch(at + int(first[k]), int(counts[k]), value))
+            stretch = Stretch(int(first[k]), int(counts[k]), float(level[k]) or 0.0)  # never -0
+            if min(turns) >= MIN_TURNS and not _is_plateau(part, *stretch[:2], digit):
+                found.append(stretch._replace(first=at + stretch.first))
     return found
 
 
@@ -145,14 +162,20 @@ def clipped_peaks(values: Signal, limit: float) -> list[Stretch]:
         if not at_limit.any():
             continue
         levels = np.unique(part)
-        gaps = np.diff(levels)
         if len(levels) < MIN_LEVELS:
             continue
-        digit = float(gaps[gaps > ROUNDING * (levels[-1] - levels[0])].min())
-        runs = np.flatnonzero(at_limit)
+        digit, runs = _digit(levels, len(first)), np.flatnonzero(at_limit)
         near = levels[1:4] if limit == levels[0] else levels[-4:-1]
         if len(runs) >= OFTEN * max(int((part[first] == level).sum()) for level in near):
-            cut = list(runs)  # no peaks but cut ones reach one value again and again
+            # No peaks but cut ones reach one value again and again, and the plateaus of events.
+            sides = [
+                side
+                for k in runs
+                for side in _sides(part, int(first[k]), int(counts[k]))
+                if len(side) > MIN_SIDE
+            ]
+            is_event = all(_is_ramp(np.abs(np.diff(side)), digit) for side in sides)
+            cut = [] if is_event else list(runs)
         else:
             cut = [k for k in runs if _is_cut(part, int(first[k]), int(counts[k]), digit)]
         if not cut and len(runs) > 1:  # a slow signal of few digits, cut off again and again
@@ -164,10 +187,53 @@ def clipped_peaks(values: Signal, limit: float) -> list[Stretch]:
     return found
 
 
+def _is_plateau(values: Floats, first: int, count: int, digit: float) -> bool:
+    """Whether a stretch is the plateau of a synthetic pulse, between its ramps."""
+    sides = [np.abs(np.diff(side)) for side in _sides(values, first, count)]
+    return all(
+        len(steps) >= MIN_SIDE
+        and _is_ramp(steps, digit)
+        and MIN_LINE * digit <= steps[0] <= MAX_JUMP * steps[1:].max()
+        for steps in sides
+    )
+
+
+def _digit(levels: Floats, count: int) -> float:
+    """Return the digit to which a signal that comes to its levels `count` times is rounded.
+
+    Without repetition it is the smallest gap between levels; else it divides all gaps.
+    If levels of a converter were printed to less than their distance, that distance is the
+    digit: the gaps are its multiples to within one printed digit.
+    """
+    gaps = np.diff(levels)
+    rounding = ROUNDING * float(gaps.sum())
+    gaps = gaps[gaps > rounding]
+    printed = float(gaps.min())
+    if count < MIN_REPETITION * len(levels):
+        return printed
+    while printed > rounding:
+        rest = np.abs(gaps - printed * np.rint(gaps / printed))
+        rest = rest[rest > rounding]
+        if not len(rest):
+            break
+        printed = float(rest.min())
+    digit = float(gaps[gaps < 1.6 * gaps.min()].mean())
+    for _ in range(3):
+        multiples = np.rint(gaps / digit)
+        digit = float(gaps @ multiples) / float(multiples @ multiples)
+    off = np.abs(gaps - digit * np.rint(gaps / digit))
+    return digit if off.max() <= ROUNDED_LINE * printed else printed
+
+
+def _sides(values: Floats, first: int, count: int) -> tuple[Floats, Floats]:
+    """Return the samples before and after a stretch with one of its own, nearest first."""
+    before, after = values[max(first - APPROACH, 0) : first + 1], values[first + count - 1 :]
+    return before[::-1], after[: APPROACH + 1]
+
+
 def _is_cut(values: Floats, first: int, count: int, digit: float) -> bool:
     """Whether a signal runs into its limit, and off it, at full slope."""
-    before, after = values[max(first - APPROACH, 0) : first + 1], values[first + count - 1 :]
-    return all(_is_abrupt(side, count, digit) for side in (before[::-1], after[: APPROACH + 1]))
+    return all(_is_abrupt(side, count, digit) for side in _sides(values, first, count))
 
 
 def _is_abrupt(side: Floats, count: int, digit: float) -> bool:
@@ -177,13 +243,22 @@ def _is_abrupt(side: Floats, count: int, digit: float) -> bool:
     than 4 (count + 1) / (count - 1)² digits a sample, and its rounding adds one.
     """
     steps = np.abs(np.diff(side))
-    if len(steps) < 3:
+    if len(side) <= MIN_SIDE:
         return False
     slope = (steps[0] + steps[1]) / 2
     if slope <= (4 * (count + 1) / (count - 1) ** 2 + 1) * digit:
         return False
-    # Of a synthetic pulse the ramp is a line, or one step, or has a rounded corner.
+    return not _is_ramp(steps, digit)
+
+
+def _is_ramp(steps: Floats, digit: float) -> bool:
+    """Whether steps beside a limit are those of a synthetic pulse.
+
+    Its ramp is a line, or one step, or has a rounded corner.
+    """
     rest = int(np.argmax(steps == 0)) if (steps == 0).any() else len(steps) + 1
     ramp = steps[1 : rest - 1]
-    is_line = not len(ramp) or np.ptp(ramp) <= max(digit, LINE_RATIO * ramp.max())
-    return not (is_line or steps[:2].max() < SMALL_STEP * steps.max())
+    is_line = not len(ramp) or np.ptp(ramp) <= max(
+        ROUNDED_LINE * digit, LINE_RATIO * ramp.max()
+    )
+    return bool(is_line or steps[:2].max() < SMALL_STEP * steps.max())
