@@ -117,6 +117,19 @@ def test_system_without_proc_has_no_control_groups(machine):
     assert system.total_memory() == 64 * GB
 
 
+def test_limits_of_the_container_are_read_once(machine, monkeypatch):
+    machine("0::/\n", {"memory.max": "2000000000\n"})
+    read, original = [], Path.read_text
+
+    def counted(path, *args, **options):
+        read.append(path)
+        return original(path, *args, **options)
+
+    monkeypatch.setattr(Path, "read_text", counted)
+    assert [system.total_memory() for _ in range(3)] == [2 * GB] * 3
+    assert len(read) == len(set(read)) == 2
+
+
 # Private folders.
 
 

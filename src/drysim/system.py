@@ -39,7 +39,7 @@ def total_memory() -> float:
 
     It is the smallest of the physical memory and the limits of the control groups.
     """
-    limits = _cgroup_limits("memory", ["memory.max"], ["memory.limit_in_bytes"])
+    limits = _cgroup_limits(ROOT, "memory", ("memory.max",), ("memory.limit_in_bytes",))
     return min([_physical_memory(), *(float(size) for (size,) in limits)])
 
 
@@ -55,7 +55,8 @@ def processor_count() -> int:
         allowed = len(os.sched_getaffinity(0))
     else:
         allowed = os.cpu_count()
-    quotas = _cgroup_limits("cpu", ["cpu.max"], ["cpu.cfs_quota_us", "cpu.cfs_period_us"])
+    legacy = "cpu.cfs_quota_us", "cpu.cfs_period_us"
+    quotas = _cgroup_limits(ROOT, "cpu", ("cpu.max",), legacy)
     shares = [ceil(quota / period) for quota, period in quotas if period]
     return max(1, min([allowed or 1, *shares]))
 
@@ -75,16 +76,21 @@ def _physical_memory() -> float:
         return inf
 
 
+@cache
 def _cgroup_limits(
-    controller: str, unified: Sequence[str], legacy: Sequence[str]
-) -> Iterator[list[int]]:
-    """Yield the limits in the control group of the process and in all above it.
+    root: Path, controller: str, unified: tuple[str, ...], legacy: tuple[str, ...]
+) -> tuple[list[int], ...]:
+    """Return the limits in the control group of the process and in all above it.
+
+    They are read once: each case of a study asks for the memory.
 
     Parameters
     ----------
+    root : Path
+        Folder with `proc` and `sys`.
     controller : str
         `memory` or `cpu`.
-    unified, legacy : sequence of str
+    unified, legacy : tuple of str
         Names of the files in version 2 and in version 1 of the groups; together they hold as
         many numbers as there are names in `legacy`, or a word where there is no limit.
 
@@ -93,22 +99,24 @@ def _cgroup_limits(
     A container may see its own group as the root, so folders that do not exist are passed over.
     """
     try:
-        groups = (ROOT / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+        groups = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
     except OSError:  # not Linux
-        return
+        return ()
+    found = []
     for group in groups:
         _, _, rest = group.partition(":")
         controllers, _, path = rest.partition(":")
         if controllers and controller not in controllers.split(","):
             continue
-        mount = ROOT / "sys/fs/cgroup" / (controller if controllers else "")
+        mount = root / "sys/fs/cgroup" / (controller if controllers else "")
         own = PurePosixPath(path.lstrip("/"))
         for folder in (own, *own.parents):
             files = [mount / folder / name for name in (legacy if controllers else unified)]
             with suppress(OSError):
                 words = " ".join(file.read_text(encoding="utf-8") for file in files).split()
                 if len(words) == len(legacy) and all(map(str.isdecimal, words)):
-                    yield [int(word) for word in words]
+                    found.append([int(word) for word in words])
+    return tuple(found)
 
 
 # Files.

@@ -350,17 +350,23 @@ def assemble(
     if repeats is None:
         rest = rest_steps(scenario, (plant, law, motion, start), step, case.window[1])
         case = replace(case, rest=rest_within_normal_record(case, rest))
-    weighted = bool(scenario.measure.weights or scenario.measure.spectra)
     check_normal_record(case)
+    check_effort(case)
+    return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
+
+
+def check_effort(case: Case) -> None:
+    """Raise a ScenarioError for a case that takes too much memory or time."""
+    measure = case.scenario.measure
+    weighted = bool(measure.weights or measure.spectra)
     if shortage := memory_shortage(case.steps, weighted, is_streamed(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
-        raise case_error(scenario, sentence, "measure.duration")
-    points = case.steps * case.approach.substeps(case.plant, case.law, step)
+        raise case_error(case.scenario, sentence, "measure.duration")
+    points = case.steps * case.approach.substeps(case.plant, case.law, case.step)
     if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
-        raise case_error(scenario, f"{key} subdivides each step: {shortage}", key)
+        raise case_error(case.scenario, f"{key} subdivides each step: {shortage}", key)
     check_work(case)
-    return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
 
 
 EQUATION_BLOCKS = ("oscillator", "friction", "excitation")

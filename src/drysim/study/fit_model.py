@@ -42,6 +42,7 @@ from drysim.study.case import (
     assemble,
     base_motion,
     case_error,
+    check_effort,
     memory_shortage,
     shortage_message,
 )
@@ -217,6 +218,20 @@ class FitModel:
         point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
         return self.scenario.at(point) if point else self.scenario
 
+    def case_at(self, values: Floats) -> Case:
+        """Return the case with these values, on the grid and over the time of the file.
+
+        Raises
+        ------
+        ScenarioError
+            If a value is none that a scenario may have, or takes too much memory or time.
+        """
+        scenario = self.at(values)
+        plant, law, start = scenario.oscillator.plant(), scenario.law(), scenario.start.state()
+        case = replace(self.case, scenario=scenario, plant=plant, law=law, start=start)
+        check_effort(case)
+        return case
+
     def predict(
         self, values: Floats, end: float | None = None, names: tuple[str, ...] = ()
     ) -> Prediction | None:
@@ -232,7 +247,7 @@ class FitModel:
             Channels to return; default: those that are compared.
         """
         try:
-            case = assemble(self.at(values), self.motion)
+            case = self.case_at(values)
             delay = self.point(values).get(DELAY_KEY)
             return self._solve(case, delay, end, names or self.compared)
         except (ScenarioError, SolverError):
