@@ -15,7 +15,14 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 
 import drysim
 from drysim.console.fit import describe_interval, show_fit
-from drysim.study.fit import LawFit, LeastSquares, continued, final_fit, profiles_of
+from drysim.study.fit import (
+    LawFit,
+    LeastSquares,
+    Parameter,
+    continued,
+    final_fit,
+    profiles_of,
+)
 from drysim.study.fit_model import build_model, fitted_end
 from test_bad_input import tree
 
@@ -161,6 +168,13 @@ def test_static_ratio_at_its_end_of_1_comes_back(tmp_path):
     assert ratio.value == ratio.bound == 1.0
     assert describe_interval(ratio) == "at its bound"
     assert only(result, "at-bound") == "friction.static_ratio ends at 1, its least value"
+
+
+def test_uncertainty_in_percent_is_left_out_of_a_value_that_may_be_zero():
+    at = Parameter("start.v_r", "m/s", 0.2, 0.01, 0.18, 0.22, 0.18, 0.22)
+    assert describe_interval(at) == "95 %: 0.18 to 0.22 (±10 %)"
+    at = at._replace(low=-0.1, high=0.5, profile_low=-0.1, profile_high=0.5)
+    assert describe_interval(at) == "95 %: -0.1 to 0.5"
 
 
 @pytest.mark.parametrize("ratio", [1.12, 1.47, 2.2, 7.7])
@@ -408,7 +422,8 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
         ]
     )
     first = LeastSquares.starting_from(model, fitted_end(scenario, model.measurement), start)
-    stuck = LawFit(model, first, (0.0,), final_fit(first, start / first.scale))
+    start /= first.scale
+    stuck = LawFit(model, first, (start,), final_fit(first, start))
     # Without a static limit above kinetic friction the mass never stops long enough.
     assert model.point(stuck.values)["friction.static_ratio"] < 1.01
     profiles = profiles_of(stuck, 1)
@@ -425,6 +440,25 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
         one for one in drysim.fit(scenario).parameters if one.key == "friction.static_ratio"
     )
     assert ratio.profile_low < 1.5 < ratio.profile_high
+
+
+def test_starts_agree_unless_they_differ_in_more_than_the_static_limit(short):
+    folder = short[1]
+    scenario = drysim.load(folder / "twin.yaml")
+    model = build_model(scenario)
+    end = fitted_end(scenario, model.measurement)
+    first = LeastSquares.starting_from(model, end, np.array(list(FOUR.values())))
+    solution = final_fit(first, np.ones(len(FOUR)))
+
+    def near(key: str, factor: float) -> np.ndarray:
+        return solution.x * [factor if p.key == key else 1.0 for p in model.parameters]
+
+    assert [p.key for p in model.parameters] == list(FOUR)
+    same = tuple(near("friction.static_ratio", factor) for factor in (0.7, 0.9, 1.0, 1.3))
+    others = tuple(near(key, 1.3) for key in ("friction.kinetic", *SPRING))
+    assert LawFit(model, first, same, solution).starts == (4, 4)
+    assert LawFit(model, first, others, solution).starts == (0, 3)
+    assert LawFit(model, first, same[:1] + others, solution).starts == (1, 4)
 
 
 def test_noise_of_the_file_sets_the_intervals(noisy, tmp_path):

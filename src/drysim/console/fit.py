@@ -92,6 +92,8 @@ def describe_interval(one: Parameter) -> str:
     share = max(one.value - one.profile_low, one.profile_high - one.value) / abs(one.value)
     if share < EXACT:
         return "to rounding"
+    if share >= 1.0:  # a share of a value that may be zero means nothing
+        return f"95 %: {interval}"
     return f"95 %: {interval} (±{format_number(100.0 * share, '%', 2)})"
 
 

@@ -1008,14 +1008,14 @@ class LawFit:
     model : FitModel
     first : LeastSquares
         Residuals in units of the signals, by which all starts are compared.
-    costs : tuple of float
-        Cost of the solution from each start, by `first`.
+    ends : tuple of ndarray
+        Scaled parameters to which each start led.
     solution : Solution
     """
 
     model: FitModel
     first: LeastSquares
-    costs: tuple[float, ...]
+    ends: tuple[Floats, ...]
     solution: Solution
 
     @cached_property
@@ -1057,10 +1057,20 @@ class LawFit:
 
     @property
     def starts(self) -> tuple[int, int]:
-        """How many starts led to the solution, and how many there were."""
-        lowest = self.first.cost(self.solution.x)
-        agree = sum(cost <= AGREE * lowest + 1e-9 for cost in self.costs)
-        return agree, len(self.costs)
+        """How many starts led to the solution, and how many there were.
+
+        Static limits do not count, nor samples next to an event: both are settled last, from
+        the best start alone.
+        """
+        static = [p.key.startswith(STATIC_PATHS) for p in self.model.parameters]
+
+        def squares(x: Floats) -> float:
+            same = np.where(static, self.solution.x, x)
+            return float(np.sum(self.first.residuals(same, self.solution.mask) ** 2))
+
+        lowest = squares(self.solution.x)
+        agree = sum(squares(x) <= AGREE * lowest + 1e-9 for x in self.ends)
+        return agree, len(self.ends)
 
     @cached_property
     def undetermined(self) -> dict[int, tuple[int, ...]]:
@@ -1128,7 +1138,7 @@ def fit_law(
         if cost >= BETTER * solution.cost:
             break
         solution = final_fit(squares, x)
-    return LawFit(model, first, tuple(cost for cost, _ in found), solution)
+    return LawFit(model, first, tuple(x for _, x in found), solution)
 
 
 def profiles_of(one: LawFit, threads: int) -> dict[int, ParameterProfile]:
@@ -1496,7 +1506,7 @@ def fit_warnings(
     if gain_of_start(one.solution, stated) > START_WRONG:
         sentence = (
             f"the record does not begin with the stated {join_words(stated)}: the intervals "
-            "may miss the true values; without them in the file they are fitted"
+            "may miss the true values; leave these keys out, and they are fitted"
         )
         yield WarningMessage("start-differs", sentence)
     agree, total = one.starts
