@@ -508,6 +508,7 @@ def step_through_events(plant, law, steps, u_dd, state, log):
             F_L = limit_force(plant, x_r, u_1)
             d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
             if d == 0:
+                closest = min(closest, decision_margin(F_L, law.F_fs))
                 return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest)
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
             F_L = -d * law.F_fs
