@@ -71,6 +71,8 @@ def test_threads_draw_and_report_without_mixing_their_settings(scenario, monkeyp
 INTERRUPTED = """
     import importlib.abc, os, signal, sys
 
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background
+
     class Interrupting(importlib.abc.MetaPathFinder):
         def find_spec(self, name, path=None, target=None):
             if name == sys.argv[1]:
