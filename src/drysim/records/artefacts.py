@@ -174,7 +174,11 @@ def clipped_peaks(values: Signal, limit: float) -> list[Stretch]:
                 for side in _sides(part, int(first[k]), int(counts[k]))
                 if len(side) > MIN_SIDE
             ]
-            is_event = all(_is_ramp(np.abs(np.diff(side)), digit) for side in sides)
+            # Plateaus next to a limit differ if samples are held, but not between events.
+            held = [side[1] for side in sides if side[1] == side[2]]
+            is_event = len(np.unique(held)) <= max(1, len(held) // 2) and all(
+                _is_ramp(np.abs(np.diff(side)), digit) for side in sides
+            )
             cut = [] if is_event else list(runs)
         else:
             cut = [k for k in runs if _is_cut(part, int(first[k]), int(counts[k]), digit)]
