@@ -300,6 +300,17 @@ def test_mass_that_is_held_before_its_release_is_named(tmp_path):
     )
 
 
+def test_decay_that_begins_amid_a_swing_contradicts_a_stated_start(tmp_path):
+    write_decay(tmp_path)
+    header, *rows = (tmp_path / "run.csv").read_text().splitlines()
+    (tmp_path / "run.csv").write_text("\n".join([header, *rows[20:]]))
+    known = "oscillator: {mass: 2 kg}\nstart: {v_r: 0}\n" + COULOMB + DECAY
+    free = keys(*RELEASED, "start.x_r")
+    said = only(fit_twin(tmp_path, known, free, "x_r: x_r"), "bad-fit")
+    assert "the record does not begin with the stated start.v_r: leave this key out" in said
+    assert "lag" not in said
+
+
 FILES = ["cut", "offset-0.5", "offset100", "offset1700000000", "pretrigger"]
 
 

@@ -211,6 +211,20 @@ def test_a_record_that_is_cut_in_the_middle_of_a_shock_is_named(solved):
         assert "while the base moves" in one.sentence
 
 
+def test_a_record_that_begins_inside_a_shock_is_named(solved):
+    rng = np.random.default_rng(5)
+    for _ in range(12):
+        whole = pulse(rng, 1e-4)
+        loud = np.flatnonzero(np.abs(whole) > 0.3 * np.abs(whole).max())
+        begin = int(rng.choice(loud))
+        tail = np.zeros(2000)
+        outcome = solved(np.append(whole[begin:], tail), 1e-4)
+        if abs(whole[begin]) > 0.2 * np.abs(whole[begin:]).max():
+            [one] = [each for each in outcome.warnings if each.slug == "response-cut"]
+            assert "the record begins at" in one.sentence
+        assert "response-cut" not in slugs(solved(np.append(whole, tail), 1e-4))
+
+
 def test_a_window_that_ends_before_the_ring_down_is_named(solved):
     u_dd = np.append(100.0 * np.sin(np.linspace(0.0, math.pi, 111)), np.zeros(5000))
     outcome = solved(u_dd, 1e-4, measure={"duration": 0.02})

@@ -1600,7 +1600,15 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
         words = "base and mass seem to be swapped: exchange the columns"
         yield words, replace(model, measurement=swapped, motion=exchanged)
-    if DELAY_KEY not in [p.key for p in model.parameters]:
+    unstated = model.scenario.unstated_start
+    if stated := [key for key in model.fixed_start if key not in unstated]:
+        words = (
+            f"the record does not begin with the stated {join_words(stated)}: leave "
+            f"{'these keys' if len(stated) > 1 else 'this key'} out to have the start fitted"
+        )
+        yield words, model.with_free_start(stated)
+    at_rest = model.scenario.excitation.kind == "rest"  # nothing lags behind it
+    if DELAY_KEY not in [p.key for p in model.parameters] and not at_rest:
         far = 20.0 * found.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
         words = "the measured response seems to lag by {lag}: free `measured.delay`"

@@ -41,6 +41,9 @@ from drysim.wording import format_number
 REST_SHARE = 0.05
 """Acceleration, relative to the peak of the base, up to which the base is at rest [-]."""
 
+BEGINS_SHARE = 0.2
+"""Acceleration of the first sample, relative to the peak, from which an event is cut [-]."""
+
 QUIET_HALF_CYCLES = 4.0
 """Mean half cycles of ü for which a vibration never stays below `REST_SHARE`."""
 
@@ -212,7 +215,7 @@ def event_start(motion: Samples, last: int, plant: Plant) -> int | None:
 def cut_warnings(
     scenario: Scenario, plant: Plant, law: AnyLaw, motion: Sines | Samples, end: float
 ) -> Iterator[WarningMessage]:
-    """Warn if the window of a record ends before the response to a single event.
+    """Warn if the window of a record begins in a single event, or ends before its response.
 
     Parameters
     ----------
@@ -228,9 +231,18 @@ def cut_warnings(
     last = last_sample(motion, end)
     ending, period = ending_of(motion, last, plant), free_period(plant, law, 0.0)
     is_whole = ends_record(motion, last)
+    now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
+    is_one_event = event_start(motion, last, plant) == 0
+    if is_one_event and ending.at_rest and abs(motion.u_dd[0]) > BEGINS_SHARE * peak:
+        share = format_number(100.0 * abs(motion.u_dd[0]) / peak, "%", 2)
+        sentence = (
+            f"{scenario.excitation.named}: the record begins at {share} of its peak, with the "
+            "mass at rest: if the base moved before, peaks, stroke and their checks may be too "
+            "small; use a record, or a window, that begins before the event"
+        )
+        yield WarningMessage("response-cut", sentence, {"period": period})
     if not ending.is_event or ending.quiet >= period or (is_whole and ending.at_rest):
         return
-    now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
     if ending.quiet:
         small = format_number(100.0 * REST_SHARE, "%")
         since = format_number(ending.quiet, "s")
