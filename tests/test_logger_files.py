@@ -636,6 +636,22 @@ def test_pause_of_a_clock_of_whole_seconds_is_named(tmp_path, monkeypatch, seed,
     assert "if only the printed times are inaccurate" not in said
 
 
+@pytest.mark.parametrize(
+    "time", [f"{x}e{sign}{'9' * 20}" for x in (0, 1) for sign in ("", "-")]
+)
+def test_exponent_beyond_every_number_is_a_fault_of_its_row(tmp_path, monkeypatch, time):
+    monkeypatch.chdir(tmp_path)
+    rows = [f"{0.02 * k:.2f},{k % 7}" for k in range(40)]
+    rows[3] = f"{time},1"
+    Path("r.csv").write_text("\n".join(["t [s],a [g]", *rows]))
+    Path("s.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\nfriction: {kinetic: 5 N}\n"
+        "excitation: {kind: record, file: r.csv, column: a, time: t}\n"
+    )
+    with pytest.raises(DrysimError, match="row 5"):
+        base_motion(package.load("s.yaml"))
+
+
 @pytest.mark.parametrize("step", ["0.01", "0.005"])
 def test_falling_times_are_to_be_sorted(tmp_path, step):
     dice = np.random.default_rng(len(step))

@@ -22,8 +22,9 @@ import re
 import warnings
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from functools import cached_property, partial
 from io import StringIO
 from itertools import islice, pairwise
@@ -506,7 +507,8 @@ class TextTable(Columns):
         exponents, form = [0], self.number_form(index)
         for _, cells in islice(filter(lambda row: row[1], self.rows()), MAX_ROWS_EXAMINED):
             if NUMBER_PATTERN.fullmatch(text := form.plain(cells[index].text)):
-                exponents.append(int(Decimal(text).as_tuple().exponent))
+                with suppress(InvalidOperation):  # an exponent of more than eighteen digits
+                    exponents.append(int(Decimal(text).as_tuple().exponent))
         return float(10.0 ** min(exponents))
 
     def number_form(self, index: int) -> NumberForm:

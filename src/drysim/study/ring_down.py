@@ -232,9 +232,9 @@ def cut_warnings(
     ending, period = ending_of(motion, last, plant), free_period(plant, law, 0.0)
     is_whole = ends_record(motion, last)
     now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
-    is_one_event = event_start(motion, last, plant) == 0
-    if is_one_event and ending.at_rest and abs(motion.u_dd[0]) > BEGINS_SHARE * peak:
-        share = format_number(100.0 * abs(motion.u_dd[0]) / peak, "%", 2)
+    is_one_event, first = event_start(motion, last, plant) == 0, max_abs(motion.u_dd[:1])
+    if is_one_event and ending.at_rest and first > BEGINS_SHARE * peak:
+        share = format_number(100.0 * first / peak, "%", 2)
         sentence = (
             f"{scenario.excitation.named}: the record begins at {share} of its peak, with the "
             "mass at rest: if the base moved before, peaks, stroke and their checks may be too "
