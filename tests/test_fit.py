@@ -307,7 +307,7 @@ def test_decay_that_begins_amid_a_swing_contradicts_a_stated_start(tmp_path):
     known = "oscillator: {mass: 2 kg}\nstart: {v_r: 0}\n" + COULOMB + DECAY
     free = keys(*RELEASED, "start.x_r")
     said = only(fit_twin(tmp_path, known, free, "x_r: x_r"), "bad-fit")
-    assert "the record does not begin with the stated start.v_r: leave this key out" in said
+    assert "does not begin with the stated start.v_r: without this key in the file" in said
     assert "lag" not in said
 
 

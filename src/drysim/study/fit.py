@@ -60,6 +60,7 @@ from drysim.study.fit_model import (
     Prediction,
     build_model,
     fitted_end,
+    is_decay,
     model_of_law,
 )
 from drysim.study.outcome import Result, format_repr, html_table
@@ -1500,14 +1501,9 @@ def fit_warnings(
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
         yield WarningMessage("not-determined", f"{about}{note}")
-    stated = [
-        key for key in one.model.fixed_start if key not in one.model.scenario.unstated_start
-    ]
+    stated = one.model.stated_start
     if gain_of_start(one.solution, stated) > START_WRONG:
-        sentence = (
-            f"the record does not begin with the stated {join_words(stated)}: the intervals "
-            "may miss the true values; leave these keys out, and they are fitted"
-        )
+        sentence = f"{describe_wrong_start(stated)}; the intervals may miss the true values"
         yield WarningMessage("start-differs", sentence)
     agree, total = one.starts
     if agree < 2 <= total:
@@ -1554,7 +1550,7 @@ def likely_fault(one: LawFit) -> str:
     model = one.model
     if model.fit.measured.is_rig:
         return ""
-    if model.scenario.excitation.kind == "rest" and (still := samples_at_rest(model)):
+    if is_decay(model.scenario) and (still := samples_at_rest(model)):
         found = model.measurement
         rest = {name: values[still:] for name, values in found.channels.items()}
         released = replace(model, measurement=found._replace(channels=rest, t=found.t[:-still]))
@@ -1600,15 +1596,10 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
         words = "base and mass seem to be swapped: exchange the columns"
         yield words, replace(model, measurement=swapped, motion=exchanged)
-    unstated = model.scenario.unstated_start
-    if stated := [key for key in model.fixed_start if key not in unstated]:
-        words = (
-            f"the record does not begin with the stated {join_words(stated)}: leave "
-            f"{'these keys' if len(stated) > 1 else 'this key'} out to have the start fitted"
-        )
-        yield words, model.with_free_start(stated)
-    at_rest = model.scenario.excitation.kind == "rest"  # nothing lags behind it
-    if DELAY_KEY not in [p.key for p in model.parameters] and not at_rest:
+    if stated := model.stated_start:
+        yield describe_wrong_start(stated), model.with_free_start(stated)
+    # Nothing lags behind a base at rest.
+    if DELAY_KEY not in [p.key for p in model.parameters] and not is_decay(model.scenario):
         far = 20.0 * found.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
         words = "the measured response seems to lag by {lag}: free `measured.delay`"
@@ -1617,6 +1608,15 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         for factor, words in WRONG_UNITS.get(name, {}).items():
             words = f"the unit of {name} seems to be wrong by a factor of {words}"
             yield words, multiplied(name, factor)
+
+
+def describe_wrong_start(stated: Sequence[str]) -> str:
+    """Return that a record begins in another state than stated, and the remedy."""
+    keys = "these keys" if len(stated) > 1 else "this key"
+    return (
+        f"the record does not begin with the stated {join_words(stated)}: without {keys} in "
+        "the file the start is fitted"
+    )
 
 
 def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, Floats]:

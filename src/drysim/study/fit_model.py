@@ -191,6 +191,11 @@ class FitModel:
         is_rig = self.fit.measured.is_rig
         return () if is_rig else tuple(key for key in START_KEYS if key not in fitted)
 
+    @property
+    def stated_start(self) -> list[str]:
+        """Keys of the start state that the file states."""
+        return [key for key in self.fixed_start if key not in self.scenario.unstated_start]
+
     def with_free_start(self, keys: Sequence[str]) -> FitModel:
         """Return the model with more keys of the start state fitted."""
         units = {"start.x_r": "m", "start.v_r": "m/s"}
@@ -387,7 +392,7 @@ class FitModel:
         if len(known) == 0 or not any(known.values()):
             known["m"] = m  # only ratios follow from motion
         starts = list(closed_form_starts(motion, known))
-        if self.scenario.excitation.kind == "rest" and (decay := decay_start(motion, known)):
+        if is_decay(self.scenario) and (decay := decay_start(motion, known)):
             starts.insert(0, decay)
         return starts
 
@@ -491,8 +496,7 @@ class FitModel:
             return State(0.0, 0.0)
         motion = self.kinematics
         x_r, v_r = (float(one[0]) for one in self.relative_motion)
-        is_decay = self.scenario.excitation.kind == "rest"
-        if is_decay and motion.x_r is None and motion.v_r is None:
+        if is_decay(self.scenario) and motion.x_r is None and motion.v_r is None:
             v_r = 0.0  # released, not pushed
         if motion.x_r is None and known.get("k_x"):
             force = known["m"] * float(motion.x_dd[0]) + known["b"] * v_r
@@ -517,6 +521,12 @@ class FitModel:
 # Building a model
 
 
+def is_decay(scenario: Scenario) -> bool:
+    """Return whether a free decay is fitted, on a base at rest; a rig imposes its motion."""
+    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
+    return scenario.excitation.kind == "rest" and not scenario.fit.measured.is_rig
+
+
 def build_model(scenario: Scenario) -> FitModel:
     """Read base motion and measurement, and return the model under the law of the file.
 
@@ -529,8 +539,7 @@ def build_model(scenario: Scenario) -> FitModel:
     """
     fit = scenario.fit
     assert fit is not None, "only a scenario with a fit block is fitted"
-    is_decay = scenario.excitation.kind == "rest" and not fit.measured.is_rig
-    if is_decay and (fit.measured.delay or DELAY_KEY in fit.free):
+    if is_decay(scenario) and (fit.measured.delay or DELAY_KEY in fit.free):
         sentence = f"{DELAY_KEY}: nothing lags behind a base at rest; remove it"
         keys = (
             ("fit", "measured", "delay") if fit.measured.delay else ("fit", "free", DELAY_KEY)
@@ -600,8 +609,7 @@ def model_of_law(
         raise case_error(scenario, f"fit.free: {sentence}", "fit.free")
     model = FitModel(under, motion, measurement, tuple(parameters), assemble(under, motion))
     # A mass at rest on a base at rest would stay there.
-    is_decay = scenario.excitation.kind == "rest" and not under.fit.measured.is_rig
-    return model.with_free_start(scenario.unstated_start) if is_decay else model
+    return model.with_free_start(scenario.unstated_start) if is_decay(scenario) else model
 
 
 def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
@@ -609,7 +617,7 @@ def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
     assert scenario.fit is not None, "only a scenario with a fit block is fitted"
     share = scenario.fit.hold_out
     if share is None:
-        whole = scenario.fit.measured.is_rig or scenario.excitation.kind == "rest"
+        whole = scenario.fit.measured.is_rig or is_decay(scenario)
         share = 0.0 if whole else DEFAULT_HOLD_OUT
     t = measurement.t
     count = round((1.0 - share) * len(t))

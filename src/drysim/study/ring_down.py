@@ -70,8 +70,8 @@ class Ending(NamedTuple):
     quiet: float
     """Time since |ü| was last above `REST_SHARE` of its peak [s]."""
     at_rest: bool
-    is_event: bool
-    """Whether the motion, or its end, is a single event."""
+    first: int | None
+    """Sample from which the motion is a single event; None if it is none."""
 
 
 def free_period(plant: Plant, law: AnyLaw, speed: float) -> float:
@@ -154,12 +154,12 @@ def ending_of(motion: Samples, last: int, plant: Plant) -> Ending:
     u_dd, dt = motion.u_dd, motion.dt
     peak = max_abs(u_dd[: last + 1])
     if peak == 0.0:
-        return Ending(last * dt, True, True)
+        return Ending(last * dt, True, 0)
     quiet = (last - last_above(motion, last, REST_SHARE * peak)) * dt
     first = event_start(motion, last, plant)
     part = u_dd[first or 0 : last + 1]
     at_rest = quiet > 0.0 and ends_at_rest(part, REST_SHARE * peak)
-    return Ending(quiet, at_rest, first is not None)
+    return Ending(quiet, at_rest, first)
 
 
 def ends_at_rest(u_dd: Floats, level: float) -> bool:
@@ -232,16 +232,16 @@ def cut_warnings(
     ending, period = ending_of(motion, last, plant), free_period(plant, law, 0.0)
     is_whole = ends_record(motion, last)
     now, peak = (max_abs(motion.u_dd[first : last + 1]) for first in (last, 0))
-    is_one_event, first = event_start(motion, last, plant) == 0, max_abs(motion.u_dd[:1])
-    if is_one_event and ending.at_rest and first > BEGINS_SHARE * peak:
-        share = format_number(100.0 * first / peak, "%", 2)
+    at_first = max_abs(motion.u_dd[:1])
+    if ending.first == 0 and ending.at_rest and at_first > BEGINS_SHARE * peak:
+        share = format_number(100.0 * at_first / peak, "%", 2)
         sentence = (
             f"{scenario.excitation.named}: the record begins at {share} of its peak, with the "
             "mass at rest: if the base moved before, peaks, stroke and their checks may be too "
             "small; use a record, or a window, that begins before the event"
         )
         yield WarningMessage("response-cut", sentence, {"period": period})
-    if not ending.is_event or ending.quiet >= period or (is_whole and ending.at_rest):
+    if ending.first is None or ending.quiet >= period or (is_whole and ending.at_rest):
         return
     if ending.quiet:
         small = format_number(100.0 * REST_SHARE, "%")
