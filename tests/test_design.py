@@ -279,6 +279,10 @@ def test_end_towards_which_a_limit_with_every_seed_pushes_the_optimum_is_open(tm
     assert "or more (more seeds decide)" in rows["damping"].remark
     # The stroke of single runs is within the limit, that of an hour is not.
     assert re.match(r"1\d\d(\.\d+)? % of the limit", rows["hourly peak"].remark)
+    [said] = [one.sentence for one in bound.warnings if one.slug == "stroke-too-short"]
+    assert "is expected to be" in said
+    assert said.endswith("with the best design")
+    assert "stroke-too-short" not in {one.slug for one in free.warnings}
 
 
 def test_variants_show_what_friction_and_stiffness_do(tmp_path):

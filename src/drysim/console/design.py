@@ -113,8 +113,11 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
     for one in result.design.vary:
         unit, remarks = format_unit(one.unit), []
         for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
-            if region is not None:
-                remarks.append(f"{label}: {format_ends(*region.ends[one.key])}")
+            if region is None:
+                continue
+            low, high = region.ends[one.key]
+            if low is None or low != high or one.key not in bounds:
+                remarks.append(f"{label}: {format_ends(low, high)}")
         if one.key in bounds:
             remarks.append(f"at its {bounds[one.key]} bound")
         text = format_number(shown.values[one.key], unit)

@@ -234,7 +234,10 @@ def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice
     """Draw a measured and fitted channel over an interval, with shaded stick phases."""
     t, scale = result.measurement.t[part], scale_of(result, channel.name)
     error = format_percent(channel.error)
-    set_title(axes, f"{SYMBOLS[channel.name]} [{scale.unit}], fit error {error}")
+    name = SYMBOLS[channel.name]
+    if result.spring_in_force:
+        name = "force of friction, spring and damper"
+    set_title(axes, f"{name} [{scale.unit}], fit error {error}")
     measured = scale.factor * measured_values(result, channel)[part]
     draw_dots(axes, t, measured, "measured", **MEASURED_STYLE)
     fitted = scale.factor * result.prediction.channels[channel.name][part]

@@ -59,7 +59,8 @@ from drysim.study.statistics import (
     with_interval,
 )
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_threads
-from drysim.study.table import STROKE_LIMIT
+from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
+from drysim.study.warnings import hourly_stroke_warnings
 from drysim.wording import (
     Point,
     describe_point,
@@ -1042,6 +1043,13 @@ def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
         )
         yield WarningMessage("designs-lost", sentence, {"designs": len(lost)})
     yield from limit_warnings(result)
+    best, stroke = result.best, result.scenario.stroke
+    if best is not None and stroke is not None and result.source.stops is None:
+        exceeds = [row for row in best.rows if (row.metrics[STROKE_USED] or 0.0) > 1.0]
+        hardest = max(best.rows, key=lambda row: hourly_stroke_used(row.metrics, stroke.limits))
+        if not exceeds:
+            where = ", with the best design"
+            yield from hourly_stroke_warnings(hardest.metrics, stroke.limits, where)
     if not result.converged:
         sentence = (
             f"the search ended at design.evaluations, {result.design.evaluations}, before it "
