@@ -51,7 +51,7 @@ types: $(TOOLS) ## mypy, strict, for Linux, macOS and Windows
 layers: $(TOOLS) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
-test: $(TOOLS) ## the tests, all but the slow ones; three minutes on two cores
+test: $(TOOLS) ## the tests, all but the slow ones; a quarter of an hour on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
 
 minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim declares
@@ -64,7 +64,7 @@ $(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
 	@touch $@
 
 # Some of the slow tests start processes of their own.
-slow: $(TOOLS) ## the slow tests; seven minutes on two cores
+slow: $(TOOLS) ## the slow tests; up to an hour on two cores
 	$(RUN) pytest -m slow $(SHARED) --maxprocesses 2
 
 fuzz: $(TOOLS) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
