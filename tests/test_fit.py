@@ -277,6 +277,15 @@ def test_decay_begins_with_its_first_sample_whatever_its_clock(tmp_path, clock):
     assert np.array_equal(found[0].starts(), found[1].starts())
 
 
+def test_decay_sampled_unlike_the_step_of_the_solver_is_refused_with_the_step(tmp_path):
+    write_decay(tmp_path)
+    known = "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY
+    coarse = known.replace("step: 5 ms", "step: 8 ms")
+    with pytest.raises(drysim.RecordError, match=r"set solver\.step to 0\.005 s"):
+        fit_twin(tmp_path, coarse, keys(*RELEASED), "x_r: x_r")
+    assert len(fit_twin(tmp_path, known, keys(*RELEASED), "x_r: x_r").parameters) == 5
+
+
 def test_decay_of_a_window_comes_back_and_its_scenario_runs_the_same_stretch(tmp_path):
     write_decay(tmp_path, 100.0, held=200)
     known = "oscillator: {mass: 2 kg}\n" + COULOMB + DECAY

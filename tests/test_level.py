@@ -106,16 +106,36 @@ def test_offset_at_rest_before_an_event_is_named_and_not_confused_with_its_mean(
     level = measure_level(x)
     assert level.rest == pytest.approx(offset, rel=0.02)
     assert level.has_offset
-    if not level.mean_is_offset:
+    if level.is_at_rest:
         found = {w.slug: w.sentence for w in motion_of(tmp_path, x, gravity="keep").warnings}
         assert "record-mean" not in found
         words = motion_of(tmp_path, x / 1e3).warnings  # far from gravity in any unit
-        assert any("subtract this offset in the file" in one.sentence for one in words)
+        assert any("`remove: rest` removes this offset" in one.sentence for one in words)
     x = np.zeros(200)
     x[50:90] = -20.0
     with pytest.raises(RecordError, match="at rest ü is 9"):
         motion_of(tmp_path, x + G)
-    assert removal(tmp_path).value is None
+    assert removal(tmp_path).value == "rest"
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_level_at_rest_is_proposed_and_removed_from_an_event_however_small(tmp_path, seed):
+    dice = np.random.default_rng(seed)
+    x, noise = event(dice)
+    offset = dice.uniform(0.2, 3.0) * x.std() * dice.choice([-1, 1])
+    if abs(abs(offset) - G) < 0.1 * G:
+        offset *= 2.0
+    cleaned = motion_of(tmp_path, x + offset, remove="rest")
+    count = min(50, int(0.02 * len(x)))
+    assert np.abs(cleaned.u_dd - x).max() <= 5 * noise / max(1, count) ** 0.5 + 1e-12
+    assert "record-mean" not in {one.slug for one in cleaned.warnings}
+    if min(abs(x.mean() + offset), abs(offset)) > 0.1 * x.std():
+        assert removal(tmp_path).value == "rest"
+
+
+def test_level_at_rest_cannot_be_removed_from_a_record_without_a_quiet_end(tmp_path):
+    with pytest.raises(RecordError, match="neither end is quiet; `remove: mean`"):
+        motion_of(tmp_path, vibration(np.random.default_rng(1)) + 2.0, remove="rest")
 
 
 def padded(x, dice):

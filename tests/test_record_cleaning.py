@@ -176,6 +176,17 @@ def test_many_filled_samples_are_a_warning(tmp_path):
     (caution,) = motion_of(tmp_path, text, time="t", **LINES).warnings
     assert caution.slug == "record-filled"
     assert caution.numbers["share"] == pytest.approx(34 / 2000)
+    assert "changed the RMS" not in caution.sentence
+
+
+def test_rms_that_filling_changed_is_named(tmp_path):
+    gaps = {"fill": "spline", "at_most": "5 s"}
+    text = rows(T.tolist(), holed(WAVE, *range(600, 1500)))
+    motion = motion_of(tmp_path, text, time="t", gaps=gaps)
+    (caution,) = (one for one in motion.warnings if one.slug == "record-filled")
+    before, after = np.delete(WAVE, range(600, 1500)).std(), motion.u_dd.std()
+    said = f"changed the RMS from {before:.4g} to {after:.4g} m/s²"
+    assert said in caution.sentence
 
 
 def test_missing_time_is_a_fault_whatever_is_said_of_gaps(tmp_path):
@@ -461,6 +472,20 @@ def test_rms_that_interpolation_loses_is_a_warning_in_every_quantity(
         assert kept == pytest.approx(rms(motion), abs=2e-3)
     else:
         assert rms(motion) > 0.99
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_loss_of_interpolation_at_one_spike_names_its_sample(tmp_path, seed):
+    dice = np.random.default_rng(seed)
+    spike = int(dice.integers(1, len(T) - 1))
+    x = WAVE.copy()
+    x[spike] += dice.uniform(20, 500) * dice.choice([-1, 1])
+    (warning,) = motion_of(tmp_path, column(x, "acceleration"), rate=RATE).warnings
+    value, time = x[spike], spike / RATE
+    assert f"at one sample, {value:.6g} m/s² at {time:.6g} s" in warning.sentence
+    noise = column(dice.normal(size=len(T)), "acceleration")
+    (warning,) = motion_of(tmp_path, noise, rate=RATE).warnings
+    assert "at one sample" not in warning.sentence
 
 
 @pytest.mark.parametrize("quantity", ["velocity", "displacement"])

@@ -137,6 +137,7 @@ TERMS = {
     "error x_dd": "fit_error",
     "residual": "x_dd_residual",
     "not white": "residuals-not-white",
+    "closest_decision": "close-decision",
     "slide": "sliding without stops",
     "bounds": "at-bound",
 }
@@ -146,7 +147,7 @@ OTHER_BLOCKS = ("friction.normal_record.",)
 """Blocks that repeat the keys of another block; their keys are listed last."""
 
 EXAMPLES = {
-    METRIC: "checks: [{word} < 1 {unit}]",
+    METRIC: "checks: [{word} < {limit} {unit}]",
     APPROACH: "drysim run FILE --approach {word}",
     WARNING: "drysim {command} FILE --strict    # a warning makes the exit code 1",
 }
@@ -173,7 +174,9 @@ def _entries() -> Iterator[Entry]:
         yield Entry(name, APPROACH, text, example=EXAMPLES[APPROACH].format(word=name))
     for name, unit, about, *_ in (*METRICS, *FIT_METRICS):
         text = about[0].upper() + about[1:] + "."
-        example = EXAMPLES[METRIC].format(word=name, unit=unit).replace(" -]", "]")
+        limit = "1e-9" if name in ("energy_residual", "law_residual") else "1"
+        example = EXAMPLES[METRIC].format(word=name, limit=limit, unit=unit)
+        example = example.replace(" -]", "]")
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page, row, begin, end in TABLES:
         text = pages()[page].text

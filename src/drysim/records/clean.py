@@ -33,7 +33,8 @@ from drysim.records.columns import (
     require_memory_to_load,
     slice_signal,
 )
-from drysim.records.options import Gaps, Interpolation, Removal, Resample, Window
+from drysim.records.level import measure_level
+from drysim.records.options import Gaps, Interpolation, Removal, Resample, Trend, Window
 from drysim.wording import format_count, join_words
 
 METHODS = {"line": "linear interpolation", "spline": "cubic spline"}
@@ -453,7 +454,8 @@ def fill_gaps(
     used = slice(first, last + 1)
     if last - first + 1 < len(known) or not (there[0] and there[-1]):
         t = grid.first + at[[first, last]] * grid.dt
-        sentence = f"used from {t[0]:.6g} s to {t[1]:.6g} s, between the gaps around the window"
+        range_of_times = f"from {t[0]:{TIME_FORMAT}} s to {t[1]:{TIME_FORMAT}} s"
+        sentence = f"used {range_of_times}, between the gaps around the window"
         numbers = {"first": float(t[0]), "last": float(t[1])}
         reports.append(make_report("window", sentence, known, known[used], unit, numbers))
     at, known = at[used], known[used]
@@ -692,12 +694,15 @@ def remove(
     ------
     RecordError
         If a corner frequency has less than one period in the record, or exceeds the Nyquist
-        frequency.
+        frequency, or no end of the record shows the level at rest.
     """
     remaining, before_high_pass, words = series.values[:], None, []
     if wanted.trend != "nothing":
-        remaining = remaining - fit_trend(remaining, wanted.trend)
-        words.append("the mean" if wanted.trend == "mean" else "the linear trend")
+        if wanted.trend == "rest":
+            remaining = remaining - _level_at_rest(remaining, display_path)
+        else:
+            remaining = remaining - fit_trend(remaining, wanted.trend)
+        words.append(TREND_NAMES[wanted.trend])
     if wanted.above is not None:
         _check_corner(wanted.above, "above", series, display_path)
         remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
@@ -731,7 +736,26 @@ def _check_corner(frequency: float, side: str, series: Series, display_path: str
         raise record_error(display_path, sentence)
 
 
-def fit_trend(values: Floats, what: str) -> Floats:
+TREND_NAMES: Mapping[Trend, str] = {
+    "rest": "the level at rest",
+    "mean": "the mean",
+    "line": "the linear trend",
+}
+
+
+def _level_at_rest(values: Floats, display_path: str) -> float:
+    """Return the level of a quiet end of the samples; raise RecordError without one."""
+    level = measure_level(values)
+    if not level.is_at_rest:
+        sentence = (
+            "`remove: rest` needs a record that begins or ends at rest, but neither end is "
+            "quiet; `remove: mean` removes the offset of a vibration"
+        )
+        raise record_error(display_path, sentence)
+    return level.rest
+
+
+def fit_trend(values: Floats, what: Literal["mean", "line"]) -> Floats:
     """Return the mean or the least-squares line of samples, shape (n,).
 
     Importing `scipy.signal.detrend` instead would take twice as long as a dry run without it.

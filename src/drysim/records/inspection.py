@@ -238,7 +238,11 @@ def _select_rows(
         listed = ", ".join(f"`{shorten_quote(word)}`" for word in foot.words[:MAX_LISTED])
         which = f"rows {foot.first} to {foot.last}"
         which = which if foot.last > foot.first else f"row {foot.first}"
-        reasons.append(f"{which} below the samples: {listed}")
+        reasons.append(
+            f"{which} below the samples: {listed}"
+            if listed
+            else f"{which} at the end of the file: the first cell is empty"
+        )
     if rows:
         file = replace(file, rows=file.rows._replace(to=foot.first - 1 if foot else None))
         columns = member.columns(file)
@@ -720,13 +724,13 @@ def _propose_clean_up(
             return [*proposals, Proposal("remove", below, reason, False)]
     if level.has_offset:
         what = "gravity" if measured.has_gravity else "an offset"
-        trend: str | None = "line" if measured.quantity == "velocity" else "mean"
+        trend = "line" if measured.quantity == "velocity" else "mean"
         reason = f"the mean of {level.mean:.4g} {summary.unit} looks like {what}"
-        if not level.mean_is_offset:
-            trend = None
+        if level.is_at_rest:
+            trend = "rest"
             reason = (
-                f"at rest it shows {level.rest:.4g} {summary.unit}, which looks like {what}: "
-                f"subtract it in the file; the mean of {level.mean:.4g} contains motion as well"
+                f"at rest it shows {level.rest:.4g} {summary.unit}, which looks like {what}; "
+                f"the mean of {level.mean:.4g} contains motion as well"
             )
         proposals.append(Proposal("remove", trend, reason.replace("  ", " "), False))
     return proposals

@@ -102,17 +102,20 @@ class Foot(NamedTuple):
 
 
 def find_foot(table: TextTable) -> Foot | None:
-    """Return the rows below the samples that begin with words; None without any."""
+    """Return the rows below the samples, which begin with words or, unlike all rows above
+    them, with an empty cell; None without any.
+    """
     end = end_of_rows(table)
     tail = table.file.text[max(table.start, end - LINES_SIZE) : end].splitlines()
+    cells = [split_cells(part.decode("utf-8", "replace"), table.delimiter) for part in tail]
+    first = [row[0].text if row else "" for row in cells]
     words: list[str] = []
-    for part in reversed(tail):
-        text = split_cells(part.decode("utf-8", "replace"), table.delimiter)[:1]
-        word = text[0].text if text else ""
+    for word in reversed(first):
         if word and not is_word(word):
             break
         words.insert(0, word)
-    if not any(words) or len(words) == len(tail):
+    above = first[1 : len(first) - len(words)]  # the first line may be cut
+    if not words or not (any(words) or all(above)) or len(words) == len(tail):
         return None
     lines = raw_lines(table.file, table.start, table.line)
     last = max(line for line, at, _ in lines if at < end)

@@ -58,8 +58,10 @@ class Level(NamedTuple):
     mean: float
     spread: float
     rest: float
+    is_at_rest: bool = False
+    """Whether an end of the signal is quiet and shows the level at rest."""
     is_event: bool = False
-    """Whether the signal begins and ends at rest without an offset."""
+    """Whether the signal begins and ends at rest, at the same level."""
     padding: tuple[int, int] = (0, 0)
     """Zeros before and after a vibration about another level; rest is that of the vibration."""
 
@@ -75,9 +77,8 @@ class Level(NamedTuple):
 
     @property
     def mean_is_offset(self) -> bool:
-        """Whether the mean is that of the sensor at rest, and contains no motion."""
-        deviation = abs(self.mean - self.rest)
-        return not any(self.padding) and deviation <= LARGE_MEAN * self.spread
+        """Whether the mean is the best estimate of the level of the sensor at rest."""
+        return not any(self.padding) and not self.is_at_rest
 
     @property
     def words_of_padding(self) -> str:
@@ -119,15 +120,19 @@ def measure_level(values: Signal, whole: Signal | None = None) -> Level:
     level, _ = mean_and_std(body)
     ends = _levels_of_ends(body)
     outermost = values[:MIN_SILENT], values[max(len(values) - MIN_SILENT, 0) :]
+    quiet = [end for end in ends if end is not None]
+    offset = min(quiet, key=abs, default=0.0)
     is_event = all(
-        (end is not None and abs(end) <= LARGE_MEAN * spread) or _is_silent(samples, spread)
+        (end is not None and abs(end - offset) <= LARGE_MEAN * spread)
+        or _is_silent(samples, spread)
         for end, samples in zip(ends, outermost, strict=True)
     )
     if whole is not None and len(whole) > len(values):
         before, after = _padding(whole)
         ends += _levels_of_ends(slice_signal(whole, before, len(whole) - after))
-    rest = min((end for end in ends if end is not None), key=abs, default=level)
-    return Level(mean, spread, rest, is_event, padding)
+    quiet = [end for end in ends if end is not None]
+    rest = min(quiet, key=abs, default=level)
+    return Level(mean, spread, rest, bool(quiet), is_event, padding)
 
 
 def _is_silent(end: Floats, spread: float) -> bool:

@@ -44,7 +44,7 @@ SUGGESTED_HIGH_PASS = 0.3
 LARGE_MEAN = 0.1
 """Ratio of mean to RMS about the mean from which the mean changes the RMS by over 0.5 %."""
 
-Trend = Literal["nothing", "mean", "line"]
+Trend = Literal["nothing", "rest", "mean", "line"]
 TRENDS: tuple[str, ...] = get_args(Trend)
 """Values of `remove` that are a single word, each removing more than the one before."""
 
@@ -90,7 +90,8 @@ class Removal(Block):
     """What is removed from the whole record: a trend, and frequencies outside a band."""
 
     trend: Trend = "nothing"
-    """Trend to subtract: the `mean` or the least-squares `line`."""
+    """Trend to subtract: the level at `rest`, that of a quiet end of the record, the `mean`, or
+    the least-squares `line`."""
     below: Frequency | None = None
     """Remove frequencies below this one [Hz], by a zero-phase Butterworth high-pass that halves
     the amplitude at this frequency."""
@@ -304,7 +305,7 @@ class Recorded(InFile):
     """Resampling onto another time grid; default: the grid of the record, which must be
     even."""
     remove: RemovalOption = Field({}, validate_default=True)
-    """What is removed from the whole record: `mean`, `line`, a band as in
+    """What is removed from the whole record: `rest`, `mean`, `line`, a band as in
     `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default.
     """
     window: Window | None = None

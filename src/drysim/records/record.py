@@ -276,7 +276,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     values, grid, count, reports = fill_gaps(
         signal[:], grid, record.gaps, record.window, columns, index, unit
     )
-    warnings += filling_warnings(record.named, reports, count)
+    warnings += filling_warnings(record.named, reports, count, unit)
     series, before_high_pass = Series(values, grid.dt, grid.first), None
     if target:
         series, report = resample_onto(values, grid, target, unit, display_path)

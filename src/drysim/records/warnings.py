@@ -174,7 +174,8 @@ def check_gravity(record: RecordedMotion, level: Level) -> None:
             remedy = f"{CUT_OFF} and remove it"
         else:
             found = f"at rest ü is {level.rest:.4g} m/s²"
-            remedy = f"subtract it in the file or use a high-pass, {high_pass}"
+            removal = record.remove.yaml_with(trend="rest")
+            remedy = f"remove it with {removal} or a high-pass, {high_pass}"
         sentence = (
             f"{found}, which looks like gravity: {remedy}, or keep it with `gravity: keep`"
         )
@@ -204,16 +205,20 @@ def mean_warnings(
             remedy = f"{CUT_OFF}, and remove the mean of the rest"
         else:
             found = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
-            remedy = (
-                f"subtract this offset in the file; the mean, {mean:.4g} {unit}, contains "
-                "motion as well"
-            )
+            remedy = f"the mean, {mean:.4g} {unit}, contains motion as well; {_rest_remedy(record)}"
         sentence = (
             f"{record.named}: {found}, large compared with the RMS about the mean, "
             f"{spread:.4g} {unit}; {remedy}"
         )
         numbers = {"mean": mean, "rms_about_mean": spread, "rest": rest}
         yield WarningMessage("record-mean", sentence, numbers)
+
+
+def _rest_remedy(record: RecordedMotion) -> str:
+    """Return how to remove an offset that an end of the record shows."""
+    if record.remove.any or record.quantity == "velocity":
+        return "subtract this offset in the file"
+    return f"{record.remove.yaml_with(trend='rest')} removes this offset"
 
 
 def _mean_remedy(record: RecordedMotion) -> str:
@@ -231,13 +236,17 @@ def _mean_remedy(record: RecordedMotion) -> str:
 
 
 def filling_warnings(
-    file: str, reports: tuple[CleaningReport, ...], n: int
+    file: str, reports: tuple[CleaningReport, ...], n: int, unit: str
 ) -> Iterator[WarningMessage]:
     """Warn if more than 1 % of the n samples in the window were interpolated."""
     filled = sum(report.numbers.get("samples", 0) for report in reports)
     if (share := filled / n if n else 0.0) > NOTABLE_SHARE:
+        change = ""
+        before, after = reports[-1].rms_before, reports[-1].rms_after
+        if abs(after - before) > NOTABLE_SHARE * before:
+            change = f", which changed the RMS from {before:.4g} to {after:.4g} {unit}"
         sentence = (
-            f"{file}: {_percent(share)} of the samples were interpolated, not measured; "
+            f"{file}: {_percent(share)} of the samples were interpolated, not measured{change}; "
             "use a record without gaps, or a window without them"
         )
         yield WarningMessage("record-filled", sentence, {"share": share})
@@ -327,12 +336,30 @@ def _linear_interpolation_warnings(
                 f"a spline would lose {_percent(lost)}, too: {UNDERSAMPLED}; {low_pass}; "
                 f"together with {resample} {corner:.6g} Hz is enough"
             )
+        if (spike := _spike(values)) is not None:
+            remedy = (
+                f"most of it at one sample, {values[spike:spike + 1][0]:.6g} "
+                f"{SI[record.quantity]} at {spike * dt:.6g} s; if that is a fault, empty its "
+                f"cell and fill it with `gaps`; else {remedy}"
+            )
         sentence = (
             f"{record.named}: linear interpolation reduces the RMS from {rms:.4g} to "
             f"{kept * rms:.4g} {SI[record.quantity]}, by {_percent(1 - kept)}: "
             f"{remedy}"
         )
         yield WarningMessage("record-interpolated", sentence, {"kept": kept, "step": dt})
+
+
+def _spike(values: Signal) -> int | None:
+    """Return the sample that makes most of the squared differences of a signal, if one does."""
+    total, largest, index = 0.0, 0.0, 0
+    for at in range(0, len(values) - 2, BLOCK_SIZE):
+        squares = np.square(np.diff(values[at : at + BLOCK_SIZE + 2]))
+        total += float(squares[: BLOCK_SIZE].sum())
+        beside = np.minimum(squares[1:], squares[:-1])
+        if float(beside.max()) > largest:
+            largest, index = float(beside.max()), at + int(beside.argmax()) + 1
+    return index if 4 * largest > total else None
 
 
 def _low_pass_hint(record: Recorded, corner: float) -> str:

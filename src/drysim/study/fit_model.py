@@ -25,7 +25,7 @@ from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.records import SI
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
-from drysim.records.level import is_gravity, measure_level
+from drysim.records.level import Level, is_gravity, measure_level
 from drysim.records.record import read_samples, read_series
 from drysim.scenario.fit import (
     DEFAULT_HOLD_OUT,
@@ -671,7 +671,7 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
             sentence = f"{name} is {level} in every sample{column}: no motion was recorded"
             raise record_error(display_path, sentence)
         if name == "x_dd" and not keeps_mean(scenario):
-            check_response_gravity(record, measure_level(channels[name]).rest)
+            check_response_gravity(record, measure_level(channels[name]))
         inputs.append(source)
         # The relative motion of a mass that sticks stands still.
         may_freeze = name != "x_dd"
@@ -683,10 +683,16 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
     begin = begin_of_motion(scenario, series)
     stride = series.dt / step
     if stride < 0.5 or abs(stride - round(stride)) > GRID_TOLERANCE / n * max(1.0, stride):
+        steps = format_number(series.dt, "s", 9), format_number(step, "s", 9)
+        # Linear interpolation of a displacement is refused.
+        by = "spline" if fit.measured.record(name).quantity == "displacement" else "line"
+        remedy = (
+            f"add `resample: {{step: {steps[1]}, by: {by}}}` to fit.measured"
+            if isinstance(motion, Samples)
+            else f"set solver.step to {steps[0]}"
+        )
         sentence = (
-            f"the measured response has a step of {format_number(series.dt, 's', 9)}, the base "
-            f"motion {format_number(step, 's', 9)}; add `resample: {{step: "
-            f"{format_number(step, 's', 9)}, by: line}}` to fit.measured"
+            f"the measured response has a step of {steps[0]}, the base motion {steps[1]}; {remedy}"
         )
         raise record_error(display_path, sentence)
     stride = round(stride)
@@ -740,12 +746,13 @@ def keeps_mean(scenario: Scenario) -> bool:
     return is_kept or OFFSET_KEY in scenario.fit.free
 
 
-def check_response_gravity(record: ChannelRecord, rest: float) -> None:
+def check_response_gravity(record: ChannelRecord, level: Level) -> None:
     """Raise RecordError if a measured acceleration at rest looks like gravity."""
-    if is_gravity(rest) or is_gravity(rest / (record.scale or 1.0)):
+    if is_gravity(level.rest) or is_gravity(level.rest / (record.scale or 1.0)):
+        found, trend = ("at rest", "rest") if level.is_at_rest else ("the mean of", "mean")
         sentence = (
-            f"the mean of x_dd is {rest:.4g} m/s², which looks like gravity: remove it with "
-            f"{record.remove.yaml_with(trend='mean')} in {record.block}, or fit it with "
+            f"{found} x_dd is {level.rest:.4g} m/s², which looks like gravity: remove it with "
+            f"{record.remove.yaml_with(trend=trend)} in {record.block}, or fit it with "
             f"`{OFFSET_KEY}: {{}}` in fit.free"
         )
         raise record_error(str(record.path), sentence)
