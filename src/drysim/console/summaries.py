@@ -156,7 +156,12 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     x_r, u = format_length(metrics["x_r_rms"], peak), format_length(metrics["u_rms"], peak)
     excitation = outcome.scenario.excitation
     advice = ""
-    if isinstance(excitation, Record) and metrics["u_rms"] is None:
+    duration = (len(outcome.response) - 1) * outcome.response.dt
+    if (
+        isinstance(excitation, Record)
+        and metrics["u_rms"] is None
+        and duration * SUGGESTED_HIGH_PASS >= 1.0  # a shorter record has no such frequency
+    ):
         high_pass = excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
         advice = f"; it needs a high-pass: {high_pass}"
     yield SummaryRow(

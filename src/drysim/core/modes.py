@@ -412,7 +412,9 @@ def friction_and_stop_forces(plant, law, state, u_dd, load):
 # Start of a motion.
 
 LIMIT_TOLERANCE = 1e-14
-"""Relative distance from its limit below which a contact that continues is at its limit."""
+"""Relative distance from its limit below which a contact that starts is at its limit: some 50
+units of rounding of x_r - x_0, which is a difference of two numbers of a file or of an orbit.
+Unlike `RATE_TOLERANCE` it compares positions."""
 
 
 @compiled
@@ -515,7 +517,9 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
 # Elastic contact: exits from hold and yield.
 
 RATE_TOLERANCE = 1e-12
-"""Relative rate below which a contact that starts at its limit stays at it."""
+"""Relative difference of two rates, those of stretch and limit, that counts as rounding: a
+contact at its limit stays there. A rate is a sum over waves and loses more digits than a
+position."""
 
 
 class Hold(NamedTuple):

@@ -102,8 +102,9 @@ class Foot(NamedTuple):
 
 
 def find_foot(table: TextTable) -> Foot | None:
-    """Return the rows below the samples, which begin with words or, unlike all rows above
-    them, with an empty cell; None without any.
+    """Return the rows below the samples that begin with words; None without any.
+
+    Rows at the end that begin with an empty cell, unlike those above, are none of samples, too.
     """
     end = end_of_rows(table)
     tail = table.file.text[max(table.start, end - LINES_SIZE) : end].splitlines()

@@ -205,7 +205,8 @@ def mean_warnings(
             remedy = f"{CUT_OFF}, and remove the mean of the rest"
         else:
             found = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
-            remedy = f"the mean, {mean:.4g} {unit}, contains motion as well; {_rest_remedy(record)}"
+            removal = _rest_remedy(record)
+            remedy = f"the mean, {mean:.4g} {unit}, contains motion as well; {removal}"
         sentence = (
             f"{record.named}: {found}, large compared with the RMS about the mean, "
             f"{spread:.4g} {unit}; {remedy}"
@@ -246,8 +247,8 @@ def filling_warnings(
         if abs(after - before) > NOTABLE_SHARE * before:
             change = f", which changed the RMS from {before:.4g} to {after:.4g} {unit}"
         sentence = (
-            f"{file}: {_percent(share)} of the samples were interpolated, not measured{change}; "
-            "use a record without gaps, or a window without them"
+            f"{file}: {_percent(share)} of the samples were interpolated, not measured"
+            f"{change}; use a record without gaps, or a window without them"
         )
         yield WarningMessage("record-filled", sentence, {"share": share})
 
@@ -338,7 +339,7 @@ def _linear_interpolation_warnings(
             )
         if (spike := _spike(values)) is not None:
             remedy = (
-                f"most of it at one sample, {values[spike:spike + 1][0]:.6g} "
+                f"most of it at one sample, {values[spike : spike + 1][0]:.6g} "
                 f"{SI[record.quantity]} at {spike * dt:.6g} s; if that is a fault, empty its "
                 f"cell and fill it with `gaps`; else {remedy}"
             )
@@ -355,7 +356,7 @@ def _spike(values: Signal) -> int | None:
     total, largest, index = 0.0, 0.0, 0
     for at in range(0, len(values) - 2, BLOCK_SIZE):
         squares = np.square(np.diff(values[at : at + BLOCK_SIZE + 2]))
-        total += float(squares[: BLOCK_SIZE].sum())
+        total += float(squares[:BLOCK_SIZE].sum())
         beside = np.minimum(squares[1:], squares[:-1])
         if float(beside.max()) > largest:
             largest, index = float(beside.max()), at + int(beside.argmax()) + 1

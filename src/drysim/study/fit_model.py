@@ -692,7 +692,8 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
             else f"set solver.step to {steps[0]}"
         )
         sentence = (
-            f"the measured response has a step of {steps[0]}, the base motion {steps[1]}; {remedy}"
+            f"the measured response has a step of {steps[0]}, the base motion {steps[1]}; "
+            f"{remedy}"
         )
         raise record_error(display_path, sentence)
     stride = round(stride)
