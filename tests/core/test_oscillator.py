@@ -136,8 +136,7 @@ def test_short_way_and_long_way_are_one(
 ) -> None:
     rng = np.random.Generator(np.random.PCG64(5))
     h = radians / (c + math.sqrt(w)) if c + w else 1.0
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.0, 0.0)
-    steps = kernel.oscillator.slip_steps(plant, law, h)
+    steps = kernel.oscillator.slip_steps(c, w, h)
     assert steps.short
     stops = 0
     for _ in range(300):
@@ -148,7 +147,7 @@ def test_short_way_and_long_way_are_one(
         other = flown(kernel, c, w, v, a, r, h)
         assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
         assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
-        short = kernel.sampled.slide(steps, v, a, r, h)
+        short = kernel.sampled.slide(steps, v, a, r, h, 0.0)
         long = kernel.sampled.slide_by_flow(c, w, v, a, r, h)
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
@@ -236,11 +235,10 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     fast: SimpleNamespace, xi: float, radians: float
 ) -> None:
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
-    plant, law = fast.model.Plant(1.0, w, c), fast.model.CoulombLaw(0.0, 0.0)
-    steps = fast.oscillator.slip_steps(plant, law, h)
+    steps = fast.oscillator.slip_steps(c, w, h)
     stops = 0
     for start in starts(3, 60, max(OMEGA, 4.0 / h)):
-        stop, way, v_end, _ = fast.sampled.slide(steps, *start, h)
+        stop, way, v_end, _ = fast.sampled.slide(steps, *start, h, 0.0)
         end = min(stop, h)
         s = np.linspace(0.0, end, GRID)
         x, v, _ = motions(c, w, start, s)
@@ -273,11 +271,10 @@ def test_stop_of_a_creep_after_very_many_decays_is_found(
 ) -> None:
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.0, 0.0)
-    steps = kernel.oscillator.slip_steps(plant, law, h)
+    steps = kernel.oscillator.slip_steps(c, w, h)
     slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
     start = 1.0, -1.5 * slow, -0.5 * w
-    stop, way, v_end, _ = kernel.sampled.slide(steps, *start, h)
+    stop, way, v_end, _ = kernel.sampled.slide(steps, *start, h, 0.0)
     # The flow over two million decays is doubled up from half of one.
     assert stop == pytest.approx(math.log(3.0) / slow, rel=1e-10)
     assert way == pytest.approx(1.0 / slow - 0.5 * stop, rel=1e-9)

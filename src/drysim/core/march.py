@@ -893,7 +893,8 @@ def advance_samples(scene, end, state, segments, full):
         f = mode.contact * side.F_fk / plant.m + w * x_origin
     if characteristic_rate(c, w) * dt > FINE_STEP:
         return n, xi, v_r, at
-    x_x, x_v, x_f, v_x, v_v, v_f = affine_map(c, w, f, dt)
+    x_x, x_v, x_f, v_x, v_v, v_f = affine_map(c, w, dt)
+    x_f, v_f = x_f * f, v_f * f
     y, _, Y, YY = flow(c, w, dt)
     x_before, x_after, v_before, v_after = end_weights(y, Y, YY, dt)
     a = -(u_dd[n] + c * v_r + w * xi + f)

@@ -18,8 +18,8 @@ Method
       with an event are much shorter than the time constants of the oscillator: there twelve
       terms reach rounding at a third of the cost of `flow`. `chebyshev_stop` finds the zero of
       the series.
-    - `SlipSteps` holds the affine maps of whole sample steps of sliding under Coulomb friction
-      and all other constants of a march over samples.
+    - `SlipSteps` holds the affine maps of whole sample steps in one mode, and all other constants
+      of such steps that do not depend on the force.
 
 Accuracy
     Every series is truncated below the last bit. Where two equal forms differ in cancellation,
@@ -446,10 +446,10 @@ DIP_SAFETY = 2.0
 
 
 class AffineMap(NamedTuple):
-    """Affine map of a segment of sliding, without the contribution of the base.
+    """Affine map of a segment, without the contribution of the base.
 
-    x_r becomes x_x x_r + x_v v_r - d x_f, and v_r becomes v_x x_r + v_v v_r - d v_f, with d the
-    direction of sliding.
+    x_r becomes x_x x_r + x_v v_r - x_f f, and v_r becomes v_x x_r + v_v v_r - v_f f, with f the
+    constant force per mass against the motion [m/s²].
     """
 
     x_x: float
@@ -466,12 +466,12 @@ whose change of v_r is the speed below which each minimum of |v_r| is looked at.
 
 
 class SlipSteps(NamedTuple):
-    """Constants of whole sample steps of sliding under constant Coulomb friction.
+    """Constants of whole sample steps of sliding, or of any other motion in one mode.
 
     Attributes
     ----------
-    c, w, f : float
-        b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
+    c, w : float
+        Damping per mass [1/s] and stiffness per mass [1/s²].
     dt : float
         Length of a step [s].
     fine : bool
@@ -489,17 +489,12 @@ class SlipSteps(NamedTuple):
     steep, fast : float
         Bound on a dip: v_r has no zero within four steps while |v_r| at both ends is above
         steep·max |Δü| + fast·max |v_r|. Infinite where the steps are too long for the bound.
-    grazing : float
-        Speed [m/s] below which each minimum of |v_r| is looked at; 0 where F_fs = F_fk, as a
-        stop then changes nothing.
-    threshold_f, threshold_x : float
-        The affine map keeps the digits of v_r while |v_r| is above
-        threshold_f + threshold_x |x_r|, see `cancellation_threshold`.
+    speed_per_force : float
+        See `cancellation_threshold` [s].
     """
 
     c: float
     w: float
-    f: float
     dt: float
     fine: bool
     short: bool
@@ -514,14 +509,12 @@ class SlipSteps(NamedTuple):
     v_base: tuple[float, float, float, float, float]
     steep: float
     fast: float
-    grazing: float
-    threshold_f: float
-    threshold_x: float
+    speed_per_force: float
 
 
 @compiled
-def slip_steps(plant, law, dt):
-    """Return the constants of steps of length dt [s].
+def slip_steps(c, w, dt):
+    """Return the constants of steps of length dt [s]; c and w as in `flow`.
 
     Notes
     -----
@@ -530,37 +523,44 @@ def slip_steps(plant, law, dt):
     A function with |v_r"| <= M falls at most 2 M dt² below its lower end. Solved for M, this
     gives `steep` and `fast`.
     """
-    c, w, f = plant.b / plant.m, plant.k_x / plant.m, law.F_fk / plant.m
     radians = (c + math.sqrt(w)) * dt
     y, _, Y, YY = flow(c, w, dt)
     x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     # Contributions of ü at the start and at the end of a step one, two and three steps later.
-    one, two = affine_map(c, w, f, dt), affine_map(c, w, f, 2.0 * dt)
-    three, four = affine_map(c, w, f, 3.0 * dt), affine_map(c, w, f, 4.0 * dt)
+    one, two = affine_map(c, w, dt), affine_map(c, w, 2.0 * dt)
+    three, four = affine_map(c, w, 3.0 * dt), affine_map(c, w, 4.0 * dt)
     a, p = free_motion(one, x_0, v_0), free_motion(one, x_1, v_1)
     b, q = free_motion(two, x_0, v_0), free_motion(two, x_1, v_1)
     g, r = free_motion(three, x_0, v_0), free_motion(three, x_1, v_1)
     divisor = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
     dip_factor = DIP_SAFETY * 2.0 / divisor if divisor > 0.25 else math.inf
     steep, fast = dip_factor * dt, dip_factor * (0.25 * c + w * dt) * dt
-    rate, speed_per_force = characteristic_rate(c, w), cancellation_speed(c, w)
-    grazing = 0.0
-    if law.F_fs > law.F_fk:
-        grazing = GRAZING_SHARE * law.F_fs / plant.m / (rate + 1.0 / (GRAZING_STEPS * dt))
     return SlipSteps(
-        c, w, f, dt, rate * dt <= FINE_STEP, radians <= SERIES_SEGMENT, series_factors(c, w),
-        one, four, x_0, x_1, v_0, v_1,
+        c, w, dt, characteristic_rate(c, w) * dt <= FINE_STEP, radians <= SERIES_SEGMENT,
+        series_factors(c, w), one, four, x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
-        steep, fast, grazing, speed_per_force * f, speed_per_force * w,
+        steep, fast, cancellation_speed(c, w),
     )  # fmt: skip
 
 
 @compiled
-def affine_map(c, w, f, s):
+def grazing_speed(steps, m, F_fk, F_fs):
+    """Return the speed below which each minimum of |v_r| is looked at [m/s].
+
+    It is 0 where F_fs = F_fk, as a stop then changes nothing.
+    """
+    if F_fs <= F_fk:
+        return 0.0
+    rate = characteristic_rate(steps.c, steps.w)
+    return GRAZING_SHARE * F_fs / m / (rate + 1.0 / (GRAZING_STEPS * steps.dt))
+
+
+@compiled
+def affine_map(c, w, s):
     """Return the affine map of a segment of length s [s]."""
     y, y_d, Y, _ = flow(c, w, s)
-    return AffineMap(1.0 - w * Y, y, Y * f, -w * y, y_d, y * f)
+    return AffineMap(1.0 - w * Y, y, Y, -w * y, y_d, y)
 
 
 @compiled
@@ -586,10 +586,10 @@ def cancellation_speed(c, w):
 
 
 @inlined
-def cancellation_threshold(steps, x_r):
+def cancellation_threshold(steps, f, x_r):
     """Return the |v_r| [m/s] at or below which the affine map has lost the digits of v_r.
 
     The map computes v_r as a sum of terms of the size of the forces; where these nearly cancel,
-    their rounding would decide the sign of v_r.
+    their rounding would decide the sign of v_r. `f` is the constant force per mass [m/s²].
     """
-    return steps.threshold_f + steps.threshold_x * abs(x_r)
+    return steps.speed_per_force * abs(f) + steps.speed_per_force * steps.w * abs(x_r)

@@ -56,6 +56,7 @@ from drysim.core.oscillator import (
     cancellation_threshold,
     chebyshev_stop,
     flow,
+    grazing_speed,
     series_acceleration,
     series_distance,
     series_velocity,
@@ -140,6 +141,27 @@ class SampledMotion(NamedTuple):
     d: Any
 
 
+class Course(NamedTuple):
+    """A motion in one direction and one mode.
+
+    Attributes
+    ----------
+    d : int
+        Direction.
+    f : float
+        Constant force per mass against the positive direction [m/s²].
+    reach : float
+        Position in the direction of motion, d·x_r, at which the mode ends [m].
+    grazing : float
+        As from `grazing_speed` [m/s].
+    """
+
+    d: int
+    f: float
+    reach: float
+    grazing: float
+
+
 class Chunk(NamedTuple):
     """Part of the samples, and what the base contributes there.
 
@@ -196,7 +218,8 @@ def march(scene, state, out, log, end):
     rounding elsewhere.
     """
     plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
-    steps = slip_steps(plant, law, dt)
+    steps = slip_steps(plant.b / plant.m, plant.k_x / plant.m, dt)
+    f, grazing = law.F_fk / plant.m, grazing_speed(steps, plant.m, law.F_fk, law.F_fs)
     n, x_r, v_r, d, a, count, closest = state
     full = len(log.n) - MAX_EVENTS_PER_STEP
     # The base is summed from sample `begin` on, once the mass slides; negative before that.
@@ -217,7 +240,7 @@ def march(scene, state, out, log, end):
                 sum_base_motion(steps.x_base, u_dd[n : until + 1], x_base_sums)
                 sum_base_motion(steps.v_base, u_dd[n : until + 1], v_base_sums)
             chunk = Chunk(begin, until, u_dd, x_base_sums, v_base_sums)
-            n = advance_slip(steps, chunk, n, d, out)
+            n = advance_slip(steps, chunk, n, Course(d, d * f, NEVER, grazing), out)
             x_r = out.x_r[n]
             v_r = out.v_r[n]
         if n < until:
@@ -320,16 +343,17 @@ def sum_base_motion(base, u_dd, base_sums):
 
 
 @inlined
-def advance_slip(steps, chunk, n, d, out):
-    """Slide to the end of a chunk, or to a step that may hold an event or reach the threshold.
+def advance_slip(steps, chunk, n, course, out):
+    """Move to the end of a chunk, or to a step that may hold an event or reach the threshold.
 
     Parameters
     ----------
     steps : SlipSteps
         With `fine` steps.
     chunk : Chunk
-    n, d : int
-        Sample to start from, and direction of sliding.
+    n : int
+        Sample to start from.
+    course : Course
     out : SampledMotion
         Holds the state at sample n. Overwritten from n + 1 to the sample reached; up to three
         more are undefined.
@@ -338,38 +362,45 @@ def advance_slip(steps, chunk, n, d, out):
     -------
     int
         Sample reached.
+
+    Notes
+    -----
+    Where v_r keeps its sign x_r is monotone: whether it has passed a position shows at the end
+    of a step.
     """
     until = chunk.until
     while n < until:
         fourth = n + 4 if steps.steep < math.inf else until
-        n = advance_slip_by_one(steps, chunk.u_dd, n, min(fourth, until), d, out)
+        n = advance_slip_by_one(steps, chunk.u_dd, n, min(fourth, until), course, out)
         if n < fourth:
             break
-        n = advance_slip_by_four(steps, chunk, n, d, out)
+        n = advance_slip_by_four(steps, chunk, n, course, out)
     return n
 
 
 @inlined
-def advance_slip_by_one(steps, u_dd, n, until, d, out):
-    """Slide step by step, at most to sample `until`; otherwise as `advance_slip`."""
+def advance_slip_by_one(steps, u_dd, n, until, course, out):
+    """Move step by step, at most to sample `until`; otherwise as `advance_slip`."""
     x_out, v_out, d_out = out
     x_r = x_out[n]
     v_r = v_out[n]
-    c, w, f = steps.c, steps.w, d * steps.f
+    c, w, (d, f, reach, _) = steps.c, steps.w, course
     x_x, x_v, x_f, v_x, v_v, v_f = steps.step_map
     x_0, x_1, v_0, v_1 = steps.x_0, steps.x_1, steps.v_0, steps.v_1
-    x_f *= d
-    v_f *= d
+    x_f *= f
+    v_f *= f
     u_0 = u_dd[n]
     a = -(u_0 + c * v_r + w * x_r + f)
-    threshold = cancellation_threshold(steps, x_r)
+    threshold = cancellation_threshold(steps, f, x_r)
     while n < until:
         u_1 = u_dd[n + 1]
         x_next = x_x * x_r + x_v * v_r - (x_0 * u_0 + x_1 * u_1 + x_f)
         v_next = v_x * x_r + v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
         a_next = -(u_1 + c * v_next + w * x_next + f)
-        # At or below the threshold, or a minimum of the speed within the step.
+        # At or below the threshold, or a minimum of the speed within the step, or at the end.
         if d * v_next <= threshold or (d * a < 0.0 and d * a_next > 0.0):
+            break
+        if not d * x_next < reach:
             break
         n += 1
         u_0 = u_1
@@ -383,7 +414,7 @@ def advance_slip_by_one(steps, u_dd, n, until, d, out):
 
 
 @inlined
-def advance_slip_by_four(steps, chunk, n, d, out):
+def advance_slip_by_four(steps, chunk, n, course, out):
     """Advance the last four states by four steps each; return the sample reached.
 
     Parameters as in `advance_slip`. All four new states are accepted if |v_r| at both ends is
@@ -391,20 +422,21 @@ def advance_slip_by_four(steps, chunk, n, d, out):
     first that may hold one.
     """
     begin, until, u_dd, x_base_sums, v_base_sums = chunk
+    d, f, reach, grazing = course
     x_out, v_out, d_out = out
     i = n - 3 - begin
     if begin < 0 or i < 0:
         # Never true; tells the compiler that no index counts from the end.
         return n
     x_x, x_v, x_f, v_x, v_v, v_f = steps.four_step_map
-    x_f *= d
-    v_f *= d
+    x_f *= f
+    v_f *= f
     m = begin + 3
     x_a, x_b, x_c, x_d = x_out[m + i - 3], x_out[m + i - 2], x_out[m + i - 1], x_out[m + i]
     v_a, v_b, v_c, v_d = v_out[m + i - 3], v_out[m + i - 2], v_out[m + i - 1], v_out[m + i]
     u_0 = u_dd[m + i]
     before = d * v_d
-    threshold = cancellation_threshold(steps, x_d) + steps.grazing
+    threshold = cancellation_threshold(steps, f, x_d) + grazing
     while i + 4 <= until - m:
         # Four independent chains: samples m + i - 3 to m + i advance by four steps each.
         x_a, v_a = (
@@ -429,8 +461,9 @@ def advance_slip_by_four(steps, chunk, n, d, out):
         change = max(max(abs(u_1 - u_0), abs(u_2 - u_1)), max(abs(u_3 - u_2), abs(u_4 - u_3)))
         after = d * v_d
         dip = steps.steep * change + steps.fast * max(before, abs(after))
-        if not min(before, after) > dip + threshold:
-            # Keep the states up to the first step that may hold a dip, without branches.
+        if not (min(before, after) > dip + threshold and d * x_d < reach):
+            # Keep the states up to the first step that may hold a dip, or the end of the mode,
+            # without branches.
             x_out[m + i + 1] = x_a
             x_out[m + i + 2] = x_b
             x_out[m + i + 3] = x_c
@@ -441,9 +474,12 @@ def advance_slip_by_four(steps, chunk, n, d, out):
             d_out[m + i + 2] = d
             d_out[m + i + 3] = d
             one_step_threshold = dip * ONE_STEP_DIP + threshold
-            first = (before > one_step_threshold) * (d * v_a > one_step_threshold)
-            second = first * (d * v_b > one_step_threshold)
-            return m + i + first + second + second * (d * v_c > one_step_threshold)
+            first = (
+                (before > one_step_threshold) * (d * v_a > one_step_threshold) * (d * x_a < reach)
+            )
+            second = first * (d * v_b > one_step_threshold) * (d * x_b < reach)
+            third = second * (d * v_c > one_step_threshold) * (d * x_c < reach)
+            return m + i + first + second + third
         x_out[m + i + 1] = x_a
         x_out[m + i + 2] = x_b
         x_out[m + i + 3] = x_c
@@ -499,10 +535,11 @@ def step_through_events(plant, law, steps, u_dd, state, log):
     u_0, u_1, h = u_dd[n], u_dd[n + 1], steps.dt
     slope = (u_1 - u_0) / h
     per_m, limit = 1.0 / plant.m, SampledLimit(law.F_fs, 0.0, 0.0, 0.0)
+    f, grazing = law.F_fk / plant.m, grazing_speed(steps, plant.m, law.F_fk, law.F_fs)
     full = count + MAX_EVENTS_PER_STEP
     begin = 0.0
     if a != a:
-        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * steps.f)
+        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
     while count < full:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
@@ -518,13 +555,13 @@ def step_through_events(plant, law, steps, u_dd, state, log):
             closest = excess_margin(plant, u_dd, limit, n, plant.k_x * x_r, d, closest)
             a = d * (law.F_fs - law.F_fk) * per_m
         left = h - begin
-        stop, distance, v_end, low = slide(steps, d * v_r, d * a, -d * slope, left)
-        if low < steps.grazing:
+        stop, distance, v_end, low = slide(steps, d * v_r, d * a, -d * slope, left, grazing)
+        if low < grazing:
             time = slide_time(log, count, n, h, h)
             closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         x_r += d * distance
         if stop == NEVER:
-            if v_end <= cancellation_threshold(steps, x_r):
+            if v_end <= cancellation_threshold(steps, f, x_r):
                 _, a = velocity_and_acceleration(steps.c, steps.w, v_r, a, -slope, left)
             else:
                 a = math.nan
@@ -533,10 +570,10 @@ def step_through_events(plant, law, steps, u_dd, state, log):
         v_r = 0.0
         begin = min(begin + stop, h)
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
-        if steps.grazing > 0.0:
+        if grazing > 0.0:
             a = -(d * F_L + law.F_fk) * per_m
             low = stop_depth(a, -d * slope - steps.c * a)
-            if low < steps.grazing:
+            if low < grazing:
                 time = slide_time(log, count, n, begin, h)
                 closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         closest = min(closest, decision_margin(F_L, law.F_fs))
@@ -548,7 +585,7 @@ def step_through_events(plant, law, steps, u_dd, state, log):
 
 
 @inlined
-def slide(steps, v, a, r, h):
+def slide(steps, v, a, r, h, grazing):
     """Slide for h, or to the first stop.
 
     Parameters
@@ -556,6 +593,8 @@ def slide(steps, v, a, r, h):
     steps : SlipSteps
     v, a, r, h : float
         As in `locate_stop`.
+    grazing : float
+        As in `Course`.
 
     Returns
     -------
@@ -580,7 +619,7 @@ def slide(steps, v, a, r, h):
             if stop > 0.0:
                 return stop, distance, 0.0, NEVER
     stop, distance, v_end = slide_by_flow(steps.c, steps.w, v, a, r, h)
-    sought = stop == NEVER and steps.grazing > 0.0
+    sought = stop == NEVER and grazing > 0.0
     low = lowest_speed(steps.c, steps.w, v, a, r, h) if sought else NEVER
     return stop, distance, v_end, low
 
