@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from broken import BREAKS, break_motion
+from broken import BREAKS, break_motion, with_segments
 from seat import EM6_SEAT, SEAT
 
 import drysim
@@ -287,15 +287,14 @@ def without_rows(trajectory, i, count=1):
     segments = type(trajectory.segments)(
         *(np.delete(column, slice(i, i + count)) for column in trajectory.segments)
     )
-    return replace(trajectory, segments=segments)
+    return with_segments(trajectory, segments)
 
 
 def test_elastic_contact_beyond_its_limit_is_seen_though_it_is_a_spring():
     right = motion_of(PiecewiseLaw(45.0, 45.0, 1e5))
     starts = right.segments.s
-    wrong = replace(
-        right, segments=type(right.segments)(*(column[:1] for column in right.segments))
-    )
+    first = type(right.segments)(*(column[:1] for column in right.segments))
+    wrong = with_segments(right, first)
     energy, law = residuals(wrong, (0.0, float(starts[3])))
     assert energy < CLOSES
     assert law > 1e-2

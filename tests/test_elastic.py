@@ -13,12 +13,12 @@ from law_scenes import PAPER, REST, STEP, doubled, elastic_law, mirrored, noise,
 from reference import assert_agrees, peak
 
 from drysim.approach import piecewise
-from drysim.approach.piecewise import PiecewiseTrajectory, to_kernel
-from drysim.approach.scene import empty_columns, empty_log
+from drysim.approach.piecewise import PiecewiseTrajectory, mode_steps_table, to_kernel
+from drysim.approach.scene import empty_columns, empty_log, empty_samples
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.events import SLIP, STICK, Segments
 from drysim.core.forcing import Waves
-from drysim.core.march import MarchState, Scene, march_modes
+from drysim.core.march import Course, MarchState, ModesLog, Scene, march_modes
 from drysim.core.model import (
     BRISTLE,
     ContactState,
@@ -127,14 +127,15 @@ def test_contact_that_swings_past_its_limit_within_a_step_yields(side, share):
 def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
     # After 1e20 s the next double is 16 384 s away, and this contact yields at each swing.
     begin, waves = 1e20, Waves(np.zeros(0), 0, 0)
-    segments, log = empty_columns(Segments, 1000), empty_log(1000)
+    out = ModesLog(empty_columns(Segments, 1000), empty_log(1000), empty_samples(2))
     plant = Plant(1.0, 40.0, 0.0)
     law = to_kernel(plant, elastic_law(1.0, 1e3))
     scene = Scene(plant, law, waves, np.zeros(2), 2 * begin)
     state = MarchState(
         0, begin, 100.0, 0.0, math.nan, 100.0, mode_of(HOLD, 1, APART, 0), 0, 0, math.inf
     )
-    assert march_modes(scene, 0, 2 * begin, state, segments, log, 1000).events == -1
+    course = Course(0, 2 * begin, 1, True, 1000)
+    assert march_modes(scene, course, state, mode_steps_table(0), out).events == -1
 
 
 def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():

@@ -104,3 +104,35 @@ def march_sines(
         t=log.s[:count].copy(), kind=log.kind[:count].copy(), x=log.x_r[:count].copy(),
         end=(t, x_r, v_r, d_end), closest=closest, mode=mode,
     )  # fmt: skip
+
+
+def march_modes(
+    kernel: SimpleNamespace, scene: Any, state: Any, room: int, calls: int = 1
+) -> Any:
+    """March from mode to mode over samples, in a number of calls.
+
+    Each call but the last ends where so many of the rows are full, or steps are done. Returns
+    the numbers of segments and of events, and the `ModesLog`.
+    """
+    core, last = kernel.march, len(scene.u_dd) - 2
+    kinds: dict[str, Any] = {"n": int, "d": int, "kind": np.int8}
+    segments, log = (
+        table(*(np.zeros(room, kinds.get(name, float)) for name in table._fields))
+        for table in (kernel.events.Segments, kernel.events.EventLog)
+    )
+    samples = kernel.sampled.SampledMotion(
+        *np.zeros((2, last + 2)), np.zeros(last + 2, np.int8)
+    )
+    samples.x_r[0], samples.v_r[0], samples.d[0] = state.xi, state.v_r, state.mode.direction
+    steps = core.ModeSteps(
+        0, np.zeros((core.MODES, kernel.oscillator.STEP_COLUMNS)),
+        *np.zeros((2, core.MODES, kernel.sampled.CHUNK)), *np.full((2, core.MODES), -1),
+    )  # fmt: skip
+    out = core.ModesLog(segments, log, samples)
+    for call in range(1, calls + 1):
+        full = room * call // calls
+        until = (last + 1) if call == calls else min(call * kernel.sampled.CHUNK, last + 1)
+        course = core.Course(last, scene.dt, until, call == calls, full)
+        state = core.march_modes(scene, course, state, steps, out)
+    assert state.n == last + 1 or state.events < 0
+    return state.used, state.events, out

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import PAPER, log_of, march, march_sines, piecewise, waves_of
+from scenes import PAPER, log_of, march, march_modes, march_sines, piecewise, waves_of
 
 # Leaps under sines: scenes with known answers, and what must not change an answer.
 
@@ -284,29 +284,21 @@ LAWS = {
 
 
 def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05)):
-    """March from sample to sample; gives what was written of the trail and of the log."""
-    core, room = kernel.march, 20 * len(u_dd)
+    """March from sample to sample; return numbers of segments and events, and all columns."""
     plant, law = kernel.model.Plant(*plant), stop_law(kernel, law, plant[2])
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    segments = kernel.events.Segments(
-        *(np.zeros(room, int if name in ("n", "d") else float)
-          for name in kernel.events.Segments._fields)
-    )  # fmt: skip
-    log = kernel.events.EventLog(
-        *(np.zeros(room, int if name in ("n", "kind") else float)
-          for name in kernel.events.EventLog._fields)
-    )  # fmt: skip
     slope = (u_dd[1] - u_dd[0]) / DT
     base = kernel.modes.SegmentBase(0.0, u_dd[0], slope)
     mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, *start, start[0]
     )
-    scene = core.Scene(plant, law, waves, u_dd, DT)
-    state = core.MarchState(0, 0.0, xi, start[1], math.nan, x_0, mode, 0, 0, math.inf)
-    state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, room)
-    at, count = state.used, state.events
-    written = [column[:at] for column in segments] + [column[:count] for column in log]
-    return at, count, written
+    scene = kernel.march.Scene(plant, law, waves, u_dd, DT)
+    state = kernel.march.MarchState(0, 0.0, xi, start[1], math.nan, x_0, mode, 0, 0, math.inf)
+    at, count, out = march_modes(kernel, scene, state, 20 * len(u_dd))
+    written = [column[:at] for column in out.segments] + [
+        column[:count] for column in out.events
+    ]
+    return at, count, [*written, *out.samples]
 
 
 def stop_law(kernel, law, b=0.0):
@@ -367,34 +359,25 @@ def test_chatter_under_steady_pressure_ends_after_few_impacts(kernel, e):
 
 
 def contact_march(kernel, u_dd, k_t, calls=1):
-    """March an elastic contact over samples; return the segments and the events."""
-    core, size = kernel.march, 3 * len(u_dd)
+    """March an elastic contact over samples; return segments, samples and events."""
     plant, law = kernel.model.Plant(*PAPER), piecewise(kernel, (30.0, 30.0), k_t=k_t)
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    kinds = dict.fromkeys(("n", "d", "kind"), int)
-    segments, log = (
-        table(*(np.zeros(size, kinds.get(name, float)) for name in table._fields))
-        for table in (kernel.events.Segments, kernel.events.EventLog)
-    )
     base = kernel.modes.SegmentBase(0.0, u_dd[0], 0.0)
     mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, 0.0, 0.0, 0.0
     )
-    scene = core.Scene(plant, law, waves, u_dd, DT)
-    state = core.MarchState(0, 0.0, xi, 0.0, math.nan, x_0, mode, 0, 0, math.inf)
-    for call in range(1, calls + 1):
-        full = size * call // calls
-        state = core.march_modes(scene, len(u_dd) - 2, DT, state, segments, log, full)
-    assert state.n == len(u_dd) - 1
-    return [column[: state.used] for column in segments], log.kind[: state.events]
+    scene = kernel.march.Scene(plant, law, waves, u_dd, DT)
+    state = kernel.march.MarchState(0, 0.0, xi, 0.0, math.nan, x_0, mode, 0, 0, math.inf)
+    _, count, out = march_modes(kernel, scene, state, 3 * len(u_dd), calls)
+    return out.samples, [column[:count] for column in out.events]
 
 
 @pytest.mark.parametrize("k_t", [1e4, 1e6, 1e8])
 def test_engines_march_an_elastic_contact_alike_and_in_several_calls(plain, fast, k_t):
     u_dd = 4.0 * np.random.default_rng(4).standard_normal(800)
-    one, kind = contact_march(plain, u_dd, k_t)
+    one, events = contact_march(plain, u_dd, k_t)
     for kernel, calls in ((fast, 1), (fast, 7)):
-        other, kinds = contact_march(kernel, u_dd, k_t, calls)
+        other, others = contact_march(kernel, u_dd, k_t, calls)
         assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
-        assert np.array_equal(kind, kinds)
-    assert len(kind) > 10
+        assert all(np.array_equal(a, b) for a, b in zip(events, others, strict=True))
+    assert len(events[0]) > 10

@@ -28,10 +28,16 @@ def break_motion(trajectory: Any, way: str, rng: np.random.Generator) -> Any:
     if isinstance(trajectory, SampledTrajectory):
         return break_samples(trajectory, way, rng)
     if isinstance(trajectory, PiecewiseTrajectory):
-        segments = break_segments(
-            trajectory.segments, trajectory.base[1], way, rng, turned_mode
-        )
-        return replace(trajectory, segments=segments)
+        block = trajectory.march.block(0)
+        rows = break_segments(block.rows, trajectory.dt, way, rng, turned_mode)
+        samples = block.samples
+        if way == DOUBLED and samples is not None:
+            shift = rows.x_r[-1] - block.rows.x_r[-1]
+            moved = np.flatnonzero(rows.x_r != block.rows.x_r).min(initial=len(rows.n))
+            x_r = np.array(samples.x_r)
+            x_r[int(rows.n[min(moved, len(rows.n) - 1)]) + 1 :] += shift
+            samples = samples._replace(x_r=x_r)
+        return with_segments(trajectory, rows, samples)
     assert isinstance(trajectory, TaylorTrajectory)
     return break_series(trajectory, way, rng)
 
@@ -100,6 +106,16 @@ def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Genera
     t = log.n * march.motion.dt + log.s
     points = Events(t, kind, log.x_r, log.F_L)
     return replace(trajectory, march=replace(march, cached={0: broken}), turning_points=points)
+
+
+def with_segments(
+    trajectory: PiecewiseTrajectory, segments: Any, samples: Any = None
+) -> PiecewiseTrajectory:
+    """Return a motion of one block that has other segments, and the state at other samples."""
+    block = replace(trajectory.march.block(0), samples=samples, rows=segments)
+    march = replace(trajectory.march, cached={0: block})
+    turns, impacts = block.turning_points(trajectory.dt), block.hits(trajectory.dt)
+    return replace(trajectory, march=march, turns=turns, impacts=impacts)
 
 
 def break_segments(

@@ -17,7 +17,7 @@ EXPLAINED = {
         "math.sqrt(FLAT_EXPONENT) if law.exponent == -2 "
         "else FLAT_EXPONENT ** (1.0 / law.exponent)",
     ): "a square root is a power, too, and is written for its speed",
-    ("march.py", "while n <= end and at <= full and count < full:"): SPARE,
+    ("march.py", "while n < until and at <= full and count < full:"): SPARE,
     (
         "march.py",
         "if stalled >= MAX_STALLED_EVENTS:",

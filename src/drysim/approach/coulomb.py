@@ -25,8 +25,8 @@ Source
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -44,17 +44,20 @@ from drysim.approach.scene import (
     count_intervals,
     divide_steps,
     empty_log,
+    empty_samples,
     enlarge_column,
     enlarge_columns,
     exact_response,
     initial_event,
     last_sample_indices,
     make_waves,
+    rest_violation,
     run_duration,
     wave_values,
     write_first_row,
 )
 from drysim.approach.solution import (
+    BlockwiseMarch,
     EventDriven,
     Events,
     Floats,
@@ -104,7 +107,7 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.core.modes import SegmentBase
-from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
+from drysim.core.sampled import SampledState, march, sampled_scene
 from drysim.core.trajectory import (
     EventSolution,
     Solution,
@@ -630,7 +633,7 @@ determine it."""
 class SampledTrajectory(MarchedTrajectory):
     """Solution over samples: known at every sample and at every event between."""
 
-    march: BlockMarch
+    march: CoulombMarch
 
     def state(self, t: float) -> State:
         """Return the state at time t [s]."""
@@ -700,7 +703,8 @@ class SampledTrajectory(MarchedTrajectory):
             x_r, u_0, u_1 = block.x_r[n], u_dd[n], u_dd[n + 1]
             x2, u_dd2 = (x_r * x_r).sum(), (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
             sums[[0, 2, 5]] += dt * np.array([x2, u_dd2, len(n)])
-            violation = max(violation, stuck_violation(self.plant, law.F_fs, x_r, u_0, u_1))
+            limits = law.F_fs, law.F_fs
+            violation = max(violation, rest_violation(self.plant, limits, x_r, u_0, u_1))
         divided, worst = self._divided_steps(
             block, np.flatnonzero(~whole) + lo, events, (begin, end)
         )
@@ -730,23 +734,12 @@ class SampledTrajectory(MarchedTrajectory):
         return np.array(sums[:6]), sums.violation
 
 
-def stuck_violation(plant: Plant, F_fs: float, x_r: Floats, *u_dd: Floats) -> float:
-    """Return the largest excess of |F_L| over F_fs while stuck, relative to the forces [-].
-
-    F_L is linear between the samples u_dd [m/s²] at both ends of a step.
-    """
-    spring = plant.k_x * x_r
-    sides = (np.abs(plant.m * one + spring).max(initial=0.0) for one in u_dd)
-    excess = max(sides) - F_fs
-    return excess / (excess + F_fs) if excess > 0.0 else 0.0
-
-
 # March over samples, block by block.
 
 
 def march_blocks(
     plant: Plant, law: CoulombLaw, motion: Samples, start: AnyState, last: int, whole: bool
-) -> tuple[BlockMarch, Events, float]:
+) -> tuple[CoulombMarch, Events, float]:
     """March to sample `last`; return the march, its events and the closest decision [-].
 
     `whole` keeps all of it in memory as one block.
@@ -754,9 +747,9 @@ def march_blocks(
     entry, closest_decision = initial_event(plant, law, motion, start)
     size = max(last, 1) if whole or last <= MAX_CACHED else BLOCK_SIZE
     checkpoint = (start.x_r, start.v_r, entry.kind, math.nan)
-    made = BlockMarch(plant, law, motion, make_waves(motion, law), last, size, [])
+    made = CoulombMarch(plant, law, motion, last, size, [], make_waves(motion, law))
     turning_points = []
-    for number in range(max(1, -(-last // size))):
+    for number in range(made.count):
         made.checkpoints.append(checkpoint)
         checkpoint, tight = made.march_block(number)
         closest_decision = min(closest_decision, tight)
@@ -787,38 +780,14 @@ class SampleBlock(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class BlockMarch:
-    """March to sample `last` with a checkpoint for every block and the latest block in memory.
+class CoulombMarch(BlockwiseMarch):
+    """March with Coulomb friction.
 
-    Notes
-    -----
     A block is a whole number of chunks of the kernel's march, so marching it again gives the
-    same result to the last bit. A march that is kept in memory is one block.
+    same result to the last bit.
     """
 
-    plant: Plant
-    law: CoulombLaw
-    motion: Samples
     waves: Waves
-    last: int
-    size: int
-    checkpoints: list[Checkpoint]
-    cached: dict[int, SampleBlock] = field(default_factory=dict)
-
-    def block(self, number: int) -> SampleBlock:
-        """Return a block by its number; it is marched again if it is not in memory."""
-        if number not in self.cached:
-            self.march_block(number)
-        return self.cached[number]
-
-    def block_at(self, n: int) -> SampleBlock:
-        """Return the block of sample n; at a boundary, the block that begins there."""
-        return self.block(min(n // self.size, len(self.checkpoints) - 1))
-
-    def blocks(self, first: int, last: int) -> Iterator[SampleBlock]:
-        """Return the blocks that contain the steps from sample `first` to sample `last`."""
-        numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
-        return map(self.block, numbers)
 
     def points(self, first: int, last: int) -> Points:
         """Return the motion at samples `first` to `last` - 1."""
@@ -841,10 +810,9 @@ class BlockMarch:
         first, dt = number * self.size, self.motion.dt
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
-        # One allocation, which the allocator reuses for the next block of this length.
-        columns = *np.empty((2, last + 1)), np.empty(last + 1, dtype=np.int8)
-        out = SampledMotion(*map(as_engine_array, columns))
-        state = SampledState(0, *self.checkpoints[number], 1, math.inf)
+        out = empty_samples(last + 1)
+        checkpoint: Checkpoint = self.checkpoints[number]
+        state = SampledState(0, *checkpoint, 1, math.inf)
         write_first_row(out, (state.x_r, state.v_r, state.d))
         log = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT)
         F_L = limit_force(self.plant, state.x_r, float(u_dd[0]))

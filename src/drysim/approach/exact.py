@@ -131,6 +131,10 @@ def compute_trajectory(
         unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
         if not reaches_stops(unstopped, law.stops):
             return UnreachedStopsTrajectory(law, unstopped)
+    if isinstance(law, PiecewiseLaw):
+        from drysim.approach import piecewise
+
+        return piecewise.compute_trajectory(plant, law, motion, start, duration, whole)
     trajectory: Trajectory = solver_module(law).compute_trajectory(
         plant, law, motion, start, duration
     )

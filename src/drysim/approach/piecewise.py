@@ -6,9 +6,11 @@ Problem
     known forcing, and a mode ends at the first root of an observable of the motion.
 
 Method
-    `march` goes from one change of mode to the next and writes where each segment begins.
+    `march_modes` goes from one change of mode to the next and writes where each segment begins.
     Within a segment the motion is in closed form; other kernels evaluate and integrate it at
-    any time, so that one solution serves any grid and window.
+    any time, so that one solution serves any grid and window. Over samples the state at every
+    sample is kept besides; long samples are marched block by block, and a block is marched
+    again when it is needed (`BlockwiseMarch`).
 
 Why no event is missed
     Kernels advance by steps that provably contain no root, or bracket the root; see
@@ -21,11 +23,13 @@ Source
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.approach.scene import (
     base_square_integrals,
@@ -33,32 +37,56 @@ from drysim.approach.scene import (
     check_progress,
     count_grid_points,
     count_intervals,
+    divide_steps,
     empty_columns,
     empty_log,
     empty_motion,
+    empty_samples,
     enlarge_columns,
     exact_response,
     initial_base_acceleration,
     last_interval,
     make_waves,
     points_of_trajectory,
+    rest_violation,
     run_duration,
     write_first_row,
 )
 from drysim.approach.solution import (
+    BlockwiseMarch,
     EventDriven,
     Events,
     Floats,
     Impacts,
     Path,
+    Points,
+    PointsOfRange,
     Response,
-    events_from_log,
 )
 from drysim.core.compile import as_engine_array
-from drysim.core.events import CONTACT, LIFT, RELEASE, REVERSAL, SLIP, STICK, Segments
+from drysim.core.events import (
+    CONTACT,
+    LIFT,
+    RELEASE,
+    REVERSAL,
+    SLIP,
+    STICK,
+    EventLog,
+    Segments,
+)
 from drysim.core.forcing import Waves
-from drysim.core.march import MarchState, Scene, march_modes
+from drysim.core.march import (
+    MODES,
+    Course,
+    MarchState,
+    ModesLog,
+    ModeSteps,
+    Scene,
+    march_modes,
+)
 from drysim.core.model import (
+    BLOCK_SIZE,
+    MAX_CACHED,
     MAX_STAGES,
     NO_LIMITS,
     AnyState,
@@ -78,37 +106,47 @@ from drysim.core.modes import (
     APART,
     ARRIVAL,
     AT_REST,
+    CHATTERING,
     FREE,
     HOLD,
     KernelLaw,
+    Mode,
     SegmentBase,
     Side,
     decode_mode,
     initial_piecewise_state,
+    mode_forces,
+    origin_of,
 )
+from drysim.core.oscillator import STEP_COLUMNS
+from drysim.core.sampled import CHUNK, SampledMotion
 from drysim.core.trajectory import (
     Columns,
-    SegmentSums,
     Solution,
     WholeSteps,
     evaluate_segments,
+    fill_segments,
     integrate_segments,
     integrate_whole_steps,
     peak_bumper_force,
 )
 from drysim.errors import SolverError, UsageError
 
-STEPS_PER_CALL = 16_384
-"""Steps per kernel call; between calls Python can handle an interrupt."""
+ROWS_PER_CALL, STEPS_PER_CALL = 16_384, 1 << 18
+"""Segments or events, and steps, per kernel call; between calls Python can handle an interrupt.
+The steps are a multiple of those that a march may be interrupted at (`CHUNK`)."""
 
-INITIAL_STEP_CAPACITY = 1024
+INITIAL_CAPACITY = 1024
 """Initial rows of the buffers under sines; doubled when they are full."""
 
-STEPS_PER_SAMPLE = 1.2
-"""Initial rows per sample: one step, and events where these are few."""
+STEPS_PER_ROW = 8
+"""Samples per initial row of the buffers; rows that are not written take no memory."""
 
 MAX_SEGMENTS = 20_000_000
-"""Segments besides those of the samples that one solution may have: 1 GB."""
+"""Changes of mode that a block may have: 1 GB."""
+
+STEPS_AT_A_TIME = 8192
+"""Steps that are evaluated at a time, so that their columns stay in the cache."""
 
 NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 """Kinds of event at which x_r has no extremum of its own."""
@@ -119,7 +157,9 @@ def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
     motion, law, events = trajectory.motion, trajectory.law, trajectory.events
     dt = motion.dt if isinstance(motion, Samples) else step
     points = count_grid_points(trajectory.end, dt)
-    part = partial(points_of_trajectory, trajectory, dt)
+    part: PointsOfRange = partial(points_of_trajectory, trajectory, dt)
+    if isinstance(motion, Samples) and not law.varies:
+        part = trajectory.points_at_samples
     approach = "stick-slip"
     if law.stops is not None and not has_friction(law):
         # As without stops, turning points are no events here; rest at a stop is one.
@@ -135,50 +175,228 @@ def compute_trajectory(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
+    whole: bool = False,
 ) -> PiecewiseTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
-    u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
+    u_dd = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)
     load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
-    waves, base = make_waves(motion, load), as_engine_array(u_dd)
-    kernel_law = to_kernel(plant, law)
-    scene = Scene(plant, kernel_law, waves, base, dt)
+    waves, kernel_law = make_waves(motion, load), to_kernel(plant, law)
     origin = SegmentBase(0.0, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt)
     x_r, v_r = start[:2]
     x_0 = float(start[2]) if len(start) > 2 else x_r
     mode, xi, v_r, x_0 = initial_piecewise_state(
         plant, kernel_law, waves, origin, x_r, v_r, x_0
     )
-    F_L = limit_force(plant, x_r, initial_base_acceleration(motion))
-    # Samples fill large buffers; sines often need little, such as one period of an orbit.
-    least = STEPS_PER_CALL if last else INITIAL_STEP_CAPACITY
-    size = int(STEPS_PER_SAMPLE * last) + least + 1
-    segments, log = empty_columns(Segments, size), empty_log(size)
-    write_first_row(log, (0, 0.0, LIFT if mode.contact == FREE else mode.contact, x_r, F_L))
-    state = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
-    intervals = count_intervals(plant, law, motion, duration)
-    while state.n <= last:
-        most = max(state.used, state.events)
-        full = most + min(max(most, least), STEPS_PER_CALL)
-        if len(segments.n) < full:
-            segments, log = enlarge_columns(segments, 2 * full), enlarge_columns(log, 2 * full)
-        state = march_modes(scene, last, length, state, segments, log, full)
-        t = state.n * dt + state.s
-        check_progress(state.events, t, (state.xi, state.v_r))
-        check_event_count(state.events, intervals, t)
-        if state.used - last > MAX_SEGMENTS:
-            raise SolverError(
-                f"too many turning points: {state.used} by t = {t:.9g} s",
-                "use a shorter duration, or check the scene: a mass on a stiff contact with "
-                "little damping oscillates fast (reduce the tangential stiffness)",
-            )
-    segments = Segments(*(np.asarray(column[: state.used]) for column in segments))
-    events = events_from_log(log, state.events, dt)
-    return PiecewiseTrajectory(
-        plant, law, motion, waves, (u_dd, dt), segments, events, duration,
-        min(state.closest, smallest_margin(law, events, float(start[1]))),
-    )  # fmt: skip
+    checkpoint = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
+    # A normal force that varies depends on time from the start.
+    one_block = whole or law.varies or last < MAX_CACHED
+    size = last + 1 if one_block else BLOCK_SIZE
+    march = PiecewiseMarch(plant, law, motion, last + 1, size, [], waves, (dt, length))
+    events, turns, hits, closest = [], [], [], math.inf
+    for number in range(march.count):
+        march.checkpoints.append(checkpoint)
+        checkpoint = march.march_block(number)
+        block, closest = march.cached[number], min(closest, checkpoint.closest)
+        n, s, *rest = (column[number > 0 :] for column in block.log)
+        events.append(((n + block.first) * dt + s, *rest))
+        turns.append(block.turning_points(dt))
+        hits.append(block.hits(dt))
+    found = Events(*(np.concatenate(column) for column in zip(*events, strict=True)))
+    path = Path(*(np.concatenate(column) for column in zip(*turns, strict=True)))
+    impacts = Impacts(*(np.concatenate(column) for column in zip(*hits, strict=True)))
+    closest = min(closest, smallest_margin(law, found, float(start[1])))
+    return PiecewiseTrajectory(march, found, path.until(duration), impacts, duration, closest)
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseBlock:
+    """Solution from a sample on, with the state at all samples and every change of mode.
+
+    Attributes
+    ----------
+    first : int
+        The sample from which all others count.
+    u_dd : ndarray
+        Base acceleration besides the sines at the samples [m/s²].
+    samples : SampledMotion or None
+        xi, v_r and direction of motion at the samples. None where every segment has a row, as
+        under sines.
+    rows : Segments
+        Starts of the segments, except those that begin at a sample in the mode before.
+    log : EventLog
+        Its first row is the state at the first sample.
+    law : KernelLaw
+    """
+
+    first: int
+    u_dd: Floats
+    samples: SampledMotion | None
+    rows: Segments
+    log: EventLog
+    law: KernelLaw
+
+    def segments(self, first: int, last: int) -> tuple[Segments, int]:
+        """Return the segments of steps `first` to `last` - 1, and their number.
+
+        Where the block goes on, the start of the next segment follows.
+        """
+        begin, end = np.searchsorted(self.rows.n, (first, last)).tolist()
+        if self.samples is None:
+            rows = Segments(*(column[begin : end + 1] for column in self.rows))
+            return rows, end - begin
+        out = empty_columns(Segments, last - first + 1 + end - begin)
+        rows = Segments(*map(as_engine_array, self.rows))
+        count = fill_segments(rows, self.samples, begin, (first, last), out)
+        segments = Segments(*(np.asarray(column[:count]) for column in out))
+        return segments, count - int(segments.n[-1] == last)
+
+    def rows_of_samples(self, first: int, last: int) -> Any:
+        """Return the indices of the rows whose modes hold at samples `first` to `last` - 1."""
+        begins = np.clip(self.rows.n + (self.rows.s > 0.0), first, last)
+        return np.repeat(np.arange(len(begins)), np.diff(np.append(begins, last)))
+
+    def turning_points(self, dt: float) -> Path:
+        """Return the changes of mode with v_r = 0, and the start."""
+        turns = (self.rows.v_r == 0.0) | (self.rows.d == ARRIVAL)
+        turns[0] |= self.first == 0
+        n, s, xi, v_r, _, codes = (column[turns] for column in self.rows)
+        x_r = xi.copy()
+        for code in np.flatnonzero(np.bincount(codes + 1)[1:]).tolist():
+            if (origin := decode_mode(code).origin) != 0:
+                x_r[codes == code] += origin_of(self.law, origin)
+        # The velocity of an arrival has the sign of its stop.
+        arrives = codes == ARRIVAL
+        x_r[arrives] = np.where(
+            np.signbit(v_r[arrives]), -self.law.down.limit, self.law.up.limit
+        )
+        return Path((n + self.first) * dt + s, x_r)
+
+    def hits(self, dt: float) -> Impacts:
+        """Return the contacts with a stop."""
+        met = np.flatnonzero(self.rows.d == ARRIVAL)
+        n, s, _, v_r, *_ = (column[met] for column in self.rows)
+        return Impacts((n + self.first) * dt + s, v_r)
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseMarch(BlockwiseMarch):
+    """March of a piecewise-linear law over samples, block by block, or under sines.
+
+    `interval` holds the length of the intervals of ü, and that of the last one [s].
+    """
+
+    waves: Waves
+    interval: tuple[float, float]
+
+    @cached_property
+    def kernel_law(self) -> KernelLaw:
+        """The law as kernels take it."""
+        return to_kernel(self.plant, self.law)
+
+    def scene(self, block: PiecewiseBlock) -> Scene:
+        """Return the scene of a block as kernels take it."""
+        base = as_engine_array(block.u_dd)
+        return Scene(self.plant, self.kernel_law, self.waves, base, self.interval[0])
+
+    def march_block(self, number: int) -> MarchState:
+        """March through a block and keep it in memory; return the state at its end."""
+        (dt, length), first = self.interval, number * self.size
+        steps, u_dd = min(self.size, self.last - first), np.zeros(2)
+        if isinstance(self.motion, Samples):
+            u_dd = self.motion.u_dd[first : first + steps + 1]
+        base = as_engine_array(u_dd)
+        scene = Scene(self.plant, self.kernel_law, self.waves, base, dt)
+        state: MarchState = self.checkpoints[number]
+        samples = empty_samples(steps + 1)
+        x_r = origin_of(self.kernel_law, state.mode.origin) + state.xi
+        write_first_row(samples, (state.xi, state.v_r, state.mode.direction))
+        size = INITIAL_CAPACITY + steps // STEPS_PER_ROW
+        segments, log = empty_columns(Segments, size), empty_log(size)
+        kind = LIFT if state.mode.contact == FREE else state.mode.contact
+        F_L = limit_force(self.plant, x_r, self.initial_u_dd if first == 0 else float(u_dd[0]))
+        write_first_row(log, (0, 0.0, kind, x_r, F_L))
+        work, last = mode_steps_table(first), self.last - 1 - first
+        state = state._replace(n=0, s=0.0, used=0, events=1, closest=math.inf)
+        while state.n < steps:
+            most = max(state.used, state.events)
+            full = most + min(max(most, INITIAL_CAPACITY), ROWS_PER_CALL)
+            if len(segments.n) < full:
+                segments = enlarge_columns(segments, 2 * full)
+                log = enlarge_columns(log, 2 * full)
+            until = min((state.n // STEPS_PER_CALL + 1) * STEPS_PER_CALL, steps)
+            course = Course(last, length, until, until == steps, full)
+            state = march_modes(scene, course, state, work, ModesLog(segments, log, samples))
+            t = (first + state.n) * dt + state.s
+            check_progress(state.events, t, (state.xi, state.v_r))
+            check_event_count(state.events, self.intervals, t)
+            if state.used > MAX_SEGMENTS:
+                raise SolverError(
+                    f"too many turning points: {state.used} by t = {t:.9g} s",
+                    "use a shorter duration, or check the scene: a mass on a stiff contact "
+                    "with little damping oscillates fast (reduce the tangential stiffness)",
+                )
+        rows = Segments(*(np.asarray(column[: state.used]) for column in segments))
+        log = EventLog(*(np.asarray(column[: state.events]) for column in log))
+        log = log._replace(kind=log.kind.astype(np.int8))
+        kept = samples if isinstance(self.motion, Samples) else None
+        self.cached.clear()
+        self.cached[number] = PiecewiseBlock(first, u_dd, kept, rows, log, self.kernel_law)
+        return state
+
+    @cached_property
+    def initial_u_dd(self) -> float:
+        """ü at t = 0 [m/s²]."""
+        return initial_base_acceleration(self.motion)
+
+    @cached_property
+    def intervals(self) -> float:
+        """Number of samples, or of periods."""
+        duration = (self.last - 1) * self.interval[0] + self.interval[1]
+        return count_intervals(self.plant, self.law, self.motion, duration)
+
+
+def mode_steps_table(first: int) -> ModeSteps:
+    """Return empty work space of `march_modes` for samples that count from `first`."""
+    rows = as_engine_array(np.zeros((MODES, STEP_COLUMNS)))
+    x_sums, v_sums = (as_engine_array(np.empty((MODES, CHUNK))) for _ in range(2))
+    begin, until = (as_engine_array(np.full(MODES, -1)) for _ in range(2))
+    return ModeSteps(first, rows, x_sums, v_sums, begin, until)
+
+
+class Part(NamedTuple):
+    """Some steps of a solution.
+
+    Attributes
+    ----------
+    t : float
+        Time from which those of the part count [s].
+    last : int
+        Its last step, of all.
+    scene : Scene
+    segments : Segments
+    own : int
+        Number of its segments; one more may follow, the start of the next step.
+    """
+
+    t: float
+    last: int
+    scene: Scene
+    segments: Segments
+    own: int
+
+    def select(self, which: Any) -> Solution:
+        """Return some segments as kernels take them."""
+        columns = (as_engine_array(column[which]) for column in self.segments)
+        return Solution(self.scene, Segments(*columns))
+
+    def near(self, begin: float, end: float) -> Solution:
+        """Return the segments that contain a window [s]."""
+        n, s = self.segments.n[: self.own], self.segments.s[: self.own]
+        starts = n * self.scene.dt + s
+        first, last = np.searchsorted(starts, (begin, end), "right").tolist()
+        return self.select(slice(max(first - 1, 0), last))
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,51 +404,148 @@ class PiecewiseTrajectory(EventDriven):
     """Solution stored as segments.
 
     `events` are all changes of mode; `turning_points` are those at which v_r is zero under a
-    rigid contact.
+    rigid contact; `turns` are the start and every turning point of x_r.
     """
 
-    plant: Plant
-    law: PiecewiseLaw
-    motion: Sines | Samples
-    waves: Waves
-    base: tuple[Floats, float]
-    segments: Segments
+    march: PiecewiseMarch
     events: Events
+    turns: Path
+    impacts: Impacts
     end: float
     closest_decision: float = math.inf
+
+    @property
+    def plant(self) -> Plant:
+        """Oscillator."""
+        return self.march.plant
+
+    @property
+    def law(self) -> PiecewiseLaw:
+        """Friction law."""
+        law: PiecewiseLaw = self.march.law
+        return law
+
+    @property
+    def motion(self) -> Sines | Samples:
+        """Base motion."""
+        motion: Sines | Samples = self.march.motion
+        return motion
+
+    @property
+    def path(self) -> Path:
+        """The start and every turning point of x_r."""
+        return self.turns
 
     @cached_property
     def turning_points(self) -> Events:
         """The start and every zero of v_r: x_r is monotone between neighbours."""
         return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
 
-    @cached_property
-    def path(self) -> Path:
-        """The start and every turning point of x_r: each begins a segment."""
-        turns = (self.segments.v_r == 0.0) | (self.segments.d == ARRIVAL)
-        turns[0] = True
-        t = self._starts[turns]
-        return Path(t, self.at(t).x_r).until(self.end)
+    @property
+    def dt(self) -> float:
+        """Length of the intervals of ü [s]."""
+        return self.march.interval[0]
+
+    def steps_at(self, t: Floats) -> NDArray[np.int64]:
+        """Return the steps in which times lie [s]."""
+        n = (t / self.dt).astype(np.int64)
+        n += (n + 1) * self.dt <= t
+        n -= n * self.dt > t
+        steps: NDArray[np.int64] = np.clip(n, 0, self.march.last - 1)
+        return steps
+
+    def parts(self, begin: float, end: float) -> Iterator[Part]:
+        """Yield the parts of the solution that contain a window [s]."""
+        first, last = self.steps_at(np.array([begin, end])).tolist()
+        for block in self.march.blocks(first, last + 1):
+            lo = max(first - block.first, 0)
+            hi = min(last + 1 - block.first, len(block.u_dd) - 1)
+            scene = self.march.scene(block)
+            for at in range(lo, hi, STEPS_AT_A_TIME):
+                upto = min(at + STEPS_AT_A_TIME, hi)
+                rows, count = block.segments(at, upto)
+                yield Part(block.first * self.dt, block.first + upto - 1, scene, rows, count)
 
     def at(self, t: Floats) -> Columns:
         """Return the motion at ascending times [s]."""
-        out = empty_motion(len(t))
-        ends = t.min(initial=self.end), t.max(initial=0.0)
-        first, last = np.searchsorted(self._starts, ends, "right")
-        segments = self.solution.segments
-        near = Segments(*(column[max(first - 1, 0) : last] for column in segments))
-        if len(t):
-            evaluate_segments(self.solution._replace(segments=near), as_engine_array(t), out)
-        columns = Columns(*map(np.asarray, out))
-        return columns._replace(d=columns.d.astype(np.int8))
+        x_r, v_r, z, F_f, F_stop = np.empty((5, len(t)))
+        out = Columns(x_r, v_r, z, F_f, F_stop, np.empty(len(t), dtype=np.int8))
+        if not len(t):
+            return out
+        steps, done = self.steps_at(t), 0
+        for part in self.parts(float(t[0]), float(t[-1])):
+            upto = int(np.searchsorted(steps, part.last, "right"))
+            if upto > done:
+                times, found = t[done:upto] - part.t, empty_motion(upto - done)
+                near = part.near(float(times[0]), float(times[-1]))
+                evaluate_segments(near, as_engine_array(times), found)
+                for column, values in zip(out, found, strict=True):
+                    column[done:upto] = values
+            done = upto
+        return out
+
+    def points_at_samples(self, first: int, last: int) -> Points:
+        """Return the points at samples `first` to `last` - 1, under a constant normal force."""
+        n = last - first
+        x_r, v_r, F_f, F_stop = np.empty((4, n))
+        points = Points(x_r, v_r, np.empty(n, np.int8), F_f, F_stop)
+        while first < last:
+            block: PiecewiseBlock = self.march.block_at(first)
+            end = min(last, block.first + len(block.u_dd))
+            self._write_points(block, first, end, points.part(n - last + first, n - last + end))
+            first = end
+        return points if self.law.stops is not None else points._replace(stop=None)
+
+    def _write_points(self, block: PiecewiseBlock, first: int, last: int, out: Points) -> None:
+        """Write the points at samples of a block."""
+        rows, samples, law = block.rows, block.samples, self.march.kernel_law
+        assert samples is not None, "only called for samples"
+        here = slice(first - block.first, last - block.first)
+        at = block.rows_of_samples(here.start, here.stop)
+        forces = mode_columns(self.plant, law, rows.d)
+        xi, v_r = np.asarray(samples.x_r)[here], np.asarray(samples.v_r)[here]
+        x_r, F_f, F_stop = xi.copy(), forces.F[at], np.zeros(len(at))
+        if self.law.stops is not None:
+            x_r += forces.origin[at]
+            F_stop = forces.k_s[at] * xi - forces.offset[at] + forces.b_s[at] * v_r
+        if law.k_t > 0.0:
+            F_f += forces.k_t[at] * (x_r - rows.x_0[at])
+        d = forces.direction[at]
+        if law.k_t > 0.0:
+            d[(d != 0) & (v_r < 0.0)], d[(d != 0) & (v_r >= 0.0)] = -1, 1
+        rest, v_r = np.flatnonzero(d == 0), v_r.copy()
+        F_L = limit_force(self.plant, x_r[rest], block.u_dd[here][rest]) + F_stop[rest]
+        wall = (xi[rest] == 0.0) & (forces.origin[at[rest]] != 0.0) & (law.k_s[0] == 0.0)
+        # Against a rigid stop friction carries what it can, or what its spring does.
+        held = F_f[rest]
+        if law.k_t == 0.0:
+            held = np.clip(-F_L, -law.down.F_fs, law.up.F_fs)
+        F_f[rest] = np.where(wall, held, -F_L)
+        F_stop[rest] = np.where(wall, -F_L - held, F_stop[rest])
+        v_r[rest] = 0.0
+        for column, values in zip(out, (x_r, v_r, d, F_f, F_stop), strict=True):
+            assert column is not None, "given"
+            column[:] = values
+
+    @cached_property
+    def segments(self) -> Segments:
+        """All segments of the first block, which is all of a motion under sines."""
+        block: PiecewiseBlock = self.march.block(0)
+        return block.segments(0, len(block.u_dd) - 1)[0]
+
+    @cached_property
+    def solution(self) -> Solution:
+        """The first block as kernels take it, which is all of a motion under sines."""
+        block = self.march.block(0)
+        return Solution(self.march.scene(block), Segments(*map(as_engine_array, self.segments)))
 
     @property
     def series(self) -> tuple[Floats, ...]:
-        """Values of each state component along the motion."""
-        x_r = self.path.x_r
+        """Values of each state component along the motion under sines."""
+        x_r, rows = self.path.x_r, self.march.block(0).rows
         if self.law.stops is not None and not self.law.is_elastic:
-            return x_r, self.segments.v_r
-        return x_r, self.segments.v_r, self.segments.x_0
+            return x_r, rows.v_r
+        return x_r, rows.v_r, rows.x_0
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
@@ -242,19 +557,21 @@ class PiecewiseTrajectory(EventDriven):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
-        others, sums = self._integrate_whole_steps(begin, end)
-        columns = (as_engine_array(column[others]) for column in self.segments)
-        divided = self.solution._replace(segments=Segments(*columns))
-        more = SegmentSums(*integrate_segments(divided, begin, end))
-        violation = max(float(sums[-1]), more.violation)
-        sums += more
-        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, _ = sums.tolist()
+        sums = np.zeros(9)
+        first, last = self.steps_at(np.array([begin, end])).tolist()
+        for block in self.march.blocks(first, last + 1):
+            t = block.first * self.dt
+            more = self._sum_steps(block, begin - t, end - t)
+            worst = max(sums[8], more[8])
+            sums += more
+            sums[8] = worst
+        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = sums.tolist()
         stops = self.law.stops
         if stops is not None and stops.rigid:
             t, v_r = self.hits()
             struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
-        squares = base_square_integrals(self.motion, self.waves, begin, end)
+        squares = base_square_integrals(self.motion, self.march.waves, begin, end)
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
         totals = totals._replace(stop_work=stop_work, violation=violation)
         if law.compression is not None:
@@ -264,78 +581,158 @@ class PiecewiseTrajectory(EventDriven):
 
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""
-        met = np.flatnonzero(self.segments.d == ARRIVAL)
-        return Impacts(self._starts[met], self.segments.v_r[met])
+        return self.impacts
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
         """Return the largest force of a bumper in a window [N]."""
-        force: float = peak_bumper_force(self.solution, begin, end)
-        return force
+        forces = [0.0]
+        for part in self.parts(begin, end):
+            solution = part.select(slice(part.own))
+            forces.append(peak_bumper_force(solution, begin - part.t, end - part.t))
+        return max(forces)
 
-    @cached_property
-    def solution(self) -> Solution:
-        """The solution as kernels take it."""
-        base, dt = self.base
-        segments = Segments(*map(as_engine_array, self.segments))
-        law = to_kernel(self.plant, self.law)
-        return Solution(Scene(self.plant, law, self.waves, as_engine_array(base), dt), segments)
+    def _sum_steps(self, block: PiecewiseBlock, begin: float, end: float) -> Floats:
+        """Integrate a block within a window [s]; time counts from its first sample.
 
-    @cached_property
-    def _starts(self) -> Floats:
-        """Times at which the segments begin [s], computed as in the kernels."""
-        return np.asarray(self.segments.n * self.base[1] + self.segments.s)
-
-    def _integrate_whole_steps(self, begin: float, end: float) -> tuple[Any, Floats]:
-        """Integrate segments in motion that are whole steps within a window [s].
-
-        Their integrals are quadratic forms of the states at their ends. There are none under
-        sines, in contact with a stop, and under a normal force that varies.
+        Whole steps at rest, or in motion apart from the stops, are summed as quadratic forms of
+        the states at their ends. The others are integrated one by one, and so is a motion under
+        sines or under a normal force that varies.
 
         Returns
         -------
-        others : ndarray of int
-            Numbers of the other segments.
-        sums : ndarray, shape (9,)
-            `SegmentSums` of the whole steps.
+        ndarray, shape (9,)
+            As `SegmentSums`.
         """
-        n, s, xi, v_r, x_0, codes = self.segments
-        sums = np.zeros(9)
-        if isinstance(self.motion, Sines) or self.law.varies:
-            return np.arange(len(n)), sums
-        (u_dd, dt), law, (m, k_x, _) = self.base, self.solution.scene.law, self.plant
-        reference = max(law.up.F_fk, law.down.F_fk)
-        # A step with two segments is divided even where the first of them takes no time: alone
-        # among the others, that one would last the whole step. A whole step ends where the next
-        # segment begins.
-        begins = np.append(True, n[1:] != n[:-1])
-        whole, v_end = (s == 0.0) & begins & np.append(begins[1:], False), np.append(v_r[1:], 0)
-        whole &= (self._starts >= begin) & (end - self._starts >= dt)
-        done = np.zeros(len(n), dtype=bool)
+        rows, samples, dt = block.rows, block.samples, self.dt
+        scene, count = self.march.scene(block), len(block.u_dd) - 1
+        if samples is None or self.law.varies:
+            segments = map(as_engine_array, block.segments(0, count)[0])
+            return np.array(
+                integrate_segments(Solution(scene, Segments(*segments)), begin, end)
+            )
+        first, last = max(int(begin / dt), 0), min(math.ceil(end / dt), count)
+        if first >= last:
+            return np.zeros(9)
+        at = block.rows_of_samples(first, last)
+        inside = (rows.n >= first) & (rows.n < last)
+        starts = inside & (rows.s == 0.0)
+        whole, has_row = np.ones((2, last - first), dtype=bool)
+        has_row[:] = False
+        has_row[rows.n[starts] - first] = True
+        # A step with two rows is divided even where the first of them takes no time: alone
+        # among the others, that one would last the whole step.
+        twice = inside & np.append(False, rows.n[1:] == rows.n[:-1])
+        whole[rows.n[twice | (inside & (rows.s > 0.0))] - first] = False
+        # An impact at a sample: the velocity there is that after it.
+        hits = rows.n[(rows.d == ARRIVAL) & (rows.s == 0.0)] - 1 - first
+        whole[hits[(hits >= 0) & (hits < last - first)]] = False
+        whole[0] &= begin <= first * dt
+        whole[-1] &= end >= last * dt
+        sums, codes = np.zeros(9), rows.d[at]
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
-            mode = decode_mode(code - 1)
-            if code - 1 == ARRIVAL or mode.direction == AT_REST or mode.end_stop != APART:
-                continue
-            if mode.contact != (mode.direction if law.k_t == 0.0 or mode.contact else HOLD):
-                continue
-            at = np.flatnonzero(whole & (codes == code - 1))
-            x_r = xi[at] + (0.0, law.up.limit, -law.down.limit)[mode.origin]
-            k_t, share = 0.0, np.full(len(at), float(mode.contact))
-            if mode.contact == HOLD:
-                k_t, share = law.k_t, law.k_t / reference * (x_r - x_0[at])
-                size = reference + law.k_t * (np.abs(x_r) + np.abs(x_0[at]))
-                excess = reference * (np.abs(share) - 1.0) / size
-                sums[8] = excess.max(initial=sums[8])
-            elif reference > 0.0:
-                share *= (law.up if mode.contact > 0 else law.down).F_fk / reference
-            b = (law.up if mode.direction > 0 else law.down).b
-            starts, d = (x_r, v_r[at], share, u_dd[n[at]]), np.full(len(at), mode.direction)
-            steps = WholeSteps(*starts, v_end[at], u_dd[n[at] + 1], d)
-            found, turning = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
-            sums[:5] += found
-            sums[7] += b * found[1]
-            done[at] = True
-            done[at[turning]] = False
-        return np.flatnonzero(~done), sums
+            steps = np.flatnonzero(whole & (codes == code - 1))
+            found, left = self._sum_whole_steps(
+                block, decode_mode(code - 1), steps + first, rows.x_0[at[steps]]
+            )
+            whole[steps[left]] = False
+            worst = max(sums[8], found[8])
+            sums += found
+            sums[8] = worst
+        steps = np.flatnonzero(~whole & ~has_row)
+        modes, n = at[steps], steps + first
+        x_r, v_r = np.asarray(samples.x_r)[n], np.asarray(samples.v_r)[n]
+        parts = inside.copy()
+        parts[inside] = ~whole[rows.n[inside] - first]
+        divided = divide_steps(
+            Segments(n, np.zeros(len(n)), x_r, v_r, rows.x_0[modes], rows.d[modes]),
+            Segments(*(column[parts] for column in rows)),
+        )
+        more = np.array(integrate_segments(Solution(scene, divided), begin, end))
+        worst = max(sums[8], more[8])
+        sums += more
+        sums[8] = worst
+        return sums
+
+    def _sum_whole_steps(
+        self, block: PiecewiseBlock, mode: Mode, n: Any, x_0: Floats
+    ) -> tuple[Floats, Any]:
+        """Integrate whole steps n in one mode.
+
+        Returns `SegmentSums` as an array, and the indices of those that are not included.
+        """
+        sums, law, samples, dt = np.zeros(9), self.march.kernel_law, block.samples, self.dt
+        assert samples is not None, "only called for samples"
+        slides = law.k_t == 0.0 or mode.contact != HOLD
+        if mode.end_stop != APART or mode.entry == CHATTERING or not len(n):
+            return sums, np.arange(len(n))
+        x_r = np.asarray(samples.x_r)[n] + origin_of(law, mode.origin)
+        u_0, u_1 = block.u_dd[n], block.u_dd[n + 1]
+        if mode.direction == AT_REST:
+            if (
+                law.k_t > 0.0
+                or mode.contact != HOLD
+                or (mode.origin != 0 and law.k_s[0] == 0.0)
+            ):
+                return sums, np.arange(len(n))
+            u_dd2 = (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
+            sums[[0, 2, 5]] = dt * np.array([(x_r * x_r).sum(), u_dd2, len(n)])
+            limits = law.down.F_fs, law.up.F_fs
+            sums[8] = rest_violation(self.plant, limits, x_r, u_0, u_1)
+            return sums, np.arange(0)
+        if slides and mode.contact != mode.direction:
+            return sums, np.arange(len(n))
+        (m, k_x, _), reference = self.plant, max(law.up.F_fk, law.down.F_fk)
+        k_t, share = 0.0, np.full(len(n), float(mode.contact))
+        if mode.contact == HOLD:
+            k_t, share = law.k_t, law.k_t / reference * (x_r - x_0)
+            size = reference + law.k_t * (np.abs(x_r) + np.abs(x_0))
+            sums[8] = (reference * (np.abs(share) - 1.0) / size).max(initial=0.0)
+        elif reference > 0.0:
+            share *= (law.up if mode.contact > 0 else law.down).F_fk / reference
+        b = (law.up if mode.direction > 0 else law.down).b
+        v_r, d = np.asarray(samples.v_r), np.full(len(n), mode.direction)
+        steps = WholeSteps(x_r, v_r[n], share, u_0, v_r[n + 1], u_1, d)
+        sums[:5], turning = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
+        sums[7] = b * sums[1]
+        return sums, turning
+
+
+class ModeColumns(NamedTuple):
+    """Forces in the modes of segments, as `Forces`: arrays of shape (n,).
+
+    Attributes
+    ----------
+    origin : ndarray
+        Origin of xi [m].
+    direction : ndarray of int8
+        Direction of motion, 0 at rest.
+    b, k_t, F, k_s, offset, b_s : ndarray
+        As in `Forces`; b is that of the damper.
+    """
+
+    origin: Floats
+    direction: NDArray[np.int8]
+    b: Floats
+    k_t: Floats
+    F: Floats
+    k_s: Floats
+    offset: Floats
+    b_s: Floats
+
+
+def mode_columns(plant: Plant, law: KernelLaw, codes: Any) -> ModeColumns:
+    """Return the forces of encoded modes; an arrival has those of the mode before it."""
+    codes = np.where(codes == ARRIVAL, np.append(0, codes[:-1]), codes)
+    kinds = np.flatnonzero(np.bincount(codes))
+    table = np.empty((7, len(kinds)))
+    directions = np.empty(len(kinds), dtype=np.int8)
+    for i, mode in enumerate(map(decode_mode, kinds.tolist())):
+        damped, k_t, _, F, k_s, offset, b_s, _ = mode_forces(plant, law, mode, 0.0)
+        table[:, i] = origin_of(law, mode.origin), damped.b, k_t, F, k_s, offset, b_s
+        directions[i] = mode.direction
+    at = np.searchsorted(kinds, codes)
+    origin, *forces = table[:, at]
+    return ModeColumns(origin, directions[at], *forces)
 
 
 # Laws as kernels take them, and what follows from events.

@@ -45,6 +45,7 @@ from drysim.core.model import (
     integrate_base_squares,
     max_abs,
 )
+from drysim.core.sampled import SampledMotion
 from drysim.core.trajectory import Columns
 from drysim.errors import SolverError, UsageError
 
@@ -133,6 +134,33 @@ def base_square_integrals(
     return u_dd2 * (end - begin), u2 * (end - begin)
 
 
+def rest_violation(
+    plant: Plant, limits: tuple[float, float], x_r: Floats, *u_dd: Floats
+) -> float:
+    """Return the largest excess of F_L over its limits at rest, relative to the forces [-].
+
+    Parameters
+    ----------
+    plant : Plant
+    limits : (float, float)
+        Largest F_L and largest -F_L that friction carries [N].
+    x_r : ndarray
+        Displacements at which the mass rests for a step [m].
+    *u_dd : ndarray
+        ü at both ends of the steps, linear in between [m/s²].
+    """
+    worst, spring = 0.0, plant.k_x * x_r
+    if not len(x_r):
+        return worst
+    for one in u_dd:
+        base = plant.m * one
+        size = float(np.abs(base).max() + np.abs(spring).max()) + max(limits)
+        F_L = base + spring
+        excess = max(float(F_L.max()) - limits[0], float(-F_L.min()) - limits[1])
+        worst = max(worst, excess / size if excess > 0.0 else 0.0)
+    return worst
+
+
 def run_duration(motion: Sines | Samples, duration: float | None) -> float:
     """Return the duration of a run [s]: the given one, or the length of the samples."""
     if duration is not None:
@@ -210,6 +238,13 @@ def empty_motion(n: int) -> Columns:
     """Return uninitialised columns of a motion at n times."""
     x_r, v_r, z, F_f, F_stop = (as_engine_array(np.empty(n)) for _ in range(5))
     return Columns(x_r, v_r, z, F_f, F_stop, as_engine_array(np.empty(n, dtype=np.int64)))
+
+
+def empty_samples(n: int) -> SampledMotion:
+    """Return an uninitialised motion at n samples."""
+    # One allocation, which the allocator reuses for the next block of this length.
+    x_r, v_r = as_engine_array(np.empty((2, n)))
+    return SampledMotion(x_r, v_r, as_engine_array(np.empty(n, dtype=np.int8)))
 
 
 def empty_log(size: int) -> EventLog:

@@ -347,6 +347,59 @@ class EventDriven:
 
 
 @dataclass(frozen=True, eq=False)
+class BlockwiseMarch:
+    """March over samples with a checkpoint for every block and the latest block in memory.
+
+    A march that is kept in memory is one block.
+
+    Attributes
+    ----------
+    plant, law, motion
+        The scene.
+    last : int
+        Last sample.
+    size : int
+        Samples per block.
+    checkpoints : list
+        State at the first sample of every block, as `march_block` needs it.
+    cached : dict
+        Blocks in memory.
+    """
+
+    plant: Plant
+    law: Any
+    motion: Any
+    last: int
+    size: int
+    checkpoints: list[Any]
+    cached: dict[int, Any] = field(default_factory=dict, kw_only=True)
+
+    @property
+    def count(self) -> int:
+        """Number of blocks."""
+        return max(1, -(-self.last // self.size))
+
+    def march_block(self, number: int) -> Any:
+        """March through a block and keep it in memory."""
+        raise NotImplementedError
+
+    def block(self, number: int) -> Any:
+        """Return a block by its number; it is marched again if it is not in memory."""
+        if number not in self.cached:
+            self.march_block(number)
+        return self.cached[number]
+
+    def block_at(self, n: int) -> Any:
+        """Return the block of sample n; at a boundary, the block that begins there."""
+        return self.block(min(n // self.size, len(self.checkpoints) - 1))
+
+    def blocks(self, first: int, last: int) -> Iterator[Any]:
+        """Return the blocks that contain the steps from sample `first` to sample `last`."""
+        numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
+        return map(self.block, numbers)
+
+
+@dataclass(frozen=True, eq=False)
 class MarchedTrajectory(EventDriven):
     """Trajectory over the blocks of a march, which are marched again when they are needed."""
 

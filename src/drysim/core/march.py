@@ -9,9 +9,13 @@ Problem
 Method
     Each step of `march_modes` begins a segment in the current mode, propagates the closed-form
     motion to its first exit within the interval of ü (`first_exit`), with v_r = 0 exactly at a
-    stop, and decides the mode that follows (`enter_next_mode`). An interval between two samples
-    without an event is one step, or one affine map where the mass keeps its direction
-    (`advance_samples`). `core.modes` and `core.roots` hold the equations, exits and resets.
+    stop, and decides the mode that follows (`enter_next_mode`). `core.modes` and `core.roots`
+    hold the equations, exits and resets.
+
+    Over samples, intervals without an event are advanced by the affine maps of `core.sampled`
+    in any mode of rest or motion (`advance_whole_steps`), and the exits of a short interval
+    are found in its power series (`exit_of_short_step`). Only the state at every sample and
+    the changes of mode are kept.
 
     `march_sines` is the same for Coulomb friction alone: its state is x_r, v_r and the
     direction of sliding, and its events are the solution. `core.sampled` is the march of
@@ -51,6 +55,7 @@ from drysim.core.events import (
     record_segment,
     sign,
     slide_time,
+    stick_limit,
     stop_depth,
 )
 from drysim.core.forcing import (
@@ -68,11 +73,13 @@ from drysim.core.forcing import (
     start_segment,
     unpack_scene,
 )
+from drysim.core.model import MAX_STAGES
 from drysim.core.modes import (
     APART,
     ARRIVAL,
     AT_REST,
     CHATTERING,
+    FREE,
     HOLD,
     LEAVING,
     REGULAR,
@@ -82,6 +89,7 @@ from drysim.core.modes import (
     ModeState,
     SegmentBase,
     bumper_force,
+    bumper_line,
     chatter_time,
     contact_force,
     encode_mode,
@@ -109,22 +117,38 @@ from drysim.core.modes import (
     wall_side,
 )
 from drysim.core.oscillator import (
-    FINE_STEP,
-    affine_map,
     cancellation_speed,
-    characteristic_rate,
-    end_weights,
-    flow,
+    cancellation_threshold,
+    grazing_speed,
+    read_steps,
+    series_distance,
+    series_velocity,
+    slip_steps,
+    velocity_series,
+    write_steps,
 )
 from drysim.core.roots import (
+    MAX_BISECTIONS,
     NEVER,
     Stuck,
     break_away_time,
     first_stop,
+    lowest_speed,
     quiet_time,
+    safeguarded_newton,
     velocity_and_acceleration,
 )
-from drysim.core.sampled import rescale
+from drysim.core.sampled import (
+    CHUNK,
+    Chunk,
+    OneWay,
+    Rest,
+    advance_rest,
+    advance_slip,
+    rescale,
+    slide,
+    sum_base_motion,
+)
 
 MAX_STALLED_EVENTS = 100
 """Steps in a row without progress in time after which double precision is exhausted."""
@@ -437,10 +461,10 @@ class ModeSegment(NamedTuple):
     left: float
 
 
-NO_EXIT, CONTACT_EXIT, BREAK_AWAY, STOP_EXIT, TURN, ZERO_LOAD, CHATTER_END = range(7)
+NO_EXIT, CONTACT_EXIT, BREAK_AWAY, STOP_EXIT, TURN, ZERO_LOAD, CHATTER_END, UNDECIDED = range(8)
 """How a segment ends: its time is up; an elastic contact yields, or holds again; a mass at rest
 leaves; a stop or a stage of it is reached or left; v_r is zero; the normal force is zero; all
-rebounds of a chatter are over."""
+rebounds of a chatter are over; not known yet."""
 
 
 class Exit(NamedTuple):
@@ -470,68 +494,154 @@ class Exit(NamedTuple):
     closest: float
 
 
+class Course(NamedTuple):
+    """How far a march goes.
+
+    Attributes
+    ----------
+    last, length : int, float
+        Last interval of ü, and its length [s].
+    until : int
+        Number of the first interval that is not solved.
+    closes : bool
+        Whether the state there is recorded as the end of the last segment.
+    capacity : int
+        Length of the logs.
+    """
+
+    last: int
+    length: float
+    until: int
+    closes: bool
+    capacity: int
+
+
+class ModeSteps(NamedTuple):
+    """Constants of whole sample steps in every mode, and what the base contributes to them.
+
+    Attributes
+    ----------
+    first : int
+        Sample of the base motion at which n counts from 0.
+    rows : array, shape (MODES, STEP_COLUMNS)
+        `SlipSteps` by `steps_index`; zeros where not computed yet.
+    x_sums, v_sums : array, shape (MODES, CHUNK)
+        As in `Chunk`.
+    begin, until : array of int, shape (MODES,)
+        The samples of these sums, as in `Chunk`.
+    """
+
+    first: int
+    rows: Any
+    x_sums: Any
+    v_sums: Any
+    begin: Any
+    until: Any
+
+
+class ModesLog(NamedTuple):
+    """What a march writes.
+
+    Attributes
+    ----------
+    segments : Segments
+        Starts of the segments, except those that begin at a sample in the mode before.
+    events : EventLog
+    samples : SampledMotion
+        xi, v_r and direction of motion at all samples.
+    """
+
+    segments: Any
+    events: Any
+    samples: Any
+
+
 @compiled
-def march_modes(scene, end, last_length, state, segments, log, capacity):
+def march_modes(scene, course, state, steps, out):
     """Solve a motion from mode to mode, until a log is nearly full.
 
     Parameters
     ----------
     scene : Scene
-    end, last_length : int, float
-        Last interval, and its length [s].
+    course : Course
     state : MarchState
         Where to begin.
-    segments, log : Segments, EventLog
-        Written: the start of each segment, with its mode encoded, and the events.
-    capacity : int
-        Length of the logs.
+    steps : ModeSteps
+        Work space.
+    out : ModesLog
+        Written; `samples` holds the state at sample n.
 
     Returns
     -------
     MarchState
-        State reached; n is above `end` at the end of the motion. A call that starts there
+        State reached; n is `course.until` at the end of the motion. A call that starts there
         continues as if uninterrupted.
     """
     law, waves, dt = scene.law, scene.waves, scene.dt
+    segments, log, samples = out
     n, s, xi, v_r, a, x_0, mode, at, count, closest = state
+    last, last_length, until, closes, capacity = course
     full = capacity - MODES_LOG_RESERVE
     affine = waves.size == 0 and law.step == 0.0
-    stalled = int(ZERO)
-    while n <= end and at < full and count < full:
-        if affine and s == 0.0 and mode.end_stop == APART and moves_freely(law, mode, v_r):
+    whole = until if until <= last or last_length == dt else last
+    stalled, row, row_x_0 = int(ZERO), ARRIVAL, x_0
+    while n < until and at < full and count < full:
+        if affine and s == 0.0 and n < whole and mode.entry == REGULAR:
             here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
-            n, xi, v_r, at = advance_samples(scene, end, here, segments, full)
-            if n > here.n:
-                a = math.nan
-            if at >= full:
-                break
-        length = last_length if n == end else dt
+            reached, closest = advance_whole_steps(scene, whole, here, steps, samples)
+            if reached > n:
+                if row != lasting_mode(mode) or row_x_0 != x_0:
+                    at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
+                    row, row_x_0 = lasting_mode(mode), x_0
+                n, a = reached, math.nan
+                xi, v_r = samples.x_r[n], samples.v_r[n]
+                if n == until:
+                    break
+        length = last_length if n == last else dt
         here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
-        part = begin_segment(scene, here, length)
+        part = begin_segment(scene, steps.first, here, length)
         mode = part.mode
-        at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
-        leave = first_exit(scene, part, slide_time(log, count, n, s, dt))
+        if s > 0.0 or row != lasting_mode(mode) or row_x_0 != x_0:
+            at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
+            row, row_x_0 = lasting_mode(mode), x_0
+        time = slide_time(log, count, n, s, dt)
+        leave = undecided_exit(part)
+        if affine:
+            leave = exit_of_short_step(scene, part, steps, time)
+        if leave.kind == UNDECIDED:
+            leave = first_exit(scene, part, time)
         kind, step, xi, v_r, a, _, margin = leave
         closest = min(closest, margin)
         if kind != NO_EXIT:
-            then, rest = interval_time(n, s + step, length, end)
+            then, rest = interval_time(n, s + step, length, last)
             here = MarchState(then, rest, xi, v_r, a, x_0, mode, at, count, closest)
             here = enter_next_mode(scene, part, leave, here, segments, log)
             _, _, xi, v_r, a, x_0, mode, at, count, closest = here
+            if segments.d[at - 1] == ARRIVAL:
+                row = ARRIVAL
         elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         stalled = 0 if part.base.t + step > part.base.t else stalled + 1
         if step >= length - s:
             n, s = n + 1, 0.0
+            samples.x_r[n], samples.v_r[n], samples.d[n] = xi, v_r, mode.direction
         else:
             s += step
         if stalled > MAX_STALLED_EVENTS:
             return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1, closest)
-    if state.n <= end < n:
+    if closes and state.n < until <= n:
         # The state at the end, after an event there.
-        last = end, last_length
-        at = record_segment(segments, at, last, (xi, v_r, x_0), encode_mode(mode))
+        end = (until - 1, last_length if until > last else dt)
+        at = record_segment(segments, at, end, (xi, v_r, x_0), encode_mode(mode))
     return MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
+
+
+@inlined
+def lasting_mode(mode):
+    """Return a mode as one integer, without what only the start of its segment has."""
+    contact, direction, end_stop, origin, _, entry = mode
+    entry = CHATTERING if entry == CHATTERING else REGULAR
+    return encode_mode(Mode(contact, direction, end_stop, origin, 0, entry))
 
 
 @compiled
@@ -543,12 +653,15 @@ def interval_time(n, s, length, end):
 
 
 @merged
-def begin_segment(scene, state, length):
-    """Return the segment that begins in a state; `length` is that of the interval [s]."""
+def begin_segment(scene, first, state, length):
+    """Return the segment that begins in a state.
+
+    `first` is the sample from which n counts, and `length` that of the interval [s].
+    """
     plant, law, waves, u_dd, dt = scene
     n, s, xi, v_r, carried, x_0, mode, _, _, _ = state
     slope = (u_dd[n + 1] - u_dd[n]) / dt
-    base = SegmentBase(n * dt + s, u_dd[n] + slope * s, slope)
+    base = SegmentBase((first + n) * dt + s, u_dd[n] + slope * s, slope)
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
     motion = start_segment(equation, waves, xi, v_r)
     free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
@@ -840,7 +953,86 @@ def change_contact(scene, now, load_d, leave, state, log):
     return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 
-# Whole samples at a time.
+# Whole samples at a time, and short ones in power series: linear ü, constant normal force.
+
+
+MODES = 4 * (MAX_STAGES + 1)
+"""Equations of motion that differ in stiffness or damping."""
+
+
+@compiled
+def steps_index(law, mode):
+    """Return the row of a moving mode in `ModeSteps`."""
+    _, stage, released = stop_stage(mode.end_stop)
+    index = 0 if released or law.k_s[0] == 0.0 else stage
+    index = 2 * index + int(law.k_t > 0.0 and mode.contact == HOLD)
+    return 2 * index + int(law.up.b != law.down.b and mode.direction < 0)
+
+
+@compiled
+def compute_mode_steps(plant, law, mode, dt, steps):
+    """Compute the row of a mode in `ModeSteps`."""
+    forces = mode_forces(plant, law, mode, 0.0)
+    c = (forces.plant.b + forces.b_s) / plant.m
+    w = (plant.k_x + forces.k_t + forces.k_s) / plant.m
+    write_steps(steps.rows[steps_index(law, mode)], slip_steps(c, w, dt))
+
+
+@inlined
+def mode_steps(plant, law, mode, dt, steps):
+    """Return the `SlipSteps` of a moving mode."""
+    row = steps.rows[steps_index(law, mode)]
+    if row[2] != dt:
+        compute_mode_steps(plant, law, mode, dt, steps)
+    return read_steps(row)
+
+
+@compiled
+def constant_force(plant, law, mode, x_0):
+    """Return the constant force per mass against xi in a mode [m/s²]."""
+    forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
+    force = forces.F - forces.offset + forces.k_t * (x_origin - x_0)
+    return (force + plant.k_x * x_origin) / plant.m
+
+
+@compiled
+def reaches(law, mode, x_0):
+    """Return the positions d·xi [m] at which a contact yields and an end stop takes over.
+
+    Infinite for never; below any position where the change does not depend on position alone.
+    """
+    d, x_origin = mode.direction, origin_of(law, mode.origin)
+    contact = NEVER
+    if law.k_t > 0.0 and mode.contact == HOLD:
+        contact = law.up.F_fk / law.k_t + d * (x_0 - x_origin)
+    side, stage, released = stop_stage(mode.end_stop)
+    if stage == 0:
+        return contact, side_of(law, d).limit - d * x_origin
+    if side == d:
+        return contact, law.begins[stage] if stage < MAX_STAGES and not released else NEVER
+    return contact, -NEVER if released or law.b_s > 0.0 else -law.begins[stage - 1]
+
+
+@compiled
+def mode_grazing_speed(steps, plant, law, mode):
+    """Return the `grazing_speed` of a mode; 0 unless a rigid contact slides."""
+    if not is_rigid_slip(law, mode):
+        return 0.0
+    side = side_of(law, mode.contact)
+    return grazing_speed(steps, plant.m, side.F_fk, side.F_fs)
+
+
+@compiled
+def resting_mass(plant, law, mode, x_0, xi):
+    """Return a mass at rest as `Rest`; a rigid stop carries any force towards it."""
+    x_r = origin_of(law, mode.origin) + xi
+    forces, wall = mode_forces(plant, law, mode, x_0), wall_side(law, mode, xi)
+    F_k = plant.k_x * x_r + bumper_force(forces, xi, 0.0)
+    rising, falling = law.down.F_fs, law.up.F_fs
+    if law.k_t > 0.0 or mode.contact == FREE:
+        rising = falling = 0.0
+        F_k += contact_force(forces, x_r, 0.0)
+    return Rest(plant.m, F_k, rising if wall >= 0 else NEVER, falling if wall <= 0 else NEVER)
 
 
 @compiled
@@ -852,63 +1044,189 @@ def moves_freely(law, mode, v_r):
     return holds and mode.direction * v_r > 0.0
 
 
-@compiled
-def advance_samples(scene, end, state, segments, full):
-    """Advance by whole samples while v_r keeps its sign and the contact its mode.
+@inlined
+def advance_whole_steps(scene, until, state, steps, samples):
+    """Advance by whole steps while the mass stays in its mode.
 
     Parameters
     ----------
-    scene, segments
+    scene, steps, samples
         As in `march_modes`; no waves, and a constant normal force.
-    end : int
-        Number of the last step.
+    until : int
+        Last sample to advance to.
     state : MarchState
-        At a sample, apart from the stops.
-    full : int
-        Most segments there may be.
+        At a sample, in regular motion.
 
     Returns
     -------
-    n, xi, v_r, used
-        The first step that may hold an event, the state there, and the number of segments.
+    n, closest
+        The first step that may hold an event, and the smallest relative margin of a decision
+        about sticking so far [-].
+    """
+    plant, law, _, u_dd, dt = scene
+    n, _, xi, v_r, _, x_0, mode, _, _, closest = state
+    if mode.direction == AT_REST:
+        rest = resting_mass(plant, law, mode, x_0, xi)
+        samples.x_r[n] = xi
+        if wall_side(law, mode, xi) != 0:
+            return advance_rest(rest, u_dd, (n, until), samples, 0.0)[0], closest
+        return advance_rest(rest, u_dd, (n, until), samples, closest)
+    if not moves_freely(law, mode, v_r):
+        return n, closest
+    constants = mode_steps(plant, law, mode, dt, steps)
+    contact, end_stop = reaches(law, mode, x_0)
+    reach, d = min(contact, end_stop), mode.direction
+    if not (constants.fine and d * xi < reach):
+        return n, closest
+    f, grazing = (
+        constant_force(plant, law, mode, x_0),
+        mode_grazing_speed(constants, plant, law, mode),
+    )
+    motion, index = OneWay(d, f, reach, grazing), steps_index(law, mode)
+    x_sums, v_sums = steps.x_sums[index], steps.v_sums[index]
+    samples.x_r[n], samples.v_r[n] = xi, v_r
+    while n < until:
+        end = min(n - n % CHUNK + CHUNK, until)
+        if steps.until[index] != end or steps.begin[index] > n:
+            sum_base_motion(constants.x_base, u_dd[n : end + 1], x_sums)
+            sum_base_motion(constants.v_base, u_dd[n : end + 1], v_sums)
+            steps.begin[index], steps.until[index] = n, end
+        chunk = Chunk(steps.begin[index], end, u_dd, x_sums, v_sums)
+        n = advance_slip(constants, chunk, n, motion, samples)
+        if n < end:
+            break
+    return n, closest
+
+
+@inlined
+def undecided_exit(part):
+    """Return an exit that is not known yet."""
+    return Exit(UNDECIDED, 0.0, part.motion.x_r, part.motion.v_r, math.nan, AT_REST, NEVER)
+
+
+@merged
+def exit_of_short_step(scene, part, steps, time):
+    """Return the first `Exit` of a segment in the power series of its motion.
+
+    Parameters as in `march_modes` and `first_exit`. The exit is `UNDECIDED` where the segment
+    is too long for the series, or its start or its end needs more than positions and v_r.
+    """
+    plant, law, _, _, dt = scene
+    mode, x_0, motion, creeps, base, _, left = part
+    equation, xi, v_r, a, _, _ = motion
+    if mode.direction == AT_REST and mode.entry != CHATTERING:
+        return exit_of_rest(plant, law, part)
+    d, rigid = mode.direction, is_rigid_slip(law, mode)
+    if creeps or mode.entry != REGULAR or (mode.poised != 0 and not rigid):
+        return undecided_exit(part)
+    yields = abs(mode.contact) == 1
+    if (yields and mode.contact != d) or not (d * v_r > 0.0 or (rigid and v_r == 0.0)):
+        return undecided_exit(part)
+    constants = mode_steps(plant, law, mode, dt, steps)
+    contact, end_stop = reaches(law, mode, x_0)
+    if end_stop == -NEVER and stays_in_touch(law, part):
+        _, stage, _ = stop_stage(mode.end_stop)
+        end_stop = -law.begins[stage - 1] if stage > 1 else NEVER
+    gap, r = min(contact, end_stop) - d * xi, d * equation.r
+    if not (constants.short and gap > 0.0):
+        return undecided_exit(part)
+    grazing = mode_grazing_speed(constants, plant, law, mode)
+    stop, distance, v_end, low = slide(constants, d * v_r, d * a, r, left, grazing)
+    closest = NEVER
+    if not distance < gap:
+        # Both x_r and the distance of the series are monotone up to the stop.
+        s, v_end = time_of_distance(constants, d * v_r, d * a, r, gap, min(stop, left))
+        if grazing > 0.0:
+            low = lowest_speed(constants.c, constants.w, d * v_r, d * a, r, s)
+        if low < grazing:
+            closest = grazing_margin(plant, side_of(law, d).F_fs, low, time + s)
+        if contact <= end_stop:
+            return Exit(CONTACT_EXIT, s, d * contact, d * v_end, math.nan, d, closest)
+        after = next_stage(mode)
+        return Exit(STOP_EXIT, s, d * end_stop, d * v_end, math.nan, after, closest)
+    x, s, kind, a_end = xi + d * distance, min(stop, left), TURN, math.nan
+    if stop == NEVER:
+        kind = NO_EXIT
+        if law.k_t == 0.0 and v_end <= cancellation_threshold(
+            constants, equation.g + base.u_0, x
+        ):
+            _, a_end = velocity_and_acceleration(
+                constants.c, constants.w, v_r, a, equation.r, left
+            )
+    elif grazing > 0.0:
+        a_stop = d * (equation.g + equation.r * s - equation.w * x)
+        low = min(low, stop_depth(a_stop, r - constants.c * a_stop))
+    if low < grazing:
+        closest = grazing_margin(plant, side_of(law, d).F_fs, low, time + s)
+    return Exit(kind, s, x, d * v_end, a_end, d, closest)
+
+
+@compiled
+def stays_in_touch(law, part):
+    """Return whether a mass that moves away from a bumper provably presses on it to the end.
 
     Notes
     -----
-    Each step is one affine map. A fine step holds at most one extremum of v_r, so the
-    acceleration at both ends shows any dip of v_r, and xi is monotone in a step without one.
+    By the bounds of `core.roots` the jerk is at most J = sqrt(j² + w a²) and the acceleration
+    |a| + J s, under ü that changes linearly. They bound the curvature of the force.
     """
-    plant, law, _, u_dd, dt = scene
-    n, _, xi, v_r, _, x_0, mode, at, _, _ = state
-    direction = sign(v_r)
-    side, code = side_of(law, direction), encode_mode(mode)
-    x_origin = origin_of(law, mode.origin)
-    low, high = -law.down.limit - x_origin, law.up.limit - x_origin
-    if mode.contact == HOLD:
-        x_limit = law.up.F_fk / law.k_t
-        low, high = max(low, x_0 - x_limit - x_origin), min(high, x_0 + x_limit - x_origin)
-        c, w = side.b / plant.m, (plant.k_x + law.k_t) / plant.m
-        f = (plant.k_x * x_origin + law.k_t * (x_origin - x_0)) / plant.m
-    else:
-        c, w = side.b / plant.m, plant.k_x / plant.m
-        f = mode.contact * side.F_fk / plant.m + w * x_origin
-    if characteristic_rate(c, w) * dt > FINE_STEP:
-        return n, xi, v_r, at
-    x_x, x_v, x_f, v_x, v_v, v_f = affine_map(c, w, dt)
-    x_f, v_f = x_f * f, v_f * f
-    y, _, Y, YY = flow(c, w, dt)
-    x_before, x_after, v_before, v_after = end_weights(y, Y, YY, dt)
-    a = -(u_dd[n] + c * v_r + w * xi + f)
-    threshold = cancellation_speed(c, w)
-    while n < end and at < full:
-        u_0 = u_dd[n]
-        u_1 = u_dd[n + 1]
-        x = x_x * xi + x_v * v_r - (x_before * u_0 + x_after * u_1 + x_f)
-        v = v_x * xi + v_v * v_r - (v_before * u_0 + v_after * u_1 + v_f)
-        a_end = -(u_1 + c * v + w * x + f)
-        is_slow = direction * v <= threshold * (abs(f) + w * abs(x))
-        if is_slow or (direction * a < 0.0 and direction * a_end > 0.0) or not low < x < high:
+    mode, _, motion, _, _, _, h = part
+    side, stage, released = stop_stage(mode.end_stop)
+    if released or stage == 0:
+        return False
+    stiffness, offset = bumper_line(law, stage)
+    force = side * (stiffness * motion.x_r + law.b_s * motion.v_r) - offset
+    rate = side * (stiffness * motion.v_r + law.b_s * motion.a)
+    jerk = math.sqrt(motion.j * motion.j + motion.equation.w * motion.a * motion.a)
+    curvature = stiffness * (abs(motion.a) + jerk * h) + law.b_s * jerk
+    return force - h * (max(-rate, 0.0) + 0.5 * h * curvature) > 0.0
+
+
+@inlined
+def next_stage(mode):
+    """Return the state at the stops after the position is reached at which it changes."""
+    side, stage, _ = stop_stage(mode.end_stop)
+    if stage == 0:
+        return mode.direction
+    if side == mode.direction:
+        return side * (stage + 1)
+    return APART if stage == 1 else mode.end_stop - side
+
+
+@inlined
+def time_of_distance(steps, v, a, r, distance, h):
+    """Return when within a short h [s] a motion has covered a distance [m], and its speed then.
+
+    Parameters as in `slide`; it covers at least that distance within h, and v keeps its sign.
+    """
+    q = velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
+    low, high, s = 0.0, h, h
+    for _ in range(MAX_BISECTIONS):
+        gap = distance - series_distance(q, s)
+        low, high, s, done = safeguarded_newton(low, high, s, gap, -series_velocity(q, s))
+        if done:
             break
-        at = record_segment(segments, at, (n, 0.0), (xi, v_r, x_0), code)
-        n += 1
-        xi, v_r, a = x, v, a_end
-    return n, xi, v_r, at
+    return s, max(series_velocity(q, s), 0.0)
+
+
+@inlined
+def exit_of_rest(plant, law, part):
+    """Return the first `Exit` of a mass at rest while ü changes linearly."""
+    mode, x_0, motion, _, base, _, left = part
+    xi = motion.x_r
+    rest = resting_mass(plant, law, mode, x_0, xi)
+    m, F_k, rising, falling = rest
+    up, down = stick_limit(rising, F_k), stick_limit(falling, F_k)
+    begin, end = m * base.u_0 + F_k, m * (base.u_0 + base.slope * left) + F_k
+    s, d, closest = NEVER, AT_REST, NEVER
+    if begin > up or begin < -down:
+        s, d = 0.0, -sign(begin)
+    elif end > up or end < -down:
+        d = -sign(end)
+        limit = rising if d < 0 else -falling
+        s = max((limit - begin) / (m * base.slope), 0.0)
+    if s < left:
+        return Exit(BREAK_AWAY, s, xi, motion.v_r, math.nan, d, closest)
+    if d == AT_REST and wall_side(law, mode, xi) == 0 and end != 0.0:
+        closest = decision_margin(end, rising if end > 0.0 else falling)
+    return Exit(NO_EXIT, left, xi, motion.v_r, math.nan, AT_REST, closest)

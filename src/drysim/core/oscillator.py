@@ -18,8 +18,8 @@ Method
       with an event are much shorter than the time constants of the oscillator: there twelve
       terms reach rounding at a third of the cost of `flow`. `chebyshev_stop` finds the zero of
       the series.
-    - `SlipSteps` holds the affine maps of whole sample steps in one mode, and all other constants
-      of such steps that do not depend on the force.
+    - `SlipSteps` holds the affine maps of whole sample steps in one mode, and all other
+      constants of such steps that do not depend on the force.
 
 Accuracy
     Every series is truncated below the last bit. Where two equal forms differ in cancellation,
@@ -541,6 +541,41 @@ def slip_steps(c, w, dt):
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
         steep, fast, cancellation_speed(c, w),
+    )  # fmt: skip
+
+
+STEP_COLUMNS = 52
+"""Numbers in `SlipSteps`, as a row of a table."""
+
+
+@compiled
+def write_steps(row, steps):
+    """Write `SlipSteps` to the row of a table."""
+    row[0], row[1], row[2] = steps.c, steps.w, steps.dt
+    row[3], row[4] = 1.0 if steps.fine else 0.0, 1.0 if steps.short else 0.0
+    for k in range(9):
+        row[5 + k], row[14 + k] = steps.factors.a[k], steps.factors.j[k]
+    for k in range(6):
+        row[23 + k], row[29 + k] = steps.step_map[k], steps.four_step_map[k]
+    row[35], row[36], row[37], row[38] = steps.x_0, steps.x_1, steps.v_0, steps.v_1
+    for k in range(5):
+        row[39 + k], row[44 + k] = steps.x_base[k], steps.v_base[k]
+    row[49], row[50], row[51] = steps.steep, steps.fast, steps.speed_per_force
+
+
+@inlined
+def read_steps(row):
+    """Return the `SlipSteps` of a row from `write_steps`."""
+    a = row[5], row[6], row[7], row[8], row[9], row[10], row[11], row[12], row[13]
+    j = row[14], row[15], row[16], row[17], row[18], row[19], row[20], row[21], row[22]
+    return SlipSteps(
+        row[0], row[1], row[2], row[3] > 0.0, row[4] > 0.0, SeriesFactors(a, j),
+        AffineMap(row[23], row[24], row[25], row[26], row[27], row[28]),
+        AffineMap(row[29], row[30], row[31], row[32], row[33], row[34]),
+        row[35], row[36], row[37], row[38],
+        (row[39], row[40], row[41], row[42], row[43]),
+        (row[44], row[45], row[46], row[47], row[48]),
+        row[49], row[50], row[51],
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ Problem
     limits are constant here; `march.march_sines` serves limits that vary.
 
 Method
-    1. Steps without events. `advance_stick` covers sticking, `advance_slip` sliding. Each step
+    1. Steps without events. `advance_rest` covers sticking, `advance_slip` sliding. Each step
        depends on the one before, which limits the throughput. Four consecutive states, each
        advanced by a four-step map, are four independent chains; what the base contributes
        within four steps does not depend on the state and is summed beforehand
@@ -141,7 +141,7 @@ class SampledMotion(NamedTuple):
     d: Any
 
 
-class Course(NamedTuple):
+class OneWay(NamedTuple):
     """A motion in one direction and one mode.
 
     Attributes
@@ -233,14 +233,15 @@ def march(scene, state, out, log, end):
         if a == a:
             v_r, a = rescale(v_r, a)
         elif d == 0:
-            n, closest = advance_stick(plant, law, u_dd, (n, until), out, closest)
+            rest = Rest(plant.m, plant.k_x * x_r, law.F_fs, law.F_fs)
+            n, closest = advance_rest(rest, u_dd, (n, until), out, closest)
         elif steps.fine:
             if begin < 0:
                 begin = n
                 sum_base_motion(steps.x_base, u_dd[n : until + 1], x_base_sums)
                 sum_base_motion(steps.v_base, u_dd[n : until + 1], v_base_sums)
             chunk = Chunk(begin, until, u_dd, x_base_sums, v_base_sums)
-            n = advance_slip(steps, chunk, n, Course(d, d * f, NEVER, grazing), out)
+            n = advance_slip(steps, chunk, n, OneWay(d, d * f, NEVER, grazing), out)
             x_r = out.x_r[n]
             v_r = out.v_r[n]
         if n < until:
@@ -263,29 +264,46 @@ def all_finite(u_dd):
     return finite == len(u_dd)
 
 
+class Rest(NamedTuple):
+    """A mass at rest on its base, and what holds it.
+
+    Attributes
+    ----------
+    m, F_k : float
+        Mass [kg], and F_L without m ü [N].
+    rising, falling : float
+        Static limits [N] that F_L reaches by rising, and by falling; infinite for none.
+    """
+
+    m: float
+    F_k: float
+    rising: float
+    falling: float
+
+
 @inlined
-def advance_stick(plant, law, u_dd, samples, out, closest):
-    """Stick up to the last of the samples, or to the step at whose end |F_L| exceeds the limit.
+def advance_rest(rest, u_dd, samples, out, closest):
+    """Rest up to the last of the samples, or to the step at whose end F_L exceeds a limit.
 
     `samples` are the present and the last one. Returns the sample reached, and the smaller of
-    `closest` and the relative distance of |F_L| from the limit [-].
+    `closest` and the relative distance of F_L from the limits [-].
 
     Notes
     -----
-    A block is looked at sample by sample only if |F_L| comes closer to the limit than ever.
+    A block is looked at sample by sample only if F_L comes closer to a limit than ever.
     """
     n, until = samples
     if n < 0:
         # Never true; tells the compiler that no index counts from the end.
         return n, closest
-    m, (x_out, v_out, d_out) = plant.m, out
+    (m, F_k, rising, falling), (x_out, v_out, d_out) = rest, out
     x_r = x_out[n]
-    F_k = plant.k_x * x_r
-    hold = stick_limit(law.F_fs, F_k)
+    up, down = stick_limit(rising, F_k), stick_limit(falling, F_k)
     while n < until:
-        near = law.F_fs * (1.0 - min(closest, 1.0))
-        while n + STICK_BLOCK <= until and stays_stuck(
-            m, F_k, near, u_dd[n + 1 : n + 1 + STICK_BLOCK]
+        share = 1.0 - min(closest, 1.0)
+        near_up, near_down = rising * share, falling * share
+        while n + STICK_BLOCK <= until and stays_at_rest(
+            rest, (near_up, near_down), u_dd[n + 1 : n + 1 + STICK_BLOCK]
         ):
             for k in range(STICK_BLOCK):
                 x_out[n + 1 + k] = x_r
@@ -294,25 +312,31 @@ def advance_stick(plant, law, u_dd, samples, out, closest):
             for k in range(STICK_BLOCK):
                 d_out[n + 1 + k] = 0
             n += STICK_BLOCK
-        stop, largest = min(n + STICK_BLOCK, until), 0.0
-        while n < stop and abs(m * u_dd[n + 1] + F_k) <= hold:
+        stop, highest, lowest = min(n + STICK_BLOCK, until), -math.inf, math.inf
+        while n < stop and -down <= m * u_dd[n + 1] + F_k <= up:
             n += 1
-            largest = max(largest, abs(m * u_dd[n] + F_k))
+            F_L = m * u_dd[n] + F_k
+            highest, lowest = max(highest, F_L), min(lowest, F_L)
             x_out[n] = x_r
             v_out[n] = 0.0
             d_out[n] = 0
-        closest = min(closest, decision_margin(largest, law.F_fs))
+        if highest > 0.0 and rising < math.inf:
+            closest = min(closest, decision_margin(highest, rising))
+        if lowest < 0.0 and falling < math.inf:
+            closest = min(closest, decision_margin(lowest, falling))
         if n < stop:
             return n, closest
     return n, closest
 
 
-@compiled
-def stays_stuck(m, F_k, hold, u_dd):
-    """Return whether |F_L| is within the limit at all of these samples."""
+@inlined
+def stays_at_rest(rest, near, u_dd):
+    """Return whether F_L is nowhere nearer to its limits than `near` [N] at these samples."""
+    (m, F_k, _, _), (rising, falling) = rest, near
     beyond = 0
     for k in range(len(u_dd)):
-        beyond += abs(m * u_dd[k] + F_k) > hold
+        F_L = m * u_dd[k] + F_k
+        beyond += (rising < F_L) | (-falling > F_L)
     return beyond == 0
 
 
@@ -353,7 +377,7 @@ def advance_slip(steps, chunk, n, course, out):
     chunk : Chunk
     n : int
         Sample to start from.
-    course : Course
+    course : OneWay
     out : SampledMotion
         Holds the state at sample n. Overwritten from n + 1 to the sample reached; up to three
         more are undefined.
@@ -475,7 +499,9 @@ def advance_slip_by_four(steps, chunk, n, course, out):
             d_out[m + i + 3] = d
             one_step_threshold = dip * ONE_STEP_DIP + threshold
             first = (
-                (before > one_step_threshold) * (d * v_a > one_step_threshold) * (d * x_a < reach)
+                (before > one_step_threshold)
+                * (d * v_a > one_step_threshold)
+                * (d * x_a < reach)
             )
             second = first * (d * v_b > one_step_threshold) * (d * x_b < reach)
             third = second * (d * v_c > one_step_threshold) * (d * x_c < reach)
@@ -594,7 +620,7 @@ def slide(steps, v, a, r, h, grazing):
     v, a, r, h : float
         As in `locate_stop`.
     grazing : float
-        As in `Course`.
+        As in `OneWay`.
 
     Returns
     -------

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
-from drysim.core.events import sign
+from drysim.core.events import record_segment, sign
 from drysim.core.forcing import (
     COSINE,
     OMEGA,
@@ -253,6 +253,38 @@ def motion_in_segment(waves, part, s):
     if s == 0.0:
         return part.xi, part.v_r
     return motion_at(part.equation, waves, part.xi, part.v_r, s)[:2]
+
+
+@compiled
+def fill_segments(rows, samples, at, steps, out):
+    """Write the segments of a motion over samples, one per whole step; return their number.
+
+    Parameters
+    ----------
+    rows : Segments
+        Those that do not begin at a sample in the mode before.
+    samples : SampledMotion
+        State at every sample.
+    at : int
+        Number of the first row at or after the first step.
+    steps : (int, int)
+        First step, and the one to stop before. Of that one the start is written, too.
+    out : Segments
+        Written.
+    """
+    first, end = steps
+    count, last = int(ZERO), len(rows.n)
+    for n in range(first, end + 1):
+        if at < last and rows.n[at] == n and rows.s[at] == 0.0:
+            state, d = (rows.x_r[at], rows.v_r[at], rows.x_0[at]), rows.d[at]
+            count, at = record_segment(out, count, (n, 0.0), state, d), at + 1
+        elif n < end or at < last:
+            state = samples.x_r[n], samples.v_r[n], rows.x_0[at - 1]
+            count = record_segment(out, count, (n, 0.0), state, rows.d[at - 1])
+        while n < end and at < last and rows.n[at] == n:
+            time, state = (n, rows.s[at]), (rows.x_r[at], rows.v_r[at], rows.x_0[at])
+            count, at = record_segment(out, count, time, state, rows.d[at]), at + 1
+    return count
 
 
 # Motion at given times.

@@ -83,7 +83,7 @@ def peak_acceleration(trajectory: Trajectory, begin: float, end: float) -> float
 
         if not isinstance(trajectory, PiecewiseTrajectory) or trajectory.law.varies:
             return None
-        parts = piecewise_rows(trajectory)
+        parts = piecewise_rows(trajectory, begin, end)
     peak = 0.0
     for first, u_dd, rows in parts:
         t = first * motion.dt
@@ -120,33 +120,31 @@ def coulomb_rows(
             yield block.first + at, block.u_dd[part], rows
 
 
-def piecewise_rows(trajectory: Any) -> Iterator[tuple[int, Floats, Rows]]:
+def piecewise_rows(
+    trajectory: Any, begin: float, end: float
+) -> Iterator[tuple[int, Floats, Rows]]:
     """Yield the segments of an elastic contact or of a motion between end stops."""
-    from drysim.core.modes import ARRIVAL, AT_REST, CHATTERING, decode_mode, mode_forces
+    from drysim.approach.piecewise import mode_columns
+    from drysim.core.modes import ARRIVAL
 
-    (n, s, xi, v_r, x_0, codes), law = trajectory.segments, trajectory.solution.scene.law
-    origin, k, b, force = np.zeros((4, len(n)))
-    rests = np.zeros(len(n), dtype=bool)
-    for code in np.unique(codes).tolist():
-        if code == ARRIVAL:
-            continue
-        mode, at = decode_mode(code), codes == code
-        origin[at] = (0.0, law.up.limit, -law.down.limit)[mode.origin] if mode.origin else 0.0
-        plant, k_t, _, F, k_s, offset, b_s, _ = mode_forces(trajectory.plant, law, mode, 0.0)
-        k[at], b[at] = plant.k_x + k_t + k_s, plant.b + b_s
-        force[at] = F - k_t * x_0[at] - k_s * origin[at] - offset
-        rests[at] = mode.direction == AT_REST or mode.entry == CHATTERING
-    # An arrival is the end of the segment before it, in whose coordinate it is stored.
-    for i in np.flatnonzero(codes == ARRIVAL).tolist():
-        origin[i], k[i], b[i], force[i] = origin[i - 1], k[i - 1], b[i - 1], force[i - 1]
-    rows = Rows(np.asarray(n), np.asarray(s), xi + origin, np.asarray(v_r), k, b, force, rests)
-    last = [column[-1] for column in rows]
-    last[1:4] = (
-        trajectory.end - n[-1] * trajectory.base[1],
-        *trajectory.state(trajectory.end)[:2],
-    )
-    pairs = zip(rows, last, strict=True)
-    yield 0, trajectory.base[0], Rows(*(np.append(column, value) for column, value in pairs))
+    plant, law, dt = trajectory.plant, trajectory.march.kernel_law, trajectory.dt
+    for part in trajectory.parts(begin, end):
+        # An arrival that comes first ended the part before.
+        from_row = int(part.segments.d[0] == ARRIVAL)
+        n, s, xi, v_r, x_0, codes = (column[from_row:] for column in part.segments)
+        forces = mode_columns(plant, law, codes)
+        k, b = plant.k_x + forces.k_t + forces.k_s, forces.b + forces.b_s
+        force = forces.F - forces.k_t * x_0 - forces.k_s * forces.origin - forces.offset
+        x_r, rests = xi + forces.origin, forces.direction == 0
+        rows = Rows(n, s, x_r, v_r, k, b, force, rests)
+        if part.own == len(n) + from_row:
+            # No segment follows to end the last one.
+            upto = min((part.last + 1) * dt, trajectory.end)
+            last = [column[-1] for column in rows]
+            last[1:4] = upto - part.t - n[-1] * dt, *trajectory.state(upto)[:2]
+            pairs = zip(rows, last, strict=True)
+            rows = Rows(*(np.append(column, value) for column, value in pairs))
+        yield round(part.t / dt), np.asarray(part.scene.u_dd), rows
 
 
 def with_cut(rows: Rows, dt: float, at: float, trajectory: Trajectory, first: float) -> Rows:

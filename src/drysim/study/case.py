@@ -555,9 +555,8 @@ def response_memory(steps: int, weighted: bool = False, streamed: bool = False) 
 
 def is_streamed(case: Case) -> bool:
     """Whether a long response of the case is computed part by part, never stored completely."""
-    return isinstance(case.approach, ExactApproach) and isinstance(
-        case.law, CoulombLaw | DynamicLaw
-    )
+    varies = isinstance(case.law, PiecewiseLaw) and case.law.varies
+    return isinstance(case.approach, ExactApproach) and not varies
 
 
 def shortage_message(what: str, required: float, remedy: str) -> str:
