@@ -41,7 +41,6 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
-    base_acceleration,
     integrate_base_squares,
     max_abs,
 )
@@ -70,6 +69,9 @@ SAMPLE_TIME_TOLERANCE = 1e-12
 
 SPEED_FLOOR_RATIO = 1e-9
 """Lower bound of the velocity scale relative to the speed that the scene can produce [-]."""
+
+POINTS_PER_ANCHOR = 128
+"""Grid points of a sine that follow from one by rotation, to a rounding or two."""
 
 INTEGER_COLUMNS = ("n", "d", "terms")
 """Columns of integers in a table of segments."""
@@ -103,9 +105,9 @@ def initial_base_acceleration(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def grid_times(first: int, last: int, dt: float) -> Floats:
-    """Return the times [s] of grid points `first` to `last` - 1."""
-    return np.arange(first, last, dtype=np.float64) * dt
+def grid_times(first: int, last: int, step: int, dt: float) -> Floats:
+    """Return the times [s] of every so many of the grid points `first` to `last` - 1."""
+    return np.arange(first, last, step, dtype=np.float64) * dt
 
 
 def base_acceleration_on_grid(
@@ -114,12 +116,23 @@ def base_acceleration_on_grid(
     """Return ü [m/s²] at grid points `first` to `last` - 1; samples have their own grid."""
     if isinstance(motion, Samples):
         return motion.u_dd[first:last]
-    return base_acceleration(motion, grid_times(first, last, dt))
+    # Sine and cosine of the sum of two angles: of every so many points, and of those between.
+    # Counted from t = 0, so that a point does not depend on the range it is in.
+    begin = first - first % POINTS_PER_ANCHOR
+    anchors = grid_times(begin, last, POINTS_PER_ANCHOR, dt)[:, None]
+    between = grid_times(0, POINTS_PER_ANCHOR, 1, dt)
+    u_dd = np.zeros((len(anchors), POINTS_PER_ANCHOR))
+    for A, f, phase in zip(*motion, strict=True):
+        angle, turn = math.tau * ((f * anchors) % 1.0) + phase, math.tau * f * between
+        wave = (A * np.sin(angle)) * np.cos(turn)
+        wave += (A * np.cos(angle)) * np.sin(turn)
+        u_dd += wave
+    return u_dd.ravel()[first - begin : last - begin]
 
 
 def points_of_trajectory(trajectory: Any, dt: float, first: int, last: int) -> Points:
     """Return grid points `first` to `last` - 1 of a trajectory that is known at any time."""
-    found = trajectory.at(grid_times(first, last, dt))
+    found = trajectory.at(grid_times(first, last, 1, dt))
     stop = None if trajectory.law.stops is None else found.F_stop
     return Points(found.x_r, found.v_r, found.d, found.F_f, stop)
 

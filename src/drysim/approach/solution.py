@@ -556,26 +556,36 @@ class Response:
         x_r, _, d, force, _ = self.points(part)
         if force is not None:
             return force
-        kinetic = d * self.law.F_fk
+        friction, stuck = self._kinetic(part, d), np.flatnonzero(d == 0)
+        if len(stuck):
+            friction[stuck] = -limit_force(self.plant, x_r[stuck], self.base(part)[stuck])
+        return friction
+
+    def _kinetic(self, part: slice, d: Int8Array) -> Floats:
+        """Return the kinetic friction [N] of a rigid contact that slides in directions d."""
+        kinetic = np.multiply(d, self.law.F_fk, dtype=np.float64)
         if not isinstance(self.law, DynamicLaw) and self.law.variation:
             t = np.arange(*part.indices(len(self))) * self.dt
-            kinetic = kinetic * (
-                1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
-            )
-        return np.where(d == 0, -limit_force(self.plant, x_r, self.base(part)), kinetic)
+            kinetic *= 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
+        return kinetic
 
     def acceleration(self, part: slice) -> Floats:
         """Return x_dd [m/s²] on a slice of the grid."""
         m, k_x, b = self.plant
         x_r, v_r, d, force, stop = self.points(part)
-        damper = b * v_r
-        if self.law.damping is not None:
-            damper = np.where(v_r > 0.0, *self.law.damping) * v_r
-        pull = k_x * x_r + damper + self.friction(part)
+        x_dd = k_x * x_r
+        x_dd += (
+            b if self.law.damping is None else np.where(v_r > 0.0, *self.law.damping)
+        ) * v_r
+        x_dd += self._kinetic(part, d) if force is None else force
         if stop is not None:
-            pull += stop
-        sticks = force is None or stop is not None
-        return np.where(d == 0 if sticks else False, self.base(part), -pull / m)
+            x_dd += stop
+        x_dd /= -m
+        if force is None or stop is not None:
+            stuck = np.flatnonzero(d == 0)
+            if len(stuck):
+                x_dd[stuck] = self.base(part)[stuck]
+        return x_dd
 
     def stop(self, part: slice) -> Floats:
         """Return F_stop [N] on a slice of the grid; 0 without end stops."""

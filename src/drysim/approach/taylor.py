@@ -128,7 +128,7 @@ def relative_distance(
     for first in range(0, length, BLOCK_SIZE):
         last = min(first + BLOCK_SIZE, length)
         x_r = part(first, last).x_r
-        coarse = other.at(grid_times(first, last, dt)).x_r
+        coarse = other.at(grid_times(first, last, 1, dt)).x_r
         off = max(off, float(np.abs(coarse - x_r).max()))
         peak = max(peak, float(np.abs(x_r).max()))
     return off / (peak or 1.0)
