@@ -20,6 +20,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
+from drysim.metrics import acceleration
 from drysim.metrics.acceleration import peak_acceleration
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output.tables import optional_metrics
@@ -178,6 +179,29 @@ def test_peak_in_a_window_is_the_limit_of_ever_finer_grids(law, dt):
     # One step of the grid changes x_dd by 0.1 m/s² at most.
     assert on_grid * (1 - 1e-9) <= peak <= on_grid + 0.1
     assert peak_acceleration(solved, 0.0, until) >= peak
+
+
+@pytest.mark.parametrize("radians", [0.02, 0.2, 1.0, 4.0])
+def test_steps_left_out_never_hold_the_peak(monkeypatch, radians):
+    """Drawn scenes and windows: all steps searched give the same peak."""
+    rng = np.random.default_rng(7)
+    for _ in range(25):
+        f_0, xi, n = 10 ** rng.uniform(-0.5, 1.0), rng.choice([0.0, 0.02, 0.3, 2.0]), 700
+        plant = Plant(5.0, 5.0 * (2 * pi * f_0) ** 2, 2.0 * xi * 5.0 * 2 * pi * f_0)
+        F, dt = 5.0 * rng.choice([0.0, 0.05, 0.3, 0.8]), radians / (2 * pi * f_0)
+        u_dd = np.convolve(rng.standard_normal(n), np.ones(rng.integers(1, 9)) / 2.0, "same")
+        motion, law = Samples(u_dd, dt), CoulombLaw(F, F * rng.choice([1.0, 1.3]))
+        solved = StickSlip().trajectory(plant, law, motion, State(0.01, 0.0))
+        ends = rng.uniform(0.0, solved.end, 2), dt * rng.integers(0, n - 1, 2)
+        for begin, end in ((0.0, solved.end), *(np.sort(window).tolist() for window in ends)):
+            quick = peak_acceleration(solved, begin, end)
+            with monkeypatch.context() as patch:
+                patch.setattr(acceleration, "steps_of_peak", every_step)
+                assert quick == pytest.approx(peak_acceleration(solved, begin, end), rel=1e-14)
+
+
+def every_step(plant, F_fk, dt, columns, events, window):
+    return np.ones(len(columns[0]) - 1, dtype=bool)
 
 
 SEAT = {

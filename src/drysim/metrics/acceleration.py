@@ -30,7 +30,7 @@ from drysim.approach.exact import UnreachedStopsTrajectory
 from drysim.approach.solution import Floats, Trajectory
 from drysim.approach.stepping import FixedStepTrajectory
 from drysim.core.events import EventLog
-from drysim.core.model import Samples
+from drysim.core.model import Plant, Samples
 from drysim.core.oscillator import flow
 from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 
@@ -38,8 +38,8 @@ MAX_ENDS_SEARCHED = 4
 """Half cycles searched at both ends of a segment. Over one of more cycles the maxima of a decay
 plus a ramp are convex in time, so that the largest is the first or the last."""
 
-STEPS_AT_A_TIME = 8192
-"""Steps evaluated at a time, so that their columns stay in the cache."""
+STEPS_AT_A_TIME = 65_536
+"""Steps evaluated at a time."""
 
 
 class Rows(NamedTuple):
@@ -101,23 +101,93 @@ def coulomb_rows(
     march, (_, k_x, b) = trajectory.march, trajectory.plant
     dt, F_fk = march.motion.dt, trajectory.law.F_fk
     for block in march.blocks(int(begin / dt), min(math.ceil(end / dt), march.last)):
-        log, last = EventLog(*(column[1:] for column in block.log)), len(block.d) - 1
-        for at in range(0, last, STEPS_AT_A_TIME):
-            until = min(at + STEPS_AT_A_TIME, last)
-            part, steps = slice(at, until + 1), np.arange(until + 1 - at)
-            found = slice(*np.searchsorted(log.n, (at, until)))
+        log = EventLog(*(column[1:] for column in block.log))
+        for at in range(0, len(block.d) - 1, STEPS_AT_A_TIME):
+            part = slice(at, min(at + STEPS_AT_A_TIME + 1, len(block.d)))
+            found = slice(*np.searchsorted(log.n, (at, part.stop - 1)))
             n, s, kind, x_r, _ = (column[found] for column in log)
-            points = steps, block.x_r[part], block.v_r[part], block.d[part]
+            n -= at
+            columns = block.u_dd[part], block.x_r[part], block.v_r[part], block.d[part]
+            window = begin / dt - block.first - at, end / dt - block.first - at
+            steps = steps_of_peak(trajectory.plant, F_fk, dt, columns, n, window)
+            chosen = steps[n]
+            n, s, kind, x_r = (column[chosen] for column in (n, s, kind, x_r))
+            ends = np.append(steps, False)
+            ends[1:] |= steps
+            samples = np.flatnonzero(ends)
             # Events come after their sample.
-            repeats = np.ones(len(steps), dtype=np.intp)
-            np.add.at(repeats, n - at, 1)
-            rows_of_events = n - at + 1 + np.arange(len(n))
+            first = np.searchsorted(samples, n)
+            repeats = 1 + np.bincount(first, minlength=len(samples))
+            rows_of_events = first + 1 + np.arange(len(n))
+            points = samples, *(column[samples] for column in columns[1:])
             every_n, every_x_r, every_v_r, d = (np.repeat(point, repeats) for point in points)
             every_s = np.zeros(len(d))
             every_s[rows_of_events], every_x_r[rows_of_events] = s, x_r
             every_v_r[rows_of_events], d[rows_of_events] = 0.0, np.sign(kind)
             rows = Rows(every_n, every_s, every_x_r, every_v_r, k_x, b, F_fk * d, d == 0)
-            yield block.first + at, block.u_dd[part], rows
+            yield block.first + at, columns[0], rows
+
+
+def steps_of_peak(
+    plant: Plant, F_fk: float, dt: float, columns: Any, events: Any, window: tuple[float, float]
+) -> Any:
+    """Return in which steps |x_dd| may be largest within a window, shape (steps,).
+
+    Parameters
+    ----------
+    plant : Plant
+    F_fk, dt : float
+        Kinetic friction [N] and length of a step [s].
+    columns : tuple of ndarray, shape (steps + 1,)
+        ü [m/s²], x_r [m], v_r [m/s] and direction of sliding at the samples.
+    events : ndarray of int
+        Steps with events.
+    window : tuple of float
+        Begin and end in steps.
+
+    Notes
+    -----
+    Within a step without events |x_dd| exceeds the larger end value by at most dt²/8 times a
+    bound of its second derivative, common to all steps. In one with events the friction may
+    have any direction, or the mass may stick; there |x_r''| <= A + dt (w V + c A), with V the
+    largest |v_r|, itself at most its largest value at a sample plus A dt, bounds A.
+    """
+    (m, k_x, b), (u_dd, x_r, v_r, d) = plant, columns
+    pull = k_x * x_r
+    pull += b * v_r
+    at_begin = pull[:-1] + F_fk * d[:-1]
+    at_end = pull[1:] + F_fk * d[:-1]
+    at_begin /= m
+    at_end /= m
+    sticks = np.flatnonzero(d[:-1] == 0)
+    at_begin[sticks], at_end[sticks] = u_dd[:-1][sticks], u_dd[1:][sticks]
+    ends = np.maximum(np.abs(at_begin, out=at_begin), np.abs(at_end, out=at_end))
+    largest, swing, speed = (float(np.abs(one).max()) for one in (u_dd, pull, v_r))
+    c, w, relative = b / m, k_x / m, largest + (swing + F_fk) / m
+    first = w * speed + c * relative + float(np.abs(np.diff(u_dd)).max()) / dt
+    second = c * first + w * relative
+    third = c * second + w * first
+    highest = ends + 0.125 * dt**2 * (second + dt * (third + math.sqrt(w) * second))
+    pulls = np.maximum(np.abs(pull[events]), np.abs(pull[events + 1])) + F_fk
+    base = np.maximum(np.abs(u_dd[events]), np.abs(u_dd[events + 1]))
+    divisor = 1.0 - (c + w * dt) * dt
+    highest[events] = math.inf
+    if divisor > 0.5:
+        fastest = (relative + w * dt * speed) / divisor
+        drift = dt * (w * (speed + dt * fastest) + c * fastest)
+        highest[events] = np.maximum(pulls / m + drift, base)
+    # Steps that the window cuts are always looked at.
+    begin, end = max(math.floor(window[0]), 0), min(math.ceil(window[1]), len(ends))
+    quiet = np.ones(len(ends), dtype=bool)
+    quiet[events] = False
+    inside = slice(begin + 2, max(end - 2, begin + 2))
+    known = float(ends[inside].max(initial=0.0, where=quiet[inside]))
+    chosen: Any = highest >= known
+    chosen[:begin] = chosen[end:] = False
+    for n in (begin - 1, begin, begin + 1, end - 1, end):
+        if 0 <= n < len(ends):
+            chosen[n] = True
+    return chosen
 
 
 def piecewise_rows(
@@ -167,10 +237,12 @@ def peak_of_rows(
 ) -> float:
     """Return the larger of `peak` and |x_dd| in the segments within a window [m/s²]."""
     first, last = np.searchsorted(rows.n * dt + rows.s, window).tolist()
-    last = min(last, len(rows.n) - 1)
-    if first >= last:
+    part = np.arange(first, min(last, len(rows.n) - 1))
+    # Where steps are left out, the start of the next one ends no segment.
+    part = part[rows.n[part + 1] <= rows.n[part] + 1]
+    if not len(part):
         return peak
-    part, after = slice(first, last), slice(first + 1, last + 1)
+    after = part + 1
     n, s, x, v, k, b, force, rests = (one if np.ndim(one) == 0 else one[part] for one in rows)
     until = np.where(rows.n[after] == n, rows.s[after], dt)
     slope = (u_dd[np.minimum(n + 1, len(u_dd) - 1)] - u_dd[n]) / dt
