@@ -8,7 +8,7 @@ from law_scenes import elastic_law, stopped_law
 
 from drysim.approach import steady_state, taylor
 from drysim.approach.solution import Orbit
-from drysim.approach.steady_state import DECAY_THRESHOLD, OrbitConvergence
+from drysim.approach.steady_state import STEP_THRESHOLD, OrbitConvergence
 from drysim.core.model import (
     BRISTLE,
     STRIBECK,
@@ -102,16 +102,16 @@ def test_sum_that_does_not_come_true_is_taken_back():
     convergence = OrbitConvergence(1e-13)
     for x_r in (
         0.0,
-        DECAY_THRESHOLD / 2,
-        3 * DECAY_THRESHOLD / 4,
-        7 * DECAY_THRESHOLD / 8,
-        15 * DECAY_THRESHOLD / 16,
+        STEP_THRESHOLD / 2,
+        3 * STEP_THRESHOLD / 4,
+        7 * STEP_THRESHOLD / 8,
+        15 * STEP_THRESHOLD / 16,
     ):
         convergence.add(State(x_r, 0.0), [1.0, 1.0])
         next_state = convergence.next_state()
-    assert next_state.x_r == pytest.approx(DECAY_THRESHOLD, rel=1e-12)
-    convergence.add(State(next_state.x_r + DECAY_THRESHOLD, 0.0), [1.0, 1.0])
-    assert convergence.next_state() == State(15 * DECAY_THRESHOLD / 16, 0.0)
+    assert next_state.x_r == pytest.approx(STEP_THRESHOLD, rel=1e-12)
+    convergence.add(State(next_state.x_r + STEP_THRESHOLD, 0.0), [1.0, 1.0])
+    assert convergence.next_state() == State(15 * STEP_THRESHOLD / 16, 0.0)
 
 
 def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():

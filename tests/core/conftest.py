@@ -24,6 +24,7 @@ PARTS = (
     "sampled",
     "taylor",
     "trajectory",
+    "variational",
 )
 
 

@@ -474,7 +474,7 @@ def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     by_x = (image(x_r + h, v_r) - image(x_r - h, v_r)) / (2 * h)
     by_v = (image(x_r, v_r + h * rate) - image(x_r, v_r - h * rate)) / (2 * h)
     events = int(image(x_r, v_r)[2])
-    a, b, c, e = kernel.orbit.period_map_jacobian(scene, period, rate, d, 0, events)
+    a, b, c, e = kernel.variational.event_monodromy(scene, period, rate, d, 0, events)
     assert (a, c) == pytest.approx(by_x[:2], abs=1e-6)
     if moving and v_r:
         assert (b, e) == pytest.approx(by_v[:2], abs=1e-6)

@@ -121,6 +121,7 @@ from drysim.core.trajectory import (
     state_at,
     table_shape,
 )
+from drysim.core.variational import event_monodromy
 
 
 def compute_trajectory(
@@ -243,7 +244,7 @@ class SineTrajectory(EventDriven):
         scene = orbit.SineScene(self.plant, self.law, self.waves, log)
         rate = orbit.velocity_scale_rate(self.plant, self.end)
         # The first event is the state at the start.
-        found = orbit.period_map_jacobian(scene, self.end, rate, kind[0], 1, len(kind))
+        found = event_monodromy(scene, self.end, rate, kind[0], 1, len(kind))
         a, b, c, e = found
         return a + e, a * e - b * c
 

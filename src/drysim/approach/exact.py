@@ -199,6 +199,10 @@ class UnreachedStopsTrajectory(EventDriven):
         """Return the integrals over a window [s]."""
         return self.unstopped.totals(begin, end)
 
+    def jacobian(self) -> tuple[float, float] | None:
+        """Return that of the motion without stops."""
+        return self.unstopped.jacobian()
+
     def hits(self) -> Impacts:
         """Return no contacts."""
         return Impacts(np.empty(0), np.empty(0))

@@ -130,6 +130,7 @@ from drysim.core.trajectory import (
     integrate_whole_steps,
     peak_bumper_force,
 )
+from drysim.core.variational import Deviations, propagate_deviations
 from drysim.errors import SolverError, UsageError
 
 ROWS_PER_CALL, STEPS_PER_CALL = 16_384, 1 << 18
@@ -579,6 +580,33 @@ class PiecewiseTrajectory(EventDriven):
             totals = totals._replace(friction_loss=loss)
         return totals if law.damping is None else totals._replace(damper_work=damper_work)
 
+    def monodromy(self) -> Floats:
+        """Return the derivative of the final state by the first one, shape (n, n).
+
+        The state is x_r [m], v_r [m/s] and, with an elastic contact, the x_r at which that
+        carries no force [m].
+        """
+        deviations = Deviations(*map(as_engine_array, np.eye(3)))
+        propagate_deviations(self.solution, deviations)
+        n = 3 if self.law.is_elastic else 2
+        return np.array(deviations)[:n, :n]
+
+    def jacobian(self) -> tuple[float, float] | None:
+        """Return trace and determinant of the derivative of the final state by the first one.
+
+        Of the three multipliers of an elastic contact one is trivial and left out: 0 of a
+        contact that yields, as it forgets where it was, and 1 of one that never does. None
+        where the motion grazes a stop or v_r = 0.
+        """
+        M = self.monodromy()
+        if not np.isfinite(M).all():
+            return None
+        if keeps_anchor(M):
+            M = M[:2, :2]
+        pairs = ((0, 1), (0, 2), (1, 2))[: 1 if len(M) == 2 else 3]
+        minors = [float(M[i, i] * M[j, j] - M[i, j] * M[j, i]) for i, j in pairs]
+        return float(np.trace(M)), sum(minors)
+
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""
         return self.impacts
@@ -736,6 +764,11 @@ def mode_columns(plant: Plant, law: KernelLaw, codes: Any) -> ModeColumns:
 
 
 # Laws as kernels take them, and what follows from events.
+
+
+def keeps_anchor(monodromy: Floats) -> bool:
+    """Return whether an elastic contact never yields, from a derivative by `monodromy`."""
+    return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())
 
 
 def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:

@@ -5,16 +5,16 @@ Problem
     state before. Coulomb friction alone has both in closed form (`coulomb.CoulombReturnMap`).
 
 Method
-    Shooting: the motion is marched as by every other command (`steady_state.march_period`), and
-    its derivative is taken by central differences with two step sizes, which are made smaller
-    where they disagree. Their difference estimates the error (Richardson extrapolation). The
-    march finds every event, so a difference is exact but where an event is born between the
-    two states.
+    Shooting: the motion is marched as by every other command (`steady_state.march_period`). A
+    law in closed form has its derivative, too, by the variational equation
+    (`drysim.core.variational`). That of a dynamic law is taken by central differences with two
+    step sizes, which are made smaller where they disagree; their difference estimates the error
+    (Richardson extrapolation).
 
 State
     x_r and v_r; with an elastic contact or with bristles a third component, their deflection.
-    An elastic contact that yields at the start of a repetition is at its limit: beyond it the
-    deflection is clipped, and so is a displacement beyond a rigid stop.
+    Beyond the limit of an elastic contact the deflection is clipped, and so is a displacement
+    beyond a rigid stop.
 
 An elastic contact that never yields
     It keeps its anchor for ever, so that its orbits are a continuum with a multiplier of 1. The
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from drysim.approach import taylor
 from drysim.approach.continuation import Image, Repetition
-from drysim.approach.piecewise import PiecewiseTrajectory
+from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Events, Trajectory
 from drysim.approach.steady_state import (
     CLOSURE_TOLERANCE,
@@ -246,9 +246,14 @@ class ShootingReturnMap:
         except SolverError:
             return None
         peak = float(np.abs(path_of(trajectory)).max())
-        derive = partial(self.differentiate, scene, state, repetition, peak)
+        counts = event_counts(scene.law, trajectory)
         events = events_of(trajectory).t[1:] / scene.period
-        return Image(end, derive, event_counts(scene.law, trajectory), events, peak)
+        if isinstance(trajectory, PiecewiseTrajectory):
+            jacobian = closed_form_jacobian(trajectory, repetition)
+            grazes = not np.isfinite(jacobian).all()
+            return None if grazes else Image(end, lambda: (jacobian, 0.0), counts, events, peak)
+        derive = partial(self.differentiate, scene, state, repetition, peak)
+        return Image(end, derive, counts, events, peak)
 
     def states(
         self, p: float, state: Floats, repetition: Repetition, times: Floats
@@ -303,7 +308,7 @@ class ShootingReturnMap:
     def differentiate(
         self, scene: PeriodicScene, y: Floats, repetition: Repetition, peak: float
     ) -> tuple[Floats, float]:
-        """Return the Jacobian of the return map, and its estimated error.
+        """Return the Jacobian of the return map of a dynamic law, and its estimated error.
 
         The error is that of the scaled Jacobian, relative to its largest element if that is
         above 1 [-].
@@ -399,6 +404,18 @@ class ShootingReturnMap:
             return False
         rest = np.zeros(2)
         return not path_of(self.march(scene, rest, Repetition())[1]).any()
+
+
+def closed_form_jacobian(trajectory: PiecewiseTrajectory, repetition: Repetition) -> Floats:
+    """Return the derivative of the components at the end by those at the start."""
+    jacobian = trajectory.monodromy()
+    if len(jacobian) == 3:
+        if keeps_anchor(jacobian):
+            jacobian[2] = 0.0
+        # From the anchor of an elastic contact to its deflection, and back.
+        deflection = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, -1.0]])
+        jacobian = deflection @ jacobian @ deflection
+    return -jacobian if repetition.half else jacobian
 
 
 def path_of(trajectory: Trajectory) -> Floats:

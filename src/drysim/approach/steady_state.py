@@ -7,10 +7,16 @@ Problem
 Method
     Coulomb friction under sines has an algorithm of its own, which is faster
     (`drysim.core.orbit`). All other motions are marched period by period until the state
-    repeats. Where its changes decay like geometric series, reduced rank extrapolation moves the
-    state close to the limit (Sidi, Vector Extrapolation Methods, SIAM 2017); it is
-    accepted only if the next period of the true motion changes less. The orbit itself is always
-    marched, never extrapolated.
+    repeats. Close to the limit the state is moved there:
+
+    - by a Newton step on the map of a repetition, where the law is in closed form and the
+      latest two repetitions have the same events: (I - M)⁻¹ times the change, with the
+      monodromy matrix M (`drysim.core.variational`);
+    - else by reduced rank extrapolation of the latest states (Sidi, Vector Extrapolation
+      Methods, SIAM 2017).
+
+    The step is accepted only if the next repetition of the true motion changes less. The orbit
+    itself is always marched.
 
 Period
     A motion that swings about its orbit, with a multiplier near -1 or a complex pair, is nearer
@@ -18,25 +24,28 @@ Period
     where its change is far smaller than that over each divisor of it (`shortest_repetition`).
 
 Distance and uniqueness
-    Finite differences of the map of a repetition at the orbit estimate its Jacobian M. The
-    distance to the orbit is (I - M)⁻¹ times the change over a repetition: beside a multiplier
-    near 1 it is far larger than that change. Where the spectral radius of M is not below 1,
-    neighbours are not attracted: the orbit is one of a continuum (Csernák, Stépán and Shaw
-    2007), or the motion still drifts. A contact with hysteresis remembers more than its state
-    has components; its distance follows from the rate at which the changes decay.
+    The distance to the orbit is (I - M)⁻¹ times the change over a repetition: beside a
+    multiplier near 1 it is far larger than that change. Where the spectral radius of M is not
+    below 1, neighbours are not attracted: the orbit is one of a continuum (Csernák, Stépán and
+    Shaw 2007), or the motion still drifts. Finite differences estimate M for a dynamic law. A
+    contact with hysteresis remembers more than its state has components; its distance follows
+    from the rate at which the changes decay.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from functools import reduce
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from drysim.approach import coulomb, exact, piecewise
+from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Orbit
 from drysim.core.model import (
+    ATTRACTING_MODULUS,
     AnyLaw,
     AnyState,
     ContactState,
@@ -63,7 +72,6 @@ from drysim.core.orbit import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from drysim.approach.piecewise import PiecewiseTrajectory
     from drysim.approach.solution import Floats, Path
     from drysim.approach.taylor import TaylorTrajectory
 
@@ -141,9 +149,8 @@ TOLERANCE_FACTOR = 10.0
 PERTURBATION = 1e-6
 """Relative perturbation of the state for finite differences of the period map [-]."""
 
-MAX_CONTRACTION = 1.0 - 1e-4
-"""Largest spectral radius of an attracting orbit [-]. A map closer to 1 would not have settled,
-and finite differences are about this accurate."""
+MULTIPLIER_ERROR = 1e-4
+"""Error of a multiplier from finite differences, or from the rate of decay [-]."""
 
 ReturnMap = Callable[[AnyState], AnyState]
 """Function that returns the state one repetition after a state."""
@@ -160,19 +167,19 @@ def find_orbit_by_marching(
 
     Notes
     -----
-    Extrapolation is dropped in two cases. A contact that holds throughout a repetition keeps
-    the position at which it last yielded; extrapolated changes do not determine it, so the
-    motion is marched again until the contact holds, without extrapolation. Where extrapolation
-    leads to no orbit, the motion is marched from the start as it is.
+    The motion is followed as it is in two cases. A contact that holds throughout a repetition
+    keeps the position at which it last yielded, which no step determines; so the motion is
+    marched again until the contact holds, without steps. Where steps lead to no orbit, the
+    motion is marched from the start without them.
     """
     convergence = OrbitConvergence(closure_tolerance(law))
     orbit, events = march_to_orbit(plant, law, motion, start, period, convergence)
-    if convergence.extrapolated and law.is_elastic and events == 0:
+    if convergence.moved and law.is_elastic and events == 0:
         convergence = OrbitConvergence(
             closure_tolerance(law), quiet_repetitions=CHANGES_PER_EXTRAPOLATION
         )
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
-    if convergence.extrapolated and not orbit.settled:
+    if convergence.moved and not orbit.settled:
         convergence = OrbitConvergence(closure_tolerance(law), quiet_repetitions=math.inf)
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     return orbit
@@ -193,7 +200,8 @@ def march_to_orbit(
         trajectory = march_period(plant, law, motion, state, period)
         path = trajectory.path
         sizes, end = state_scales(trajectory, path, period), trajectory.state(period)
-        if convergence.add(end, sizes, len(trajectory.turning_points) - 1):
+        events = len(trajectory.turning_points) - 1
+        if convergence.add(end, sizes, events, closed_form(trajectory)):
             periods, peak = periods + 1, max(peak, sizes[0])
             change, multiple = convergence.repetition()
             if change <= convergence.closed or periods >= most:
@@ -208,8 +216,7 @@ def march_to_orbit(
             settled, unique = False, True
     if not settled:
         multiple = 1
-    orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
-    return orbit, len(trajectory.turning_points) - 1
+    return Orbit(end, multiple, change, settled, unique, run_up, peak, left), events
 
 
 def examine_orbit(
@@ -238,25 +245,27 @@ def examine_orbit(
     length = periods * period
     if getattr(convergence.period_ends[0], "reversals", False):
         distance = convergence.observed_distance(periods, law)
-    else:
+    elif isinstance(law, DynamicLaw):
         # Finite differences need a smaller error than the tolerance of the law may allow.
-        fine = law._replace(tolerance=CLOSURE_TOLERANCE) if isinstance(law, DynamicLaw) else law
+        fine = law._replace(tolerance=CLOSURE_TOLERANCE)
 
         def return_map(state: AnyState) -> AnyState:
             return march_period(plant, fine, motion, state, length).state(length)
 
         end, begin = convergence.period_ends[0], convergence.period_ends[periods]
         image = end if fine == law else return_map(begin)
-        keeps_anchor = law.is_elastic and convergence.eventless_periods >= periods
-        # Without a spring all positions are equivalent, and so are anchors that are kept.
         parts = [
             i
             for i, size in enumerate(convergence.scale)
-            if size > 0.0 and (plant.k_x > 0.0 or i != 0) and not (keeps_anchor and i == 2)
+            # Without a spring all positions are equivalent.
+            if size > 0.0 and (plant.k_x > 0.0 or i != 0)
         ]
         sizes = np.array(convergence.scale)[parts]
-        M = scaled_jacobian(return_map, law, begin, image, parts, sizes)
+        M = scaled_jacobian(return_map, begin, image, parts, sizes)
         gap = (np.array(end[:3]) - np.array(begin[:3]))[parts] / sizes
+        distance = fixed_point_distance(M, gap, error_per_repetition(law), MULTIPLIER_ERROR)
+    else:
+        M, gap, _ = convergence.linearised(periods)
         distance = fixed_point_distance(M, gap, error_per_repetition(law))
     if math.isinf(distance):
         return periods, change, decay_count(plant, length) >= SLOW_DECAYS, distance
@@ -266,7 +275,9 @@ def examine_orbit(
     return periods, change, True, distance
 
 
-def fixed_point_distance(M: Floats, gap: Floats, error: float) -> float:
+def fixed_point_distance(
+    M: Floats, gap: Floats, error: float, multiplier_error: float = 0.0
+) -> float:
     """Return the scaled distance of a state to the fixed point of a map [-].
 
     Parameters
@@ -277,18 +288,27 @@ def fixed_point_distance(M: Floats, gap: Floats, error: float) -> float:
         Image minus state.
     error : float
         Error of the image.
+    multiplier_error : float, optional
+        Error of the multipliers.
 
     Returns
     -------
     float
         Infinite if the map is no contraction.
     """
-    radius = np.abs(np.linalg.eigvals(M)).max(initial=0.0) if np.isfinite(M).all() else np.nan
-    if not radius < MAX_CONTRACTION:
+    if not attracts(M, multiplier_error):
         return math.inf
     inverse = np.linalg.inv(np.eye(len(M)) - M)
     largest = float(np.abs(inverse).sum(axis=1).max(initial=0.0))
     return float(np.abs(inverse @ gap).max(initial=0.0)) + error * largest
+
+
+def attracts(M: Floats, multiplier_error: float = 0.0) -> bool:
+    """Return whether all multipliers of a matrix are below 1, with their error."""
+    if not np.isfinite(M).all():
+        return False
+    radius = np.abs(np.linalg.eigvals(M)).max(initial=0.0)
+    return bool(radius < ATTRACTING_MODULUS - multiplier_error)
 
 
 def error_per_repetition(law: PiecewiseLaw | DynamicLaw) -> float:
@@ -298,7 +318,6 @@ def error_per_repetition(law: PiecewiseLaw | DynamicLaw) -> float:
 
 def scaled_jacobian(
     return_map: ReturnMap,
-    law: PiecewiseLaw | DynamicLaw,
     state: AnyState,
     image: AnyState,
     parts: list[int],
@@ -309,7 +328,6 @@ def scaled_jacobian(
     Parameters
     ----------
     return_map : ReturnMap
-    law : PiecewiseLaw or DynamicLaw
     state, image : State or ContactState
         State and its image.
     parts : list of int
@@ -319,7 +337,7 @@ def scaled_jacobian(
     """
     columns = []
     for part, size in zip(parts, sizes.tolist(), strict=True):
-        moved, step = perturbed_state(law, state, part, PERTURBATION * size)
+        moved, step = perturbed_state(state, part, PERTURBATION * size)
         off = np.array(return_map(moved)[:3]) - np.array(image[:3])
         columns.append(off[parts] / sizes * (size / step))
     return np.array(columns).T
@@ -353,30 +371,27 @@ def state_scales(
     return [float(np.abs(path.x_r).max()), max(sizes[1], travelled / period), *sizes[2:]]
 
 
-def perturbed_state(
-    law: PiecewiseLaw | DynamicLaw, state: AnyState, part: int, size: float
-) -> tuple[AnyState, float]:
-    """Return a state with one component displaced by a size, and by how much.
+def perturbed_state(state: AnyState, part: int, size: float) -> tuple[AnyState, float]:
+    """Return a state under a dynamic law with one component displaced, and by how much [m].
 
-    Displacements and deflections decrease: a state beyond a rigid stop or beyond the limit of a
-    contact does not exist. An elastic contact keeps its anchor where the mass is displaced; the
-    deflection of a dynamic law moves along.
+    Displacements and deflections decrease; the deflection moves along with the displacement.
     """
     values = list(state[:3])
-    if part == 0:
-        step = -math.copysign(size, values[0])
-        if isinstance(law, DynamicLaw) and len(values) > 2:
-            values[2] += step
-    elif part == 1:
-        step = size
-    else:
-        loaded = values[0] - values[2] if law.is_elastic else -values[2]
-        step = math.copysign(size, loaded)
+    step = size if part == 1 else -math.copysign(size, values[part])
     values[part] += step
+    if part == 0 and len(values) > 2:
+        values[2] += step
     x_r, v_r, *deflection = values
     if isinstance(state, ContactState):
         return ContactState(x_r, v_r, deflection[0], state.reversals), step
     return State(x_r, v_r), step
+
+
+def closed_form(
+    trajectory: PiecewiseTrajectory | TaylorTrajectory,
+) -> PiecewiseTrajectory | None:
+    """Return a trajectory whose monodromy is known in closed form; None of a dynamic law."""
+    return trajectory if isinstance(trajectory, PiecewiseTrajectory) else None
 
 
 def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
@@ -392,12 +407,12 @@ def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
 CHANGES_PER_EXTRAPOLATION = 4
 """Changes used for one extrapolation: one more than the state has components."""
 
-DECAY_THRESHOLD = 1e-2
-"""Scaled change below which extrapolation may begin [-]."""
+STEP_THRESHOLD = 1e-2
+"""Scaled change below which a step towards the limit may begin [-]."""
 
 MAX_CHANGE_RATIO = 0.5
-"""Largest ratio of the changes after and before an accepted extrapolation. A motion that grows
-without bound changes equally wherever it starts, and less only relative to its own size."""
+"""Largest ratio of the changes after and before an accepted step. A motion that grows without
+bound changes equally wherever it starts, and less only relative to its own size."""
 
 RANK_TOLERANCE = 1e-8
 """Relative size below which changes are rounding [-]."""
@@ -436,51 +451,85 @@ OBSERVED_CHANGES = 9
 of a complex multiplier to average out."""
 
 
-class OrbitConvergence:
-    """States at the ends of the latest periods, their changes and their extrapolated limit.
+class Step(NamedTuple):
+    """A step towards the limit, which the next repetition of the motion confirms or refutes.
 
-    Changes that decay like geometric series are summed by reduced rank extrapolation (Sidi,
-    Vector Extrapolation Methods, SIAM 2017). The motion is then marched on from the limit.
-    `extrapolated` tells whether such a step was accepted; `gain` bounds the distance from the
-    orbit relative to the last change.
+    Attributes
+    ----------
+    change : float
+        Scaled change over the repetition before it [-].
+    state : State or ContactState
+        State before it.
+    periods : int
+        Periods of the repetition.
+    scale : sequence of float
+        Scale of the states before it.
+    gain : float
+        Bound on the distance from the orbit relative to the last change [-].
+    """
+
+    change: float
+    state: AnyState
+    periods: int
+    scale: Sequence[float]
+    gain: float
+
+
+class OrbitConvergence:
+    """States at the ends of the latest periods, their changes and their limit.
+
+    Near the limit the state steps towards it: by Newton's method where the trajectories of the
+    periods are given, else by the sum of their changes as geometric series. The motion is then
+    marched on from there. `moved` tells whether such a step was accepted; `gain` bounds the
+    distance from the orbit relative to the last change; `patience` is the number of repetitions
+    before the next Newton step, and doubles with each one that is refuted.
 
     Parameters
     ----------
     closed : float
         Scaled change over a repetition that counts as zero [-].
     quiet_repetitions : float, optional
-        Repetitions without events required before an extrapolation; infinite to disable it.
+        Repetitions without events required before a step; infinite for none.
     """
 
     def __init__(self, closed: float, quiet_repetitions: float = 0.0) -> None:
         self.closed = closed
-        self.quiet_repetitions, self.extrapolated = quiet_repetitions, False
+        self.quiet_repetitions, self.moved = quiet_repetitions, False
         self.eventless_periods = 0
         self.period_ends: list[AnyState] = []
+        self.trajectories: list[PiecewiseTrajectory] = []
         self.scale: Sequence[float] = ()
-        self.gain = 1.0
-        self.previous: tuple[float, AnyState] | None = None
-        self.pending_gain = 1.0
+        self.gain, self.patience = 1.0, 1
+        self.step: Step | None = None
 
-    def add(self, end: AnyState, largest: Sequence[float], events: int = 0) -> bool:
+    def add(
+        self,
+        end: AnyState,
+        largest: Sequence[float],
+        events: int = 0,
+        trajectory: PiecewiseTrajectory | None = None,
+    ) -> bool:
         """Add the state at the end of a period, and the scale of each component in it.
 
-        Return whether the period counts. The period after an extrapolation shows whether the
-        changes are smaller there, in the earlier scale. If not, it is discarded, and the motion
-        goes on from the state before the extrapolation.
+        Return whether the period counts. The repetition after a step shows whether the changes
+        are smaller there, in the earlier scale. If not, it is discarded, and the motion goes on
+        from the state before the step.
         """
-        if self.previous is not None:
-            (least, last), self.previous = self.previous, None
-            if self.distance(end, self.period_ends[0]) > max(
+        if self.step is not None and len(self.period_ends) == self.step.periods:
+            (least, last, _, scale, gain), self.step = self.step, None
+            if distance_between(end, self.period_ends[-1], scale) > max(
                 MAX_CHANGE_RATIO * least, self.closed
             ):
-                self.period_ends = [last]
+                self.period_ends, self.trajectories = [last], []
+                self.patience *= 2
                 return False
-            self.gain, self.extrapolated = self.pending_gain, True
+            self.gain, self.moved = gain, True
         self.eventless_periods = 0 if events else self.eventless_periods + 1
         previous = self.scale or (0.0,) * len(largest)
         self.scale = [max(new, 0.5 * old) for new, old in zip(largest, previous, strict=True)]
         self.period_ends = [end, *self.period_ends[:MAX_MULTIPLE]]
+        if trajectory is not None:
+            self.trajectories = [trajectory, *self.trajectories[: 2 * MAX_MULTIPLE - 1]]
         return True
 
     def repetition(self) -> tuple[float, int]:
@@ -515,43 +564,86 @@ class OrbitConvergence:
         if len(changes) < 2:
             return math.nan
         ratio = (changes[0] / changes[-1]) ** (1.0 / (len(changes) - 1)) if changes[0] else 0.0
-        if not ratio < MAX_CONTRACTION:
+        if not ratio < ATTRACTING_MODULUS - MULTIPLIER_ERROR:
             return math.inf
         return float(changes[0] + error_per_repetition(law)) / (1.0 - float(ratio))
 
-    def distance(self, one: AnyState, other: AnyState) -> float:
-        """Return the scaled distance of two states [-]."""
-        period_ends = self.scaled((one, other))
-        return float(np.abs(period_ends[0] - period_ends[1]).max())
-
     def scaled(self, states: Sequence[AnyState]) -> Floats:
         """Return the components of states in units of their scale [-], one row per state."""
-        return np.array([state[:3] for state in states]) / [size or 1.0 for size in self.scale]
+        return in_units(states, self.scale)
 
     def next_state(self) -> AnyState:
-        """Return the state to march from: the last one, or its extrapolated limit."""
+        """Return the state to march from: the last one, or a step from it to the limit."""
         change, periods = self.repetition()
         end = self.period_ends[0]
-        period_ends = self.period_ends[: CHANGES_PER_EXTRAPOLATION * periods + 1 : periods]
-        early = change > DECAY_THRESHOLD or len(period_ends) <= CHANGES_PER_EXTRAPOLATION
+        early = change > STEP_THRESHOLD or self.step is not None
         early |= self.eventless_periods < self.quiet_repetitions * periods
         if early or getattr(end, "reversals", False):
             return end
-        total = self.extrapolate(self.scaled(period_ends[::-1]))
-        if total is not None:
-            self.previous = change, end
+        found = self.newton(periods) if self.trajectories else self.extrapolate(periods)
+        if found is not None:
+            total, gain = found
             sizes = [size or 1.0 for size in self.scale]
+            self.step = Step(change, end, periods, self.scale, gain)
             self.period_ends = [type(end)(*(total * sizes).tolist())]
         return self.period_ends[0]
 
-    def extrapolate(self, period_ends: Floats) -> Floats | None:
-        """Return the limit of a sequence of states; None where their changes do not decay.
+    def linearised(self, periods: int) -> tuple[Floats, Floats, list[int]]:
+        """Return the linear map of the latest repetition about its beginning.
 
-        Parameters
-        ----------
-        period_ends : ndarray, shape (changes + 1, components)
-            Scaled states in order of time.
+        Returns
+        -------
+        M : ndarray, shape (n, n)
+            Scaled monodromy matrix.
+        change : ndarray, shape (n,)
+            Scaled change of the state.
+        parts : list of int
+            The components of the state. Left out are those in which all states are equivalent:
+            the position without a spring, and the anchor of an elastic contact that does not
+            yield.
         """
+        M = reduce(np.matmul, (one.monodromy() for one in self.trajectories[:periods]))
+        free = self.trajectories[0].plant.k_x == 0.0, False, keeps_anchor(M)
+        parts = [i for i in range(len(M)) if not free[i] and self.scale[i] > 0.0]
+        sizes = np.array(self.scale)[parts]
+        end, begin = self.scaled((self.period_ends[0], self.period_ends[periods]))
+        return M[np.ix_(parts, parts)] * sizes / sizes[:, None], (end - begin)[parts], parts
+
+    def newton(self, periods: int) -> tuple[Floats, float] | None:
+        """Return the scaled state after a Newton step on the map of a repetition, and its gain.
+
+        None unless the latest two repetitions have the same events and the map attracts. A step
+        neither turns the motion back nor passes a rigid stop.
+        """
+        kinds = [one.events.kind.tolist() for one in self.trajectories[: 2 * periods]]
+        if len(self.period_ends) <= self.patience * periods or len(kinds) < 2 * periods:
+            return None
+        if kinds[:periods] != kinds[periods:]:
+            return None
+        M, change, parts = self.linearised(periods)
+        if not attracts(M):
+            return None
+        # The orbit is (I - M)⁻¹ change from the beginning of the repetition.
+        left = np.linalg.solve(np.eye(len(M)) - M, M @ change)
+        end = self.scaled(self.period_ends[:1])[0]
+        total = end.copy()
+        total[parts] += left
+        stops, x_r = self.trajectories[0].law.stops, total[0] * self.scale[0]
+        moves = stops is not None and stops.rigid and total[0] != end[0]
+        if total[1] * end[1] < 0.0 or (moves and stops and stops.limits.side(x_r)):
+            return None
+        gain = float(np.abs(left).max(initial=0.0) / np.abs(change).max(initial=0.0))
+        return total, max(1.0, gain)
+
+    def extrapolate(self, periods: int) -> tuple[Floats, float] | None:
+        """Return the scaled limit of the latest states by their changes, and its gain.
+
+        None where the changes do not decay.
+        """
+        latest = self.period_ends[: CHANGES_PER_EXTRAPOLATION * periods + 1 : periods]
+        if len(latest) <= CHANGES_PER_EXTRAPOLATION:
+            return None
+        period_ends = self.scaled(latest[::-1])
         changes = np.diff(period_ends, axis=0)
         sizes = np.abs(changes).max(axis=1)
         if not sizes[-1] < sizes[0]:
@@ -563,7 +655,15 @@ class OrbitConvergence:
         shares = np.linalg.lstsq((changes[:-1] - last).T, -last, rcond=RANK_TOLERANCE)[0]
         total: Floats = period_ends[-1] + shares @ (period_ends[1:-1] - period_ends[-1])
         gain = max(1.0, float(np.abs(total - period_ends[-1]).max() / sizes[-1]))
-        if gain * ROUNDING_ERROR > sizes[-1]:
-            return None
-        self.pending_gain = gain
-        return total
+        return None if gain * ROUNDING_ERROR > sizes[-1] else (total, gain)
+
+
+def distance_between(one: AnyState, other: AnyState, scale: Sequence[float]) -> float:
+    """Return the distance of two states in units of a scale [-]."""
+    states = in_units((one, other), scale)
+    return float(np.abs(states[0] - states[1]).max())
+
+
+def in_units(states: Sequence[AnyState], scale: Sequence[float]) -> Floats:
+    """Return the components of states in units of their scale [-], one row per state."""
+    return np.array([state[:3] for state in states]) / [size or 1.0 for size in scale]

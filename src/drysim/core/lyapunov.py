@@ -7,7 +7,7 @@ Problem
 
 Method
     A deviation follows the linearised motion exactly: the product of the segment flows and of a
-    saltation matrix per event (`drysim.core.orbit.period_map_jacobian`). It is scaled back to
+    saltation matrix per event (`drysim.core.variational`). It is scaled back to
     unit length after each period, and the logarithms of the lengths are the growth. No second
     motion at a finite distance is needed, and there is no difference of nearly equal numbers.
 
@@ -23,9 +23,9 @@ from drysim.core.compile import ZERO, compiled
 from drysim.core.orbit import (
     SINES_LOG_RESERVE,
     period_map,
-    period_map_jacobian,
     velocity_scale_rate,
 )
+from drysim.core.variational import event_monodromy
 
 
 @compiled
@@ -56,7 +56,7 @@ def deviation_growth(scene, period, state, growth):
             broken = True
             growth[n] = math.nan
             continue
-        a, b, c, e = period_map_jacobian(scene, period, rate, d, int(ZERO), events)
+        a, b, c, e = event_monodromy(scene, period, rate, d, int(ZERO), events)
         p, q = a * p + b * q, c * p + e * q
         size = math.hypot(p, q)
         if size == 0.0:

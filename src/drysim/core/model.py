@@ -400,6 +400,13 @@ AnyState = State | ContactState
 """Any start of a motion."""
 
 
+ATTRACTING_MODULUS = 1.0 - 1e-7
+"""Modulus of a Floquet multiplier below which an orbit attracts its neighbours [-].
+
+Two multipliers that coincide change by the root of a change of their matrix: by 3e-8 for a few
+roundings. Those of a neutral orbit are 1 to within that."""
+
+
 class Totals(NamedTuple):
     """Integrals over a window of time.
 

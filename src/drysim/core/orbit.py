@@ -11,7 +11,7 @@ Method
        `CLOSURE_TOLERANCE`. The closure residual is the scaled change over the repetition.
     2. Close to an orbit and with an unchanged number of events per period, take Newton steps (I
        - DP)⁻¹ (P(x) - x) (`newton_step`). The Jacobian DP is the product of the segment flows
-       and of a saltation matrix per event, all in closed form (`period_map_jacobian`). A step
+       and of a saltation matrix per event, all in closed form (`event_monodromy`). A step
        must reduce the residual by `NEWTON_REDUCTION` and the spectral radius of DP must be
        below 1; otherwise the iteration resumes from its own state.
     3. Sum the geometric series of the remaining changes, (I - DP)⁻¹ (P(x) - x): the distance to
@@ -37,7 +37,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
-from drysim.core.events import REVERSAL, STICK, sign
+from drysim.core.events import REVERSAL, STICK
 from drysim.core.forcing import (
     OMEGA,
     PHASE,
@@ -47,16 +47,12 @@ from drysim.core.forcing import (
     X_R,
     A,
     Waves,
-    base_motion,
     mean_squares,
     plant_and_law,
-    relative_normal_force,
-    set_phases,
     set_wave,
 )
 from drysim.core.march import Interval, SlipState, initial_slip_state, march_sines
-from drysim.core.model import StrokeLimits
-from drysim.core.oscillator import flow
+from drysim.core.model import ATTRACTING_MODULUS, StrokeLimits
 from drysim.core.trajectory import (
     EventSolution,
     excursions,
@@ -64,6 +60,7 @@ from drysim.core.trajectory import (
     integrate_events,
     state_at,
 )
+from drysim.core.variational import event_monodromy
 
 # A block of scenes in one call.
 
@@ -247,7 +244,7 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
         ) = excursions(solution, answer[X_END], length, limits, True)
     rate = velocity_scale_rate(plant, length)
     # The first event is the state at the start.
-    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, 1, count)
+    a, b, c, e = event_monodromy(scene, length, rate, state.d, 1, count)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
     answer[STOPS] = count_stops(kind)
     peak = max(answer[HIGHEST], -answer[LOWEST])
@@ -550,12 +547,12 @@ def uniqueness_and_distance(scene, length, state):
     if state.d == 0 and event_spread(log, events, state.x_r) <= REST_SPREAD * peak:
         return True, 0.0
     rate = velocity_scale_rate(plant, length)
-    a, b, c, e = period_map_jacobian(scene, length, rate, state.d, int(ZERO), events)
+    a, b, c, e = event_monodromy(scene, length, rate, state.d, int(ZERO), events)
     gap_x, gap_v = end.x_r - state.x_r, end.v_r - state.v_r
     if plant.k_x == 0.0:
         a, b, gap_x = 0.0, 0.0, 0.0
     # Written so that a NaN counts as not contracting.
-    if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
+    if not spectral_radius(a, b, c, e) < ATTRACTING_MODULUS:
         return False, math.inf
     left_x, left_v = fixed_point_offset(a, b, c, e, rate, gap_x, gap_v)
     left = max(abs(left_x), abs(left_v) / rate) / (peak if peak > 0.0 else 1.0)
@@ -573,12 +570,7 @@ def event_spread(log, events, x_r):
     return most
 
 
-# The period map and its Jacobian.
-
-
-MAX_SPECTRAL_RADIUS = 1.0 - 1e-7
-"""Spectral radius above which the period map counts as neutral: its fixed point is not
-isolated."""
+# The period map.
 
 
 @compiled
@@ -648,7 +640,7 @@ def solve_repetition(row, values, length, x_r, v_r, log, image):
     image[IMAGE_STOPS], image[IMAGE_REVERSALS], image[IMAGE_EVENTS] = -1.0, 0.0, float(events)
     if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
         return
-    a, b, c, e = period_map_jacobian(scene, length, 1.0, d, int(ZERO), events)
+    a, b, c, e = event_monodromy(scene, length, 1.0, d, int(ZERO), events)
     image[X_BY_X], image[X_BY_V], image[V_BY_X], image[V_BY_V] = a, b, c, e
     image[IMAGE_STOPS] = 0.0
     for i in range(events):
@@ -675,8 +667,8 @@ def newton_step(scene, period, rate, before, image, events):
     state : PeriodState
         The new state; the image if it is not trusted.
     """
-    a, b, c, e = period_map_jacobian(scene, period, rate, image.d, int(ZERO), events)
-    if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
+    a, b, c, e = event_monodromy(scene, period, rate, image.d, int(ZERO), events)
+    if not spectral_radius(a, b, c, e) < ATTRACTING_MODULUS:
         return False, image
     gap_x, gap_v = image.x_r - before.x_r, image.v_r - before.v_r
     step_x, step_v = fixed_point_offset(a, b, c, e, rate, gap_x, gap_v)
@@ -700,7 +692,7 @@ def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
     """Return the offset [m, m/s] from a state to the fixed point of the linearised map.
 
     `gap_x` and `gap_v` are image minus state; a, b, c, e are scaled as in
-    `period_map_jacobian`.
+    `event_monodromy`.
     """
     gap_v /= rate
     determinant = (1.0 - a) * (1.0 - e) - b * c
@@ -708,71 +700,3 @@ def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
         ((1.0 - e) * gap_x + b * gap_v) / determinant,
         rate * (c * gap_x + (1.0 - a) * gap_v) / determinant,
     )
-
-
-@compiled
-def period_map_jacobian(scene, period, rate, d, first, events):
-    """Return the Jacobian of the period map at a state, from the events of one period.
-
-    The events are the rows `first` to `events` - 1 of the log; the period starts in direction
-    d. `rate` is the scale of `velocity_scale_rate`.
-
-    Returns
-    -------
-    a, b, c, e : float
-        Derivatives of x_r and v_r/rate at the end with respect to x_r (a, c) and to v_r/rate
-        (b, e) at the start; infinite where the map is not differentiable.
-
-    Notes
-    -----
-    The Jacobian is the product of the segment flows and of a saltation matrix per event. An
-    event that comes later by tau shifts a neighbouring solution, seen at the same time, by the
-    jump of the acceleration times tau.
-    """
-    plant, law, waves, log = scene
-    damping = plant.b / plant.m
-    w = plant.k_x / plant.m
-    a, c, b, e = 1.0, 0.0, 0.0, 1.0 if d != 0 else 0.0
-    begin = 0.0
-    for i in range(first, events + 1):
-        until = log.s[i] if i < events else period
-        if d != 0:
-            y, y_d, _, _ = flow(damping, w, until - begin)
-            # Free motion of the deviation, with velocities divided by `rate`.
-            keep = y_d + damping * y
-            a, c = keep * a + y * rate * c, y_d * c - w * y / rate * a
-            b, e = keep * b + y * rate * e, y_d * e - w * y / rate * b
-        if i == events:
-            return a, b, c, e
-        begin, after = until, sign(log.kind[i])
-        set_phases(waves, plant, law, begin, d)
-        lag = saltation_factor(plant, law, waves, d, after, log.x_r[i])
-        # A stop depends on the velocity before it, a break-away on the displacement.
-        c, e = (lag * c, lag * e) if d != 0 else (lag * a / rate, lag * b / rate)
-        d = after
-    return a, b, c, e
-
-
-@compiled
-def saltation_factor(plant, law, waves, d, after, x_r):
-    """Return the factor that an event applies to a deviation of the state.
-
-    At a stop it multiplies the deviation of v_r. At a break-away it is the deviation of v_r per
-    deviation of x_r [1/s]. The phases of the waves must be set at the event.
-    """
-    u_dd, u_ddd, _ = base_motion(waves, 0.0, 0.0, 0.0)
-    load, load_d, _ = relative_normal_force(law, waves, 0.0)
-    free = -(u_dd + plant.k_x / plant.m * x_r)
-    slip = law.F_fk * load / plant.m
-    if d == 0:
-        # Jump of the acceleration, and rate at which F_L approaches the static limit.
-        away = after * (law.F_fs - law.F_fk) * load / plant.m
-        approach = law.F_fs * load_d + after * plant.m * u_ddd
-        if away == 0.0:
-            return 0.0
-        return away * after * plant.k_x / approach if approach != 0.0 else math.inf
-    # Ratio of the accelerations after and before the stop; 0 if the mass sticks.
-    stop = free - d * slip
-    if after == 0:
-        return 0.0
-    return (free - after * slip) / stop if stop != 0.0 else math.inf

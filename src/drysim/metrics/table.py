@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Trajectory
-from drysim.core.model import AnyState, Plant, StrokeLimits, Totals
+from drysim.core.model import ATTRACTING_MODULUS, AnyState, Plant, StrokeLimits, Totals
 from drysim.metrics.comfort import Weighted
 from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
@@ -175,7 +175,8 @@ class Measured:
         """1 where disturbances of a periodic orbit die out or the mass stays stuck, else 0."""
         modulus = np.abs(self.multipliers[0])
         stuck = np.asarray(self.totals.stuck) >= self.length
-        return plain(np.where(np.isnan(modulus), np.nan, stuck | (modulus < STABLE_MODULUS)))
+        stable = stuck | (modulus < ATTRACTING_MODULUS)
+        return plain(np.where(np.isnan(modulus), np.nan, stable))
 
     @cached_property
     def friction_loss(self) -> Any:
@@ -239,7 +240,7 @@ class Need(NamedTuple):
 
 LIMITS = Need("limits", "a stroke limit", ("stroke.limit",))
 STOPS = Need("impacts", "end stops", ("stroke.stops",))
-ORBIT = Need("jacobian", "a steady state of Coulomb friction", ("measure.steady",))
+ORBIT = Need("jacobian", "a steady state in closed form", ("measure.steady",))
 WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
 EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
 
@@ -251,9 +252,6 @@ HOURLY_STROKE = "stroke_once_an_hour"
 
 HOURLY_STROKES_BY_SIDE = "stroke_once_an_hour_up", "stroke_once_an_hour_down"
 """Metrics by which unequal limits are."""
-
-STABLE_MODULUS = 1.0 - 1e-9
-"""Modulus of a Floquet multiplier below which an orbit attracts its neighbours."""
 
 ZERO_MULTIPLIER = 1e-13
 """Modulus of the smaller Floquet multiplier that is rounding: those of orbits without sticking
