@@ -8,11 +8,19 @@ from math import hypot, log, pi
 import numpy as np
 import pytest
 
-from drysim.approach import coulomb
+from drysim.approach import steady_state
 from drysim.approach.solution import LyapunovExponent
 from drysim.approach.stick_slip import StickSlip
 from drysim.cli import main
-from drysim.core.model import CoulombLaw, Plant, Sines, State
+from drysim.core.model import (
+    CoulombLaw,
+    EndStops,
+    PiecewiseLaw,
+    Plant,
+    Sines,
+    State,
+    StrokeLimits,
+)
 from drysim.core.orbit import velocity_scale_rate
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
@@ -85,7 +93,67 @@ def test_settled_motion_has_the_exponent_of_its_multipliers():
 def test_equal_limits_are_never_chaotic_and_have_no_exponent():
     plant, _, motion, period = scene(*CHAOTIC)
     law = CoulombLaw(0.27, 0.27)
-    assert coulomb.lyapunov_exponent(plant, law, motion, State(0.5, 0.1), period) is None
+    found = StickSlip().lyapunov_exponent(plant, law, motion, State(0.5, 0.1), period)
+    assert found is None
+
+
+# Laws that are marched, and end stops.
+
+
+def impacts(omega):
+    """Return plant, law, base motion and period [s] of impacts on one stop, E = 0.8."""
+    law = PiecewiseLaw(0.0, 0.0, stops=EndStops(StrokeLimits(0.2, 1e3), e=0.8))
+    return Plant(1.0, 1.0, 0.0), law, Sines((1.0,), (omega / (2 * pi),), (0.0,)), 2 * pi / omega
+
+
+def test_impact_oscillator_is_chaotic_beyond_its_period_doublings():
+    # Thompson and Ghaffari, Phys. Lett. A 91 (1982) 5.
+    plant, law, motion, period = impacts(2.4)
+    orbit = StickSlip().orbit(plant, law, motion, State(0.0, 1.0), period)
+    assert not orbit.settled
+    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    assert exponent.chaotic
+    assert exponent.verdict.startswith("chaotic")
+
+
+def test_exponent_of_one_impact_a_period_is_that_of_its_restitution():
+    # The multipliers are a complex pair of modulus 0.8.
+    plant, law, motion, period = impacts(2.2)
+    orbit = StickSlip().orbit(plant, law, motion, State(0.0, 1.0), period)
+    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    assert (orbit.settled, orbit.periods, exponent.chaotic) == (True, 1, False)
+    assert exponent.low < log(0.8) / period < exponent.high
+
+
+MARCHED = {
+    "jenkins": PiecewiseLaw(45.0, 45.0, 30e3),
+    "petrov-ewins": PiecewiseLaw(45.0, 45.0, 30e3, 0.5, 4 * pi, 0.3),
+    "by direction": PiecewiseLaw(20.0, 24.0, compression=(35.0, 40.0), damping=(100.0, 400.0)),
+    "bumpers": PiecewiseLaw(
+        20.0, 24.0, stops=EndStops(StrokeLimits(0.006, 0.006), ((0.0, 40e3),), 400.0)
+    ),
+    "rigid stops": PiecewiseLaw(20.0, 24.0, stops=EndStops(StrokeLimits(0.006, 0.006), e=0.6)),
+}
+
+
+@pytest.mark.parametrize("name", MARCHED)
+def test_settled_motion_of_a_marched_law_has_the_exponent_of_its_multipliers(name):
+    plant, law, motion = (
+        Plant(75.0, 7500.0, 150.0),
+        MARCHED[name],
+        Sines((2.5,), (2.0,), (0.3,)),
+    )
+    orbit = steady_state.find_orbit(plant, law, motion, State(0.0, 0.0), 0.5)
+    assert orbit.settled
+    length = 0.5 * orbit.periods
+    trajectory = steady_state.march_period(plant, law, motion, orbit.state, length)
+    largest = abs(np.linalg.eigvals(trajectory.monodromy())).max()
+    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, 0.5)
+    if name == "jenkins":
+        assert exponent is None
+        return
+    assert not exponent.chaotic
+    assert exponent.value == pytest.approx(log(largest) / length, rel=1e-2)
 
 
 def test_neutral_exponent_is_undecided():

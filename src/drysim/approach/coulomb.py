@@ -62,13 +62,12 @@ from drysim.approach.solution import (
     Events,
     Floats,
     Int8Array,
-    LyapunovExponent,
     MarchedTrajectory,
     Orbit,
     Points,
     Response,
 )
-from drysim.core import orbit
+from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
 from drysim.core.forcing import (
@@ -83,7 +82,6 @@ from drysim.core.forcing import (
     M,
     Waves,
 )
-from drysim.core.lyapunov import deviation_growth
 from drysim.core.march import (
     Interval,
     Scene,
@@ -288,54 +286,16 @@ def find_orbit(
     )  # fmt: skip
 
 
-LYAPUNOV_BLOCKS, BLOCK_PERIODS = 32, 128
-"""Blocks over which the growth of a deviation is averaged, and periods of the excitation in
-each. One more block before them turns the deviation into its own direction."""
-
-STUDENT_T = 2.0395
-"""Half width of a 95 % interval of the mean of as many blocks, in standard errors."""
-
-MIN_GROWTH = 10.0
-"""Logarithmic growth of a deviation over all blocks [-], with 95 % confidence, above which a
-motion is chaotic: a neutral one grows like a power of time at most."""
-
-
-def lyapunov_exponent(
-    plant: Plant, law: CoulombLaw, motion: Sines, start: State, period: float
-) -> LyapunovExponent | None:
-    """Return the largest Lyapunov exponent of a motion from its state after the transient.
-
-    Parameters
-    ----------
-    plant, law, motion
-        The scene; the base motion is periodic.
-    start : State
-        State at the beginning of a period.
-    period : float
-        Period of the excitation [s].
-
-    Returns
-    -------
-    LyapunovExponent or None
-        None where the linearised motion is not defined, as at a grazing stop, and where
-        F_fs = F_fk: friction is then monotone in v_r, and with a linear spring the distance of
-        two motions in the norm of the energy never grows, so that none is chaotic.
-    """
-    if law.F_fs <= law.F_fk:
-        return None
+def deviation_growth(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float, periods: int
+) -> Floats:
+    """Return the logarithmic growth of a deviation in each period, as `lyapunov` defines it."""
     scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
-    x_r, v_r = start
+    x_r, v_r = start[:2]
     d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
-    growth = as_engine_array(np.empty((1 + LYAPUNOV_BLOCKS) * BLOCK_PERIODS))
-    deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
-    rates = np.asarray(growth).reshape(-1, BLOCK_PERIODS)[1:].mean(axis=1) / period
-    if not np.isfinite(rates).all():
-        return None
-    mean = float(rates.mean())
-    half = STUDENT_T * float(rates.std(ddof=1)) / math.sqrt(LYAPUNOV_BLOCKS)
-    periods = LYAPUNOV_BLOCKS * BLOCK_PERIODS
-    chaotic = (mean - half) * periods * period > MIN_GROWTH
-    return LyapunovExponent(mean, mean - half, mean + half, periods, chaotic)
+    growth = as_engine_array(np.empty(periods))
+    lyapunov.deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
+    return np.asarray(growth)
 
 
 def solve_orbits(scenes: Floats) -> Floats:

@@ -154,7 +154,7 @@ class Numerics:
         Estimated error of x_r relative to its peak [-], where the method provides one; that of
         a periodic orbit includes `distance`.
     lyapunov : LyapunovExponent or None
-        Of a motion under Coulomb friction with F_fs > F_fk that has not become periodic.
+        Of a motion that has not become periodic, where it may be chaotic and is in closed form.
     """
 
     approach: str

@@ -18,7 +18,6 @@ from drysim.core.model import (
     Plant,
     Samples,
     Sines,
-    State,
 )
 from drysim.units import Block
 
@@ -130,16 +129,14 @@ class ExactApproach(ApproachBase):
     ) -> LyapunovExponent | None:
         """Return the largest Lyapunov exponent of a motion that does not become periodic.
 
-        `start` is its state after a whole number of periods [s]. Only Coulomb friction without
-        end stops has one; see `drysim.approach.coulomb.lyapunov_exponent`.
+        `start` is its state after a whole number of periods [s]; see
+        `drysim.approach.lyapunov.lyapunov_exponent`.
         """
-        law = self.effective_law(law)
-        if not isinstance(law, CoulombLaw):
-            return None
-        from drysim.approach import coulomb
+        from drysim.approach.lyapunov import lyapunov_exponent
+        from drysim.approach.shooting import PeriodicScene
 
-        state = State(start.x_r, start.v_r)
-        return coulomb.lyapunov_exponent(plant, law, motion, state, period)
+        law = self.effective_law(law)
+        return lyapunov_exponent(PeriodicScene(plant, law, motion, period), start)
 
 
 class StickSlip(ExactApproach):

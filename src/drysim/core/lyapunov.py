@@ -1,18 +1,6 @@
-"""Growth of a small deviation along a motion under sines, period by period.
+"""Growth of a small deviation along a motion with Coulomb friction under sines.
 
-Problem
-    A motion that does not become periodic may still settle slowly, be quasi-periodic or be
-    chaotic. It is chaotic where small deviations grow on average, at the rate of the largest
-    Lyapunov exponent.
-
-Method
-    A deviation follows the linearised motion exactly: the product of the segment flows and of a
-    saltation matrix per event (`drysim.core.variational`). It is scaled back to
-    unit length after each period, and the logarithms of the lengths are the growth. No second
-    motion at a finite distance is needed, and there is no difference of nearly equal numbers.
-
-Reference: P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with
-discontinuities, Chaos, Solitons & Fractals 5 (1995) 1671.
+It is the inner loop of `drysim.approach.lyapunov`, period by period.
 """
 
 from __future__ import annotations
