@@ -126,6 +126,10 @@ def test_a_very_stiff_elastic_contact_tends_to_coulomb_friction(tmp_path):
         ),
         ("{law: dahl, kinetic: 45, bristle_stiffness: 50000}", 3),
         ("{law: coulomb, kinetic: {extension: 30, compression: 45}}", 2),
+        (
+            "{law: coulomb, kinetic: 45, normal_variation: {amplitude: 0.3, frequency: 4}}",
+            2,
+        ),
     ],
 )
 def test_a_marched_orbit_is_a_fixed_point_whose_jacobian_predicts_its_neighbours(
@@ -143,6 +147,8 @@ def test_a_marched_orbit_is_a_fixed_point_whose_jacobian_predicts_its_neighbours
     speed = study.return_map.speed(0.5)
     assert np.abs((change - predicted) / [1.0, speed]).max() < 1e-7 * found.peak
     assert (np.abs(point.multipliers) < 1.0).all()
+    by_differences = "stribeck" in friction or "dahl" in friction
+    assert (point.image.jacobian_error > 0.0) == by_differences
 
 
 def test_an_elastic_contact_that_never_yields_leaves_its_neutral_multiplier_out(tmp_path):

@@ -228,22 +228,25 @@ class SineTrajectory(EventDriven):
         totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
         return totals._replace(violation=violation)
 
-    def jacobian(self) -> tuple[float, float]:
-        """Return trace and determinant of the derivative of the final state by the first one.
-
-        With the period of the excitation as length, its eigenvalues are the Floquet
-        multipliers.
-        """
+    def monodromy(self) -> Floats:
+        """Return the derivative of x_r [m] and v_r [m/s] at the end by the first ones."""
         events = self.turning_points
         t, kind, x_r, F_L = map(
             as_engine_array, (events.t, events.kind, events.x_r, events.F_L)
         )
         log = EventLog(as_engine_array(np.zeros(len(kind), np.int64)), t, kind, x_r, F_L)
         scene = orbit.SineScene(self.plant, self.law, self.waves, log)
-        rate = orbit.velocity_scale_rate(self.plant, self.end)
         # The first event is the state at the start.
-        found = event_monodromy(scene, self.end, rate, kind[0], 1, len(kind))
-        a, b, c, e = found
+        found = event_monodromy(scene, self.end, 1.0, kind[0], 1, len(kind))
+        return np.array(found).reshape(2, 2)
+
+    def jacobian(self) -> tuple[float, float]:
+        """Return trace and determinant of the derivative of the final state by the first one.
+
+        With the period of the excitation as length, its eigenvalues are the Floquet
+        multipliers.
+        """
+        (a, b), (c, e) = self.monodromy().tolist()
         return a + e, a * e - b * c
 
     @cached_property

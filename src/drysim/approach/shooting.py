@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from drysim.approach import taylor
 from drysim.approach.continuation import Image, Repetition
+from drysim.approach.coulomb import SineTrajectory
 from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Events, Trajectory
 from drysim.approach.steady_state import (
@@ -248,7 +249,7 @@ class ShootingReturnMap:
         peak = float(np.abs(path_of(trajectory)).max())
         counts = event_counts(scene.law, trajectory)
         events = events_of(trajectory).t[1:] / scene.period
-        if isinstance(trajectory, PiecewiseTrajectory):
+        if not isinstance(trajectory, TaylorTrajectory):
             jacobian = closed_form_jacobian(trajectory, repetition)
             grazes = not np.isfinite(jacobian).all()
             return None if grazes else Image(end, lambda: (jacobian, 0.0), counts, events, peak)
@@ -274,7 +275,7 @@ class ShootingReturnMap:
 
     def march(
         self, scene: PeriodicScene, y: Floats, repetition: Repetition
-    ) -> tuple[Floats, Trajectory]:
+    ) -> tuple[Floats, PiecewiseTrajectory | SineTrajectory | TaylorTrajectory]:
         """Return the state after a repetition, and the motion up to it; `scene` begins with it.
 
         Raises
@@ -292,7 +293,7 @@ class ShootingReturnMap:
 
     def march_for(
         self, scene: PeriodicScene, y: Floats, time: float
-    ) -> PiecewiseTrajectory | TaylorTrajectory:
+    ) -> PiecewiseTrajectory | SineTrajectory | TaylorTrajectory:
         """Return the motion from a state for a time in periods."""
         plant, law, motion, period = scene
         self.marches += 1
@@ -406,7 +407,9 @@ class ShootingReturnMap:
         return not path_of(self.march(scene, rest, Repetition())[1]).any()
 
 
-def closed_form_jacobian(trajectory: PiecewiseTrajectory, repetition: Repetition) -> Floats:
+def closed_form_jacobian(
+    trajectory: PiecewiseTrajectory | SineTrajectory, repetition: Repetition
+) -> Floats:
     """Return the derivative of the components at the end by those at the start."""
     jacobian = trajectory.monodromy()
     if len(jacobian) == 3:
