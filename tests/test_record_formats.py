@@ -296,6 +296,7 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
     [
         ({"data": np.eye(3)}, "`data` is a matrix, 3x3; save its columns one by one"),
         ({"s": {"a": np.arange(3.0)}}, "save the fields of a structure or table one by one"),
+        ({"a\n" * 15: np.eye(3)}, "`" + "a?" * 15 + "` is a matrix, 3x3"),
     ],
 )
 def test_mat_without_a_vector_says_how_to_save_one(tmp_path, content, remedy):

@@ -811,7 +811,7 @@ def missing_spacing_error(columns: Columns) -> RecordError:
         # A unit of time identifies times; without a unit, the name does.
         if clock.is_unit(label.unit) if label.unit else clock.is_time_name(label.name):
             where = f"the {columns.place} has `{label.quote}`"
-            sentence += f"; `time: {label.name}` fits, as {where}"
+            sentence += f"; `time: {shorten_quote(label.name)}` fits, as {where}"
             break
     return columns.error(sentence)
 

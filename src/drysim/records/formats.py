@@ -274,7 +274,7 @@ def _mat_remedy(found: list[MatVariable]) -> str:
     """Return how to save the columns of a matrix, or the fields of a structure, as vectors."""
     matrices = (variable for variable in found if min(variable.shape) > 1)
     if (matrix := next(matrices, None)) is not None:
-        shape, name = "x".join(map(str, matrix.shape)), matrix.name
+        shape, name = "x".join(map(str, matrix.shape)), shorten_quote(matrix.name)
         return (
             f": `{name}` is a matrix, {shape}; save its columns one by one, in MATLAB: "
             f"`a = {name}(:, 1); save('record.mat', 'a', '-v7')`"

@@ -125,7 +125,9 @@ def _load_samples(asammdf: Any, file: RecordFile, one: MdfChannel) -> NDArray[np
         with _open_raw(asammdf, file) as (whole, conversions):
             samples = np.asarray(_raw_signal(whole, file, one).samples)
             channel = whole.groups[one.group].channels[one.at]
-            return _to_physical(file, f"`{one.name}`", samples, conversions[id(channel)])
+            return _to_physical(
+                file, f"`{shorten_quote(one.name)}`", samples, conversions[id(channel)]
+            )
 
     return call_package(read, file, _cannot_be_read(one))
 
@@ -138,10 +140,12 @@ def _load_times(asammdf: Any, file: RecordFile, one: MdfChannel) -> NDArray[np.g
             signal = _raw_signal(whole, file, one)
             # 1 is time; other values are angle or distance.
             if signal.master_metadata[1] != 1:
-                raise file.error(f"`{signal.name}` is not sampled over time")
+                raise file.error(f"`{shorten_quote(signal.name)}` is not sampled over time")
             times, master = np.asarray(signal.timestamps), _master(whole, one.group)
             conversion = None if master is None else conversions[id(master.channel)]
-            return _to_physical(file, f"the time of `{one.name}`", times, conversion)
+            return _to_physical(
+                file, f"the time of `{shorten_quote(one.name)}`", times, conversion
+            )
 
     return call_package(read, file, _cannot_be_read(one))
 
@@ -154,7 +158,9 @@ def _raw_signal(whole: Any, file: RecordFile, one: MdfChannel) -> Any:
     """Return raw samples and raw times of a channel."""
     group = whole.groups[one.group]
     if group.channel_dependencies[one.at]:
-        raise file.error(f"`{one.name}` is an array or a structure, not a series of numbers")
+        raise file.error(
+            f"`{shorten_quote(one.name)}` is an array or a structure, not a series of numbers"
+        )
     # Reject implausible sizes before the package allocates memory for them.
     about = group.channel_group
     size = about.samples_byte_nr + about.invalidation_bytes_nr
@@ -196,10 +202,10 @@ def _require_numbers_in_rows(whole: Any, file: RecordFile, group: int, channel: 
     if channel.channel_type not in (VALUE, MASTER, SYNCHRONISED) or (
         channel.data_type not in NUMBERS
     ):
-        raise file.error(f"`{channel.name}` is not a series of numbers")
+        raise file.error(f"`{shorten_quote(channel.name)}` is not a series of numbers")
     bits = 8 * channel.byte_offset + channel.bit_offset + channel.bit_count
     if bits > 8 * whole.groups[group].channel_group.samples_byte_nr:
-        raise file.error(f"{NOT_MDF}: `{channel.name}` lies outside its rows")
+        raise file.error(f"{NOT_MDF}: `{shorten_quote(channel.name)}` lies outside its rows")
 
 
 # Conversions to physical values.
