@@ -511,6 +511,25 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
     assert np.array_equal(parted.d, whole.d)
 
 
+@pytest.mark.parametrize(("F", "first"), [(0.0, 0), (1.0, 1), (2.0, 2)])
+def test_state_after_a_break_away_at_a_sample_is_that_of_finer_samples(F, first):
+    """ü rises so that F_L is at its limit exactly at a sample."""
+    plant, law, dt = Plant(1.0, 4.0, 0.1), CoulombLaw(F, F), 0.25
+    u_dd = np.concatenate(([0.0], np.arange(8.0), [3.0, -2.0, 0.0, 1.0]))[1:]
+    coarse = exact.compute_trajectory(plant, law, Samples(u_dd, dt), State(0.0, 0.0), None)
+    assert coarse.turning_points.t[1 - (F == 0.0)] == first * dt
+    finer = np.interp(np.arange(16 * (len(u_dd) - 1) + 1) / 16, np.arange(len(u_dd)), u_dd)
+    fine = StickSlip().solve(plant, law, Samples(finer, dt / 16), State(0.0, 0.0), dt / 16)
+    x_r, v_r = np.array([coarse.state(t) for t in fine.t.tolist()]).T
+    assert x_r == pytest.approx(fine.x_r, rel=1e-12, abs=1e-14)
+    assert v_r == pytest.approx(fine.v_r, rel=1e-12, abs=1e-13)
+    size = float(np.abs(fine.x_r).max())
+    for share in (1e-6, 0.01, 0.5, 0.9):
+        limits = StrokeLimits(share * size, 0.9 * share * size)
+        ours, theirs = (stroke.excursions(one, limits) for one in (coarse, fine.trajectory))
+        assert ours == pytest.approx(theirs, rel=1e-11)
+
+
 def test_part_without_points_is_not_taken_for_the_whole(motion, small):
     response = StickSlip().solve(
         PARTS_PLANT, LAWS["friction"], motion, START, STEP, None, whole=False

@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,11 +109,13 @@ from drysim.core.modes import (
     CHATTERING,
     FREE,
     HOLD,
+    REGULAR,
     KernelLaw,
     Mode,
     SegmentBase,
     Side,
     decode_mode,
+    encode_mode,
     initial_piecewise_state,
     mode_forces,
     origin_of,
@@ -146,8 +148,8 @@ STEPS_PER_ROW = 8
 MAX_SEGMENTS = 20_000_000
 """Changes of mode that a block may have: 1 GB."""
 
-STEPS_AT_A_TIME = 8192
-"""Steps that are evaluated at a time, so that their columns stay in the cache."""
+STEPS_AT_A_TIME = BLOCK_SIZE
+"""Steps that are evaluated at a time."""
 
 NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
 """Kinds of event at which x_r has no extremum of its own."""
@@ -253,6 +255,14 @@ class PiecewiseBlock:
         segments = Segments(*(np.asarray(column[:count]) for column in out))
         return segments, count - int(segments.n[-1] == last)
 
+    @cached_property
+    def modes(self) -> Any:
+        """Modes of the rows, as from `lasting_mode`."""
+        kinds = np.flatnonzero(np.bincount(self.rows.d + 1))
+        modes = np.zeros(int(kinds[-1]) + 1, dtype=np.int64)
+        modes[kinds] = [lasting_mode(kind - 1) for kind in kinds.tolist()]
+        return modes[self.rows.d + 1]
+
     def rows_of_samples(self, first: int, last: int) -> Any:
         """Return the indices of the rows whose modes hold at samples `first` to `last` - 1."""
         begins = np.clip(self.rows.n + (self.rows.s > 0.0), first, last)
@@ -295,6 +305,29 @@ class PiecewiseMarch(BlockwiseMarch):
     def kernel_law(self) -> KernelLaw:
         """The law as kernels take it."""
         return to_kernel(self.plant, self.law)
+
+    @cached_property
+    def forces_by_mode(self) -> dict[int, tuple[float, ...]]:
+        """Columns of `ModeColumns` by encoded mode, of the modes met so far."""
+        return {}
+
+    def mode_columns(self, codes: Any) -> ModeColumns:
+        """Return the forces of encoded modes; an arrival has those of the mode before it."""
+        codes = np.where(codes == ARRIVAL, np.append(0, codes[:-1]), codes)
+        kinds, known = np.flatnonzero(np.bincount(codes)), self.forces_by_mode
+        for code in kinds.tolist():
+            if code not in known:
+                mode = decode_mode(code)
+                forces = mode_forces(self.plant, self.kernel_law, mode, 0.0)
+                damped, k_t, _, F, k_s, offset, b_s, _ = forces
+                origin = origin_of(self.kernel_law, mode.origin)
+                known[code] = origin, mode.direction, damped.b, k_t, F, k_s, offset, b_s
+        table = np.array([known[code] for code in kinds.tolist()]).T
+        places = np.zeros(int(kinds[-1]) + 1, dtype=np.intp)
+        places[kinds] = np.arange(len(kinds))
+        at = places[codes]
+        origin, direction, *forces = (column[at] for column in table)
+        return ModeColumns(origin, direction.astype(np.int8), *forces)
 
     def scene(self, block: PiecewiseBlock) -> Scene:
         """Return the scene of a block as kernels take it."""
@@ -503,7 +536,7 @@ class PiecewiseTrajectory(EventDriven):
         assert samples is not None, "only called for samples"
         here = slice(first - block.first, last - block.first)
         at = block.rows_of_samples(here.start, here.stop)
-        forces = mode_columns(self.plant, law, rows.d)
+        forces = self.march.mode_columns(rows.d)
         xi, v_r = np.asarray(samples.x_r)[here], np.asarray(samples.v_r)[here]
         x_r, F_f, F_stop = xi.copy(), forces.F[at], np.zeros(len(at))
         if self.law.stops is not None:
@@ -550,11 +583,17 @@ class PiecewiseTrajectory(EventDriven):
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
-        found = self.at(np.array([t]))
-        x_r, v_r = float(found.x_r[0]), float(found.v_r[0])
-        if self.law.stops is not None and not self.law.is_elastic:
-            return State(x_r, v_r)
-        return ContactState(x_r, v_r, float(found.z[0]))
+        if t not in self.states:
+            found = self.at(np.array([t]))
+            x_r, v_r, z = float(found.x_r[0]), float(found.v_r[0]), float(found.z[0])
+            plain = self.law.stops is not None and not self.law.is_elastic
+            self.states[t] = State(x_r, v_r) if plain else ContactState(x_r, v_r, z)
+        return self.states[t]
+
+    @cached_property
+    def states(self) -> dict[float, AnyState]:
+        """States that are known: metrics ask many times for those at both ends of a window."""
+        return {}
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
@@ -615,7 +654,12 @@ class PiecewiseTrajectory(EventDriven):
         """Return the largest force of a bumper in a window [N]."""
         forces = [0.0]
         for part in self.parts(begin, end):
-            solution = part.select(slice(part.own))
+            n, codes = (column[: part.own] for column in (part.segments.n, part.segments.d))
+            touches = np.zeros(int(n[-1]) + 1, dtype=bool)
+            for kind in np.flatnonzero(np.bincount(codes + 1)).tolist():
+                if kind - 1 != ARRIVAL and decode_mode(kind - 1).end_stop != APART:
+                    touches[n[codes == kind - 1]] = True
+            solution = part.select(np.flatnonzero(touches[n]))
             forces.append(peak_bumper_force(solution, begin - part.t, end - part.t))
         return max(forces)
 
@@ -656,7 +700,7 @@ class PiecewiseTrajectory(EventDriven):
         whole[hits[(hits >= 0) & (hits < last - first)]] = False
         whole[0] &= begin <= first * dt
         whole[-1] &= end >= last * dt
-        sums, codes = np.zeros(9), rows.d[at]
+        sums, codes = np.zeros(9), block.modes[at]
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
             steps = np.flatnonzero(whole & (codes == code - 1))
             found, left = self._sum_whole_steps(
@@ -725,6 +769,16 @@ class PiecewiseTrajectory(EventDriven):
         return sums, turning
 
 
+@cache
+def lasting_mode(code: int) -> int:
+    """Return an encoded mode without what only the start of its segment has."""
+    if code == ARRIVAL:
+        return code
+    mode = decode_mode(code)
+    entry = CHATTERING if mode.entry == CHATTERING else REGULAR
+    return int(encode_mode(mode._replace(poised=0, entry=entry)))
+
+
 class ModeColumns(NamedTuple):
     """Forces in the modes of segments, as `Forces`: arrays of shape (n,).
 
@@ -746,21 +800,6 @@ class ModeColumns(NamedTuple):
     k_s: Floats
     offset: Floats
     b_s: Floats
-
-
-def mode_columns(plant: Plant, law: KernelLaw, codes: Any) -> ModeColumns:
-    """Return the forces of encoded modes; an arrival has those of the mode before it."""
-    codes = np.where(codes == ARRIVAL, np.append(0, codes[:-1]), codes)
-    kinds = np.flatnonzero(np.bincount(codes))
-    table = np.empty((7, len(kinds)))
-    directions = np.empty(len(kinds), dtype=np.int8)
-    for i, mode in enumerate(map(decode_mode, kinds.tolist())):
-        damped, k_t, _, F, k_s, offset, b_s, _ = mode_forces(plant, law, mode, 0.0)
-        table[:, i] = origin_of(law, mode.origin), damped.b, k_t, F, k_s, offset, b_s
-        directions[i] = mode.direction
-    at = np.searchsorted(kinds, codes)
-    origin, *forces = table[:, at]
-    return ModeColumns(origin, directions[at], *forces)
 
 
 # Laws as kernels take them, and what follows from events.

@@ -194,15 +194,14 @@ def piecewise_rows(
     trajectory: Any, begin: float, end: float
 ) -> Iterator[tuple[int, Floats, Rows]]:
     """Yield the segments of an elastic contact or of a motion between end stops."""
-    from drysim.approach.piecewise import mode_columns
     from drysim.core.modes import ARRIVAL
 
-    plant, law, dt = trajectory.plant, trajectory.march.kernel_law, trajectory.dt
+    plant, dt = trajectory.plant, trajectory.dt
     for part in trajectory.parts(begin, end):
         # An arrival that comes first ended the part before.
         from_row = int(part.segments.d[0] == ARRIVAL)
         n, s, xi, v_r, x_0, codes = (column[from_row:] for column in part.segments)
-        forces = mode_columns(plant, law, codes)
+        forces = trajectory.march.mode_columns(codes)
         k, b = plant.k_x + forces.k_t + forces.k_s, forces.b + forces.b_s
         force = forces.F - forces.k_t * x_0 - forces.k_s * forces.origin - forces.offset
         x_r, rests = xi + forces.origin, forces.direction == 0

@@ -105,8 +105,11 @@ def level_crossing_time(
     float
         Time [s], accurate to rounding.
     """
+    from drysim.approach.coulomb import SampledTrajectory
     from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 
+    if isinstance(trajectory, SampledTrajectory) and not trajectory.law.variation:
+        return trajectory.crossing_time(level, lo, hi, 1 if rising else -1)
     t, side = 0.5 * (lo + hi), 1.0 if rising else -1.0
     for _ in range(MAX_BISECTIONS):
         x_r, v_r = trajectory.state(t)[:2]
