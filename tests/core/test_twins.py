@@ -66,3 +66,13 @@ def test_engines_agree_on_drawn_scenes(plain, fast):
 @pytest.mark.slow
 def test_engines_agree_on_many_more_drawn_scenes(plain, fast):
     draw(plain, fast, MANY)
+
+
+def test_engines_agree_where_a_limit_underflows_beside_the_load(plain, fast):
+    wave = ((1.0, 0.5 / np.pi, 0.0),)
+    for F in (5e-324, 2.225073858507e-311, 1e-300):
+        scene = Scene(
+            1.0, 1.0, 0.0, F, F, 0.0, 0.0, wave, (), 0.0, (0.5, 0.5 / np.pi, 0.0), 170.0
+        )
+        with np.errstate(over="ignore"):
+            twins_agree(plain, fast, scene)

@@ -7,7 +7,7 @@ import contextlib
 import pytest
 from drawn import Scene, scenes
 from hypothesis import HealthCheck, given, settings
-from laws import LAWS, Law, finer_grid_changes_no_metric
+from laws import LAWS, Law, energy_closes, finer_grid_changes_no_metric
 
 from drysim.errors import SolverError
 
@@ -48,3 +48,11 @@ def test_finer_grid_changes_no_metric_where_the_velocity_only_touches_zero():
     ramp = {"sines": (), "u_dd": (0.0, 10.0**0.5), "dt": 50.0, "variation": (0.0, 0.0, 0.0)}
     F = 0.3 * 10.0**0.5
     finer_grid_changes_no_metric(Scene(1.0, 1.0, 0.0, F, F, 0.0, 0.0, **ramp))
+
+
+@pytest.mark.parametrize("b", [5e-324, 1e-323, 1e-315, 1e-310, 3e-308, 1e-290])
+@pytest.mark.parametrize("k_x", [0.0, 5e-324, 1e-310])
+def test_energy_closes_beside_a_damper_or_spring_near_underflow(b, k_x):
+    base = {"sines": (), "u_dd": (0.0, 0.0), "dt": 5.0, "variation": (0.0, 0.0, 0.0)}
+    for F in (0.0, 0.3):
+        energy_closes(Scene(1.0, k_x, b, F, F, 0.0, 1.0, **base))

@@ -441,6 +441,9 @@ CANCELLATION_SHARE = 1e-6
 """Share of the force balance below which the affine map has lost the digits of v_r, which is
 then propagated by itself. At 1e-6 the acceleration keeps a relative error of 1e-10."""
 
+LOWEST_RATE = 2.0**-1022
+"""Rate of an oscillator whose inverse overflows below it [1/s]; it moves nothing in any run."""
+
 DIP_SAFETY = 2.0
 """Safety factor on the bound of a dip of v_r between samples; it exceeds all rounding."""
 
@@ -617,7 +620,7 @@ def characteristic_rate(c, w):
 def cancellation_speed(c, w):
     """Return the cancellation threshold [m/s] per unit of force per mass [m/s²]."""
     rate = characteristic_rate(c, w)
-    return CANCELLATION_SHARE / rate if rate > 0.0 else 0.0
+    return CANCELLATION_SHARE / rate if rate > LOWEST_RATE else 0.0
 
 
 @inlined

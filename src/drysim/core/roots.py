@@ -748,10 +748,13 @@ def margin_between(stuck, waves, side, one, other):
 
 @inlined
 def relative_to_limit(stuck, waves, F_fs, s, G):
-    """Return the size of a margin of force at time s relative to F_fs or to a larger |F_L|."""
+    """Return the size of a margin of force at time s relative to F_fs or to a larger |F_L|.
+
+    Infinite where nothing holds, or where F_L has no end, as in an extreme far away.
+    """
     hold = F_fs * relative_normal_force(stuck, waves, s)[0]
     larger = hold - min(G, 0.0)
-    return abs(G) / larger if larger > 0.0 else NEVER
+    return abs(G) / larger if 0.0 < larger < NEVER else NEVER
 
 
 @compiled
