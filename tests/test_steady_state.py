@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from law_scenes import elastic_law, stopped_law
+from periods import draw_steady_scene
 
 from drysim.approach import steady_state, taylor
 from drysim.approach.solution import Orbit
@@ -199,6 +200,49 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     orbit = steady_state.find_orbit(m, contact, motion, start, period)
     assert orbit.settled
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=0.0, atol=1e-13)
+
+
+# Newton steps, of laws in closed form.
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "friction by direction",
+        "damper by direction",
+        "jenkins",
+        "petrov",
+        "bumpers",
+        "rigid stops",
+    ],
+)
+def test_newton_steps_lead_to_the_orbit_of_the_march_in_fewer_periods(kind, monkeypatch):
+    march, marched = steady_state.march_period, [0]
+
+    def counted(*scene):
+        marched[0] += 1
+        return march(*scene)
+
+    def orbits_and_marches():
+        marched[0], orbits = 0, []
+        for seed in range(4):
+            scene, start = draw_steady_scene(kind, seed)
+            orbits.append(
+                steady_state.find_orbit(
+                    scene.plant, scene.law, scene.motion, start, scene.period
+                )
+            )
+        return orbits, marched[0]
+
+    monkeypatch.setattr(steady_state, "march_period", counted)
+    by_steps, fewer = orbits_and_marches()
+    monkeypatch.setattr(OrbitConvergence, "newton", lambda *_: None)
+    as_it_is, more = orbits_and_marches()
+    assert fewer < 0.8 * more
+    for one, other in zip(by_steps, as_it_is, strict=True):
+        assert (one.settled, one.unique, one.periods) == (True, True, other.periods)
+        off = abs(one.state.x_r - other.state.x_r) / one.run_up_peak
+        assert one.periods > 1 or off <= 4.0 * (one.distance + other.distance)
 
 
 A, F = 1.0, 0.5
