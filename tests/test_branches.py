@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.approach import continuation
-from drysim.approach.continuation import Continuation
 from drysim.core.orbit import SINES
+from drysim.orbits import continuation
+from drysim.orbits.continuation import Continuation
 from drysim.study.branches import Study, prepare_branches
 
 SCALED = """

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from law_scenes import PAPER, elastic_law, noise, sine, solved
 
-from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import CoulombLaw, Plant, State
+from drysim.orbits.search import find_orbit
 
 FAINT = Plant(80.0, 6000.0, 14.0)
 BLOCK = Plant(80.0, 0.0, 0.0)
@@ -44,6 +44,6 @@ def test_energy_of_the_difference_of_two_motions_never_grows(plant, motion, law)
 @pytest.mark.parametrize("plant", [PAPER, FAINT], ids=["paper", "faint"])
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_orbit_has_the_period_of_its_base(plant, law):
-    orbit = StickSlip().orbit(plant, law, sine(0.5, 1.3), State(0.0, 0.0), 1 / 1.3)
+    orbit = find_orbit(plant, law, sine(0.5, 1.3), State(0.0, 0.0), 1 / 1.3)
     assert orbit.settled
     assert orbit.periods == 1

@@ -38,6 +38,7 @@ from drysim.core.model import (
 )
 from drysim.core.taylor import QUASI_STEADY
 from drysim.metrics.table import measure
+from drysim.orbits.search import find_orbit
 from drysim.plots.response import stuck_intervals
 
 # Dynamic laws: against independent solutions, in their limits, and by their invariants.
@@ -243,7 +244,7 @@ def test_force_law_and_motion_agree_at_every_sample():
 @pytest.mark.parametrize(("law", "a_u"), [(LUGRE, 1.0), (MEMORY, 0.6)], ids=["lugre", "leuven"])
 def test_steady_orbit_of_bristles_closes_and_repeats(law, a_u):
     motion = sine(a_u, 1.6)
-    orbit = StickSlip().orbit(PAPER, law, motion, REST, 1 / 1.6)
+    orbit = find_orbit(PAPER, law, motion, REST, 1 / 1.6)
     assert orbit.settled
     assert orbit.closure <= 1e-9
     response = solved(law, motion, start=orbit.state, duration=2 / 1.6)
@@ -531,7 +532,7 @@ def loss_of(law, x_max, rtol=RTOL):
 def test_orbit_loses_the_area_of_the_loop_in_each_cycle(law):
     law, T = scaled(law, 45.0, 4e4), 1 / 1.6
     motion = sine(1.0, 1.6)
-    orbit = StickSlip().orbit(PAPER, law, motion, REST, T)
+    orbit = find_orbit(PAPER, law, motion, REST, T)
     metrics = measure(solved(law, motion, orbit.state, T).trajectory, (0.0, T), None)
     x_max, found = metrics["x_r_peak"], metrics["energy_friction"]
     assert_agrees([found], lambda rtol: [loss_of(law, x_max, rtol)], [1e-8 * found])
@@ -548,7 +549,7 @@ def test_orbit_loses_the_area_of_the_loop_in_each_cycle(law):
 )
 def test_orbit_of_a_constant_force_loses_four_times_force_times_stroke(law):
     motion, T = sine(1.0, 1.6), 1 / 1.6
-    orbit = StickSlip().orbit(PAPER, law, motion, REST, T)
+    orbit = find_orbit(PAPER, law, motion, REST, T)
     metrics = measure(solved(law, motion, orbit.state, T).trajectory, (0.0, T), None)
     assert metrics["energy_friction"] == pytest.approx(180.0 * metrics["x_r_peak"], rel=1e-10)
 

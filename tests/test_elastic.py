@@ -44,6 +44,7 @@ from drysim.metrics.stroke import (
     path_in_window,
 )
 from drysim.metrics.table import measure
+from drysim.orbits.search import find_orbit
 
 NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {
@@ -410,7 +411,7 @@ def test_energy_of_a_contact_that_hardly_moves_is_no_open_balance(law, b, motion
 
 
 def test_orbit_closes():
-    orbit = StickSlip().orbit(PAPER, CONTACTS["soft"], sine(1.0, 1.6), REST, 1 / 1.6)
+    orbit = find_orbit(PAPER, CONTACTS["soft"], sine(1.0, 1.6), REST, 1 / 1.6)
     assert orbit.settled
     assert orbit.closure <= 1e-12
 
@@ -420,7 +421,7 @@ def test_orbit_that_begins_as_the_contact_yields_yields_on(k_t):
     law, period = elastic_law(45.0, k_t), 1 / 1.6
     for phase in np.linspace(0.0, 6.0, 13):
         motion = Sines((1.5,), (1.6,), (phase,))
-        orbit = StickSlip().orbit(PAPER, law, motion, REST, period)
+        orbit = find_orbit(PAPER, law, motion, REST, period)
         response = StickSlip().solve(PAPER, law, motion, orbit.state, STEP, period)
         assert response.events.t[1] > 1e-9
         yields = abs(orbit.state.x_r - orbit.state.z) > 0.999999 * 45.0 / k_t

@@ -13,13 +13,13 @@ from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
 from drysim.approach.scene import make_waves
-from drysim.approach.steady_state import find_orbit
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.taylor import compute_trajectory, initial_checkpoint, workspace
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop
 from drysim.core.march import Scene
 from drysim.core.model import BRISTLE, LEUVEN, ContactState, DynamicLaw, Plant, Samples, Sines
 from drysim.metrics.table import measure
+from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 

@@ -8,7 +8,6 @@ from math import hypot, log, pi
 import numpy as np
 import pytest
 
-from drysim.approach import steady_state
 from drysim.approach.solution import LyapunovExponent
 from drysim.approach.stick_slip import StickSlip
 from drysim.cli import main
@@ -22,6 +21,10 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.core.orbit import velocity_scale_rate
+from drysim.orbits import search
+from drysim.orbits.lyapunov import lyapunov_exponent
+from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
 
@@ -39,8 +42,8 @@ def scene(beta, zeta, phi, ratio):
 def exponent_of(case):
     """Return the exponent of the motion that begins at rest, and the search for its orbit."""
     plant, law, motion, period = scene(*case)
-    orbit = StickSlip().orbit(plant, law, motion, State(0.5, 0.0), period)
-    return orbit, StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    orbit = find_orbit(plant, law, motion, State(0.5, 0.0), period)
+    return orbit, lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
 
 
 def test_exponent_of_a_chaotic_motion_is_clearly_above_zero():
@@ -83,9 +86,9 @@ def test_motion_that_only_settles_slowly_is_not_called_chaotic():
 def test_settled_motion_has_the_exponent_of_its_multipliers():
     # Two stops a period with one multiplier besides zero (Shaw 1986): ln|mu|/T.
     plant, law, motion, period = scene(1.0, 1 / 3, 0.6, 1.2)
-    orbit = StickSlip().orbit(plant, law, motion, State(0.0, 1.0), period)
+    orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
     assert orbit.settled
-    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
     assert exponent.value == pytest.approx(log(0.07120099) / period, rel=1e-6)
     assert not exponent.chaotic
 
@@ -93,7 +96,7 @@ def test_settled_motion_has_the_exponent_of_its_multipliers():
 def test_equal_limits_are_never_chaotic_and_have_no_exponent():
     plant, _, motion, period = scene(*CHAOTIC)
     law = CoulombLaw(0.27, 0.27)
-    found = StickSlip().lyapunov_exponent(plant, law, motion, State(0.5, 0.1), period)
+    found = lyapunov_exponent(PeriodicScene(plant, law, motion, period), State(0.5, 0.1))
     assert found is None
 
 
@@ -109,9 +112,9 @@ def impacts(omega):
 def test_impact_oscillator_is_chaotic_beyond_its_period_doublings():
     # Thompson and Ghaffari, Phys. Lett. A 91 (1982) 5.
     plant, law, motion, period = impacts(2.4)
-    orbit = StickSlip().orbit(plant, law, motion, State(0.0, 1.0), period)
+    orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
     assert not orbit.settled
-    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
     assert exponent.chaotic
     assert exponent.verdict.startswith("chaotic")
 
@@ -119,8 +122,8 @@ def test_impact_oscillator_is_chaotic_beyond_its_period_doublings():
 def test_exponent_of_one_impact_a_period_is_that_of_its_restitution():
     # The multipliers are a complex pair of modulus 0.8.
     plant, law, motion, period = impacts(2.2)
-    orbit = StickSlip().orbit(plant, law, motion, State(0.0, 1.0), period)
-    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, period)
+    orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
+    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
     assert (orbit.settled, orbit.periods, exponent.chaotic) == (True, 1, False)
     assert exponent.low < log(0.8) / period < exponent.high
 
@@ -143,12 +146,12 @@ def test_settled_motion_of_a_marched_law_has_the_exponent_of_its_multipliers(nam
         MARCHED[name],
         Sines((2.5,), (2.0,), (0.3,)),
     )
-    orbit = steady_state.find_orbit(plant, law, motion, State(0.0, 0.0), 0.5)
+    orbit = search.find_orbit(plant, law, motion, State(0.0, 0.0), 0.5)
     assert orbit.settled
     length = 0.5 * orbit.periods
-    trajectory = steady_state.march_period(plant, law, motion, orbit.state, length)
+    trajectory = search.march_period(plant, law, motion, orbit.state, length)
     largest = abs(np.linalg.eigvals(trajectory.monodromy())).max()
-    exponent = StickSlip().lyapunov_exponent(plant, law, motion, orbit.state, 0.5)
+    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, 0.5), orbit.state)
     if name == "jenkins":
         assert exponent is None
         return

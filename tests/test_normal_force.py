@@ -24,6 +24,7 @@ from drysim.core.model import (
     State,
 )
 from drysim.errors import RecordError, ScenarioError
+from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.study.validate import find_problems
@@ -398,7 +399,7 @@ def test_split_run_equals_the_whole():
 
 def test_orbit_of_a_lifting_force_closes():
     law = separating_law(30.0, 36.0, 1.4, 2 * math.pi * 0.8, 0.3)
-    orbit = StickSlip().orbit(PAPER, law, sine(1.0, 1.6), REST, 1 / 0.8)
+    orbit = find_orbit(PAPER, law, sine(1.0, 1.6), REST, 1 / 0.8)
     assert orbit.settled
     assert orbit.closure <= 1e-12
     trajectory = solved(

@@ -10,17 +10,18 @@ import pytest
 from law_scenes import PAPER, sine
 from periods import KINDS, changes_after, draw_steady_scene, true_period
 
-from drysim.approach import coulomb, steady_state
-from drysim.approach.shooting import PeriodicScene
+from drysim.approach import coulomb
 from drysim.approach.solution import Orbit
-from drysim.approach.steady_state import (
+from drysim.core.model import AnyState, CoulombLaw, PiecewiseLaw, State
+from drysim.orbits import search
+from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.search import (
     OrbitConvergence,
     find_orbit,
     fixed_point_distance,
     march_period,
     shortest_repetition,
 )
-from drysim.core.model import AnyState, CoulombLaw, PiecewiseLaw, State
 from drysim.scenario.load import load
 from drysim.study.branches import branches
 from drysim.study.ensemble import run
@@ -72,8 +73,8 @@ def test_every_drawn_steady_motion_repeats_after_its_least_period(kind):
 
 
 def test_without_the_test_of_divisors_motions_that_swing_repeat_too_late(monkeypatch):
-    monkeypatch.setattr(steady_state, "DIVISOR_RATIO", math.inf)
-    monkeypatch.setattr(steady_state, "EXPLAINED_CHANGE", 0.0)
+    monkeypatch.setattr(search, "DIVISOR_RATIO", math.inf)
+    monkeypatch.setattr(search, "EXPLAINED_CHANGE", 0.0)
     # A Newton step leads to the orbit before the motion swings in on it.
     monkeypatch.setattr(OrbitConvergence, "newton", lambda *_: None)
     swinging = [orbit_of(kind, seed)[1] for kind, seeds in SWINGS.items() for seed in seeds]

@@ -7,9 +7,8 @@ import pytest
 from law_scenes import elastic_law, stopped_law
 from periods import draw_steady_scene
 
-from drysim.approach import steady_state, taylor
+from drysim.approach import taylor
 from drysim.approach.solution import Orbit
-from drysim.approach.steady_state import STEP_THRESHOLD, OrbitConvergence
 from drysim.core.model import (
     BRISTLE,
     STRIBECK,
@@ -21,6 +20,8 @@ from drysim.core.model import (
     State,
 )
 from drysim.errors import ScenarioError
+from drysim.orbits import search
+from drysim.orbits.search import STEP_THRESHOLD, OrbitConvergence
 from drysim.scenario.axes import iter_points, point_columns
 from drysim.scenario.load import load
 from drysim.scenario.model import with_columns
@@ -95,7 +96,7 @@ def test_orbit_of_ten_periods_between_stops_is_found():
     law = stopped_law(F_fk, 5.0 * F_fk, 10.0, e=0.5)
     motion = Sines((1.0,), (f,), (0.6791759369443524,))
     start = State(0.0, -0.5202476676680174)
-    orbit = steady_state.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
+    orbit = search.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
     assert (orbit.settled, orbit.periods) == (True, 10)
 
 
@@ -116,7 +117,7 @@ def test_sum_that_does_not_come_true_is_taken_back():
 
 
 def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
-    orbit = steady_state.find_orbit(FAINT, DAHL, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
+    orbit = search.find_orbit(FAINT, DAHL, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
     state = ContactState(0.0, 0.0, 0.0)
     for _ in range(500):
         state = taylor.compute_trajectory(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
@@ -127,8 +128,8 @@ def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
 
 def test_orbit_of_a_contact_is_one_that_was_followed():
     law = elastic_law(30.0, 1e5)
-    orbit = steady_state.find_orbit(FAINT, law, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
-    again = steady_state.march_period(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
+    orbit = search.find_orbit(FAINT, law, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
+    again = search.march_period(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
     np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
 
 
@@ -148,7 +149,7 @@ def at_half_its_natural_frequency(
     period = 4.0 * np.pi / k**0.5
     plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
     sine = Sines((1.0,), (1.0 / period,), (0.0,))
-    orbit = steady_state.find_orbit(plant, law, sine, ContactState(0.0, 0.0, 0.0), period)
+    orbit = search.find_orbit(plant, law, sine, ContactState(0.0, 0.0, 0.0), period)
     fastest = 2.0 * np.pi / period / k / 0.75
     return orbit, abs(orbit.state.v_r / fastest + 1.0)
 
@@ -164,7 +165,7 @@ def test_motion_that_repeats_itself_because_nothing_stills_it_is_one_of_a_contin
 
 def test_changes_that_fall_by_less_than_rounding_tells_are_not_summed(monkeypatch):
     # A sum of them had put a contact on a motion 210 times as large.
-    monkeypatch.setattr(steady_state, "MAX_PERIODS", 200)
+    monkeypatch.setattr(search, "MAX_PERIODS", 200)
     orbit, off = at_half_its_natural_frequency(NEXT_TO_NONE["contact that holds"], 1e-13)
     assert off < 1.1
     assert not orbit.settled
@@ -196,8 +197,8 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     motion, period = Sines((1.0,), (23.833 / (2 * np.pi),), (0.0,)), 2 * np.pi / 23.833
     start = state = State(-0.0167221, -0.0871299)
     for _ in range(300):
-        state = steady_state.march_period(m, contact, motion, state, period).state(period)
-    orbit = steady_state.find_orbit(m, contact, motion, start, period)
+        state = search.march_period(m, contact, motion, state, period).state(period)
+    orbit = search.find_orbit(m, contact, motion, start, period)
     assert orbit.settled
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=0.0, atol=1e-13)
 
@@ -217,7 +218,7 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     ],
 )
 def test_newton_steps_lead_to_the_orbit_of_the_march_in_fewer_periods(kind, monkeypatch):
-    march, marched = steady_state.march_period, [0]
+    march, marched = search.march_period, [0]
 
     def counted(*scene):
         marched[0] += 1
@@ -228,13 +229,11 @@ def test_newton_steps_lead_to_the_orbit_of_the_march_in_fewer_periods(kind, monk
         for seed in range(4):
             scene, start = draw_steady_scene(kind, seed)
             orbits.append(
-                steady_state.find_orbit(
-                    scene.plant, scene.law, scene.motion, start, scene.period
-                )
+                search.find_orbit(scene.plant, scene.law, scene.motion, start, scene.period)
             )
         return orbits, marched[0]
 
-    monkeypatch.setattr(steady_state, "march_period", counted)
+    monkeypatch.setattr(search, "march_period", counted)
     by_steps, fewer = orbits_and_marches()
     monkeypatch.setattr(OrbitConvergence, "newton", lambda *_: None)
     as_it_is, more = orbits_and_marches()
@@ -260,10 +259,10 @@ def test_resonance_without_damper_grows_as_followed_and_is_told_as_not_settled(
     law, monkeypatch
 ):
     # A sum of its even changes put it at 1e9 m, where a metre a period passed for an orbit.
-    monkeypatch.setattr(steady_state, "MAX_PERIODS", 24)
+    monkeypatch.setattr(search, "MAX_PERIODS", 24)
     plant, period, large = Plant(1.0, 1.0, 0.0), 2 * np.pi, 600.0
     sine = Sines((A,), (1.0 / period,), (0.0,))
-    orbit = steady_state.find_orbit(plant, law, sine, ContactState(large, 0.0, 0.0), period)
+    orbit = search.find_orbit(plant, law, sine, ContactState(large, 0.0, 0.0), period)
     assert not orbit.settled
     assert orbit.unique
     grown = (A - 4.0 * F / np.pi) * orbit.run_up / 2.0

@@ -15,7 +15,6 @@ from stops import march_stops
 
 import drysim
 import drysim as package
-from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import (
     CoulombLaw,
@@ -29,6 +28,8 @@ from drysim.core.model import (
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.stroke import impacts
 from drysim.metrics.table import measure
+from drysim.orbits import search
+from drysim.orbits.search import find_orbit
 from drysim.plots.response import curve_with_events, stop_impacts
 from drysim.scenario.axes import iter_points
 from drysim.wording import describe_stops
@@ -190,14 +191,14 @@ def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
 
 def test_orbit_that_never_reaches_its_stops_is_the_orbit_without_them():
     scene = sine(1.0, 1.6), REST, 1 / 1.6
-    bare = StickSlip().orbit(PAPER, CoulombLaw(45.0, 54.0), *scene)
-    assert StickSlip().orbit(PAPER, stopped_law(45.0, 54.0, 0.5, e=0.5), *scene) == bare
+    bare = find_orbit(PAPER, CoulombLaw(45.0, 54.0), *scene)
+    assert find_orbit(PAPER, stopped_law(45.0, 54.0, 0.5, e=0.5), *scene) == bare
 
 
 @pytest.mark.parametrize("name", ["damped bumper", "undamped bumper", "rebound", "no rebound"])
 def test_orbit_between_stops_closes(name):
     motion, period = sine(2.5, 1.6), 1 / 1.6
-    orbit = StickSlip().orbit(PAPER, STOPS[name], motion, REST, period)
+    orbit = find_orbit(PAPER, STOPS[name], motion, REST, period)
     assert orbit.settled
     length = orbit.periods * period
     trajectory = StickSlip().trajectory(PAPER, STOPS[name], motion, orbit.state, length)
@@ -210,14 +211,14 @@ def test_orbit_between_stops_closes(name):
 def test_mass_that_bounces_without_loss_is_on_one_orbit_of_a_continuum():
     """There and back in a period; a little faster, it is back a little sooner for ever."""
     free, elastic = Plant(75.0, 0.0, 0.0), stopped_law(0.0, 0.0, 0.01, e=1.0)
-    orbit = steady_state.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
+    orbit = search.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
     assert orbit.settled
     assert not orbit.unique
 
 
 def test_orbit_of_lossy_rebounds_without_a_damper_draws_its_neighbours():
     undamped = Plant(75.0, 7500.0, 0.0)
-    orbit = StickSlip().orbit(undamped, STOPS["rebound"], sine(2.5, 1.3), REST, 1 / 1.3)
+    orbit = find_orbit(undamped, STOPS["rebound"], sine(2.5, 1.3), REST, 1 / 1.3)
     assert orbit.settled
     assert orbit.unique
 

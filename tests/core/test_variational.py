@@ -8,10 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from drysim.approach import piecewise, steady_state
-from drysim.approach.continuation import FOLD, PERIOD_DOUBLING, Branch, Continuation
+from drysim.approach import piecewise
 from drysim.approach.piecewise import PiecewiseTrajectory
-from drysim.approach.shooting import PeriodicScene, ShootingReturnMap
 from drysim.approach.solution import Floats
 from drysim.core.model import (
     AnyState,
@@ -24,6 +22,9 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.core.modes import ARRIVAL, decode_mode, stop_stage
+from drysim.orbits import search
+from drysim.orbits.continuation import FOLD, PERIOD_DOUBLING, Branch, Continuation
+from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
 
 M, K_X, B = 75.0, 7500.0, 150.0
 PLANT, PERIOD = Plant(M, K_X, B), 0.5
@@ -278,7 +279,7 @@ def test_multipliers_without_friction_are_those_of_the_matrix_exponential():
 def orbit_of(plant: Plant, law: PiecewiseLaw, motion: Sines, start: AnyState):
     """Return the trajectory of one repetition of the orbit that a start leads to."""
     period = 1.0 / motion.f[0]
-    orbit = steady_state.find_orbit(plant, law, motion, start, period)
+    orbit = search.find_orbit(plant, law, motion, start, period)
     assert orbit.settled
     return piecewise.compute_trajectory(plant, law, motion, orbit.state, orbit.periods * period)
 

@@ -11,9 +11,10 @@ import numpy as np
 from outcomes import PAPER, limits_of, record, stand_in
 
 from drysim.approach.fixed_step import Signum, Smooth, Switch
-from drysim.approach.stick_slip import StickSlip, Viscous
+from drysim.approach.stick_slip import ExactApproach, StickSlip, Viscous
 from drysim.core.model import CoulombLaw, Sines, State
 from drysim.metrics.table import METRICS, measure
+from drysim.orbits.search import find_orbit
 from drysim.scenario.axes import Axis
 from drysim.study.compare import Comparison
 from drysim.study.statistics import Row
@@ -56,8 +57,8 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     )
     member, period = MEMBERS[approach], 1 / motion.f[0]
     start, length, closure = REST, 20 * period, 0.0
-    if hasattr(member, "orbit"):
-        orbit = member.orbit(PAPER, law, motion, REST, period)
+    if isinstance(member, ExactApproach):
+        orbit = find_orbit(PAPER, law, motion, REST, period)
         start, length, closure = orbit.state, orbit.periods * period, orbit.closure
         trajectory = member.trajectory(PAPER, law, motion, start, length)
         window = (0.0, length)

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.shooting import PeriodicScene
-from drysim.approach.steady_state import march_period
 from drysim.core.model import (
     BRISTLE,
     LEUVEN,
@@ -25,6 +23,8 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
+from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.search import march_period
 
 KINDS = (
     "coulomb", "load", "lift-off", "friction by direction", "damper by direction", "stribeck",

@@ -25,7 +25,6 @@ Source
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -33,7 +32,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.continuation import Image, Repetition
 from drysim.approach.scene import (
     LOG_LENGTH,
     SAMPLES_PER_CALL,
@@ -466,121 +464,6 @@ def find_other_motions(
         peak = max(answer[0, orbit.HIGHEST], -answer[0, orbit.LOWEST])
         found.append(OtherMotion(T_a, 0.0 if is_stuck else float(peak)))
     return found, len(starts)
-
-
-# Return map along a parameter, for the continuation of orbits.
-
-
-PROBES = 7
-"""Values of the parameter at which columns are compared with an affine function."""
-
-AFFINE_TOLERANCE = 8.0 * np.finfo(float).eps
-"""Relative difference up to which they count as equal: rounding."""
-
-
-class SceneRows:
-    """Scenes of `orbit.solve_orbits` as a function of one parameter.
-
-    Most columns of a scene are affine in the parameter, or do not depend on it. Where all are,
-    a row is computed from two of them, about a hundred times faster than from the scenario.
-
-    Parameters
-    ----------
-    exact : callable
-        Returns the rows for an array of values.
-    low, high : float
-        Range of the parameter.
-    """
-
-    def __init__(self, exact: Callable[[Floats], Floats], low: float, high: float) -> None:
-        self.exact, self.ends = exact, (low, high)
-        probes = np.linspace(low, high, PROBES)
-        rows = exact(probes)
-        self.has_one_sine = rows.shape[1] == orbit.SINES + 3
-        first, last = rows[0], rows[-1]
-        changes = first != last
-        self.slope, self.base = np.zeros(len(first)), first.copy()
-        self.slope[changes] = (last[changes] - first[changes]) / (high - low)
-        self.base[changes] -= self.slope[changes] * low
-        size = np.abs(rows).max(axis=0)
-        # Rounding of the offset of a column that is proportional to the parameter.
-        self.base[np.abs(self.base) <= AFFINE_TOLERANCE * size] = 0.0
-        self.end_rows = first.copy(), last.copy()
-        same = [self.affine(value) for value in probes.tolist()]
-        with np.errstate(invalid="ignore"):
-            self.is_affine = not (np.abs(same - rows) > AFFINE_TOLERANCE * size).any()
-
-    def affine(self, value: float) -> Floats:
-        """Return the row whose columns are affine in the parameter, except the period."""
-        row: Floats = self.base + self.slope * value
-        if self.has_one_sine:
-            row[orbit.PERIOD] = 1.0 / row[orbit.SINES + 1]
-        return row
-
-    def at(self, value: float) -> Floats:
-        """Return the row of a value."""
-        row: Floats
-        if not self.is_affine:
-            row = self.exact(np.array([value]))[0]
-        elif value in self.ends:
-            row = self.end_rows[self.ends.index(value)].copy()
-        else:
-            row = self.affine(value)
-        # Rounding must not separate the limits, nor exchange them.
-        if abs(row[F_FS] - row[F_FK]) <= AFFINE_TOLERANCE * row[F_FK]:
-            row[F_FS] = row[F_FK]
-        return row
-
-
-class CoulombReturnMap:
-    """Return map of a scene with Coulomb friction under sines, for `continuation`.
-
-    Parameters
-    ----------
-    rows : SceneRows
-    value : callable
-        Returns the value of the parameter at p, from 0 to 1.
-    """
-
-    def __init__(self, rows: SceneRows, value: Callable[[float], float]) -> None:
-        self.rows, self.value = rows, value
-        self.log, self.buffer = empty_log(LOG_LENGTH), scene_buffer(len(rows.base))
-        self.image = as_engine_array(np.zeros(orbit.IMAGE_COLUMNS))
-
-    def speed(self, p: float) -> float:
-        """Return the scale of v_r/x_r [1/s]."""
-        return math.tau / float(self.rows.at(self.value(p))[orbit.PERIOD])
-
-    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
-        """Return the image of a state; None where the motion cannot be solved."""
-        sign = -1.0 if repetition.half else 1.0
-        return self.after(p, state, repetition.begin, repetition.length, sign)
-
-    def states(
-        self, p: float, state: Floats, repetition: Repetition, times: Floats
-    ) -> Floats | None:
-        """Return states at increasing times since the beginning, shape (times, 2), or None."""
-        images = [self.after(p, state, repetition.begin, time) for time in times.tolist()]
-        found = [image.state for image in images if image is not None]
-        return np.array(found) if len(found) == len(times) else None
-
-    def after(
-        self, p: float, state: Floats, begin: float, time: float, sign: float = 1.0
-    ) -> Image | None:
-        """Return the image of a state after a time, with a sign; begin and time in periods."""
-        row = self.rows.at(self.value(p))
-        row[orbit.SINES + 2] += math.tau * begin
-        period = float(row[orbit.PERIOD])
-        x_r, v_r = state.tolist()
-        orbit.solve_repetition(
-            as_engine_array(row), self.buffer, period * time, x_r, v_r, self.log, self.image
-        )
-        x, v, a, b, c, e, stops, reversals, peak, count = map(float, self.image)
-        if stops < 0.0 or not math.isfinite(x + v + a + b + c + e):
-            return None
-        jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
-        events = np.array(self.log.s[: int(count)]) / period
-        return Image(sign * np.array([x, v]), lambda: (jacobian, 0.0), counts, events, peak)
 
 
 # Samples: known at every sample and at every event between samples.

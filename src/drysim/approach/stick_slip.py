@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, ClassVar, Literal
 
-from drysim.approach.solution import LyapunovExponent, Orbit, Response, Trajectory
+from drysim.approach.solution import Response, Trajectory
 from drysim.core.model import (
     AnyLaw,
     AnyState,
@@ -54,7 +54,7 @@ def exact_solvers() -> Any:
 class ExactApproach(ApproachBase):
     """Base of the exact approaches, which differ in the friction that acts.
 
-    Only they provide a `trajectory` without a grid, and periodic orbits.
+    Only they provide a `trajectory` without a grid; `drysim.orbits` finds periodic orbits.
     """
 
     supports_dynamic: ClassVar[bool] = True
@@ -115,28 +115,6 @@ class ExactApproach(ApproachBase):
             plant, self.effective_law(law), motion, start, duration
         )
         return trajectory
-
-    def orbit(
-        self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
-    ) -> Orbit:
-        """Return the periodic orbit reached from the start; period of the excitation in [s]."""
-        from drysim.approach.steady_state import find_orbit
-
-        return find_orbit(plant, self.effective_law(law), motion, start, period)
-
-    def lyapunov_exponent(
-        self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
-    ) -> LyapunovExponent | None:
-        """Return the largest Lyapunov exponent of a motion that does not become periodic.
-
-        `start` is its state after a whole number of periods [s]; see
-        `drysim.approach.lyapunov.lyapunov_exponent`.
-        """
-        from drysim.approach.lyapunov import lyapunov_exponent
-        from drysim.approach.shooting import PeriodicScene
-
-        law = self.effective_law(law)
-        return lyapunov_exponent(PeriodicScene(plant, law, motion, period), start)
 
 
 class StickSlip(ExactApproach):

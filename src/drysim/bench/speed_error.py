@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
 from drysim.approach import EXACT
-from drysim.approach.stick_slip import StickSlip
 from drysim.bench import score
 from drysim.bench.scipy_ivp import reference_entry, second_run, unsupported_law
 from drysim.bench.score import EXACT_BELOW, Bench, BenchCase, Reference, Score, verdict
@@ -359,6 +358,8 @@ class SteadyCase:
 
 def steady_cases(case: Case) -> Iterator[SteadyCase]:
     """Yield evenly spaced cases of a sweep whose orbit has the period of the base."""
+    from drysim.orbits.search import find_orbit
+
     motions, every = run.MotionCache.starting_with(case), list(iter_points(case.scenario.sweep))
     for at in range(min(MAX_CASES, len(every))):
         point = every[(2 * at + 1) * len(every) // (2 * min(MAX_CASES, len(every)))]
@@ -366,9 +367,7 @@ def steady_cases(case: Case) -> Iterator[SteadyCase]:
         found = assemble(own, motions.of(own))
         assert found.period is not None, "all cases of a steady sweep have a period"
         assert isinstance(found.motion, Sines), "only sines repeat"
-        orbit = StickSlip().orbit(
-            found.plant, found.law, found.motion, found.start, found.period
-        )
+        orbit = find_orbit(found.plant, found.law, found.motion, found.start, found.period)
         if orbit.settled and orbit.periods == 1:
             scene = (own, found.plant, found.law, found.motion)
             step = found.period / SAMPLES_PER_PERIOD

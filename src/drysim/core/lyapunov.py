@@ -1,6 +1,6 @@
 """Growth of a small deviation along a motion with Coulomb friction under sines.
 
-It is the inner loop of `drysim.approach.lyapunov`, period by period.
+It is the inner loop of `drysim.orbits.lyapunov`, period by period.
 """
 
 from __future__ import annotations

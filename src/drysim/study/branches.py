@@ -1,7 +1,7 @@
 """Branches: all periodic motions along one key, stable and unstable, with their bifurcations.
 
 A march in time shows the motion that one start leads to. Here the motions reached from many
-starts are continued along the first key of the sweep (`approach.continuation`). With F_fs =
+starts are continued along the first key of the sweep (`orbits.continuation`). With F_fs =
 F_fk and a linear spring two motions never move apart, so a single start finds the only branch;
 without a damper there may be continua at single frequencies.
 """
@@ -18,7 +18,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.continuation import (
+from drysim.approach.stick_slip import ExactApproach
+from drysim.core import compile
+from drysim.core.model import ATTRACTING_MODULUS, Input, Sines, State
+from drysim.errors import ScenarioError, WarningMessage
+from drysim.excitation.harmonic import Harmonic
+from drysim.friction import Leuven
+from drysim.metrics.checks import Verdict
+from drysim.orbits.continuation import (
     LOST,
     MANY_BRANCHES,
     MANY_PERIODS,
@@ -32,13 +39,6 @@ from drysim.approach.continuation import (
     Point,
     Repetition,
 )
-from drysim.approach.stick_slip import ExactApproach
-from drysim.core import compile
-from drysim.core.model import ATTRACTING_MODULUS, Input, Sines, State
-from drysim.errors import ScenarioError, WarningMessage
-from drysim.excitation.harmonic import Harmonic
-from drysim.friction import Leuven
-from drysim.metrics.checks import Verdict
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario, scene_period
 from drysim.study.case import (
@@ -60,8 +60,8 @@ from drysim.wording import format_count, format_length, format_number, format_un
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
-    from drysim.approach.coulomb import CoulombReturnMap, SceneRows
-    from drysim.approach.shooting import PeriodicScene, ShootingReturnMap
+    from drysim.orbits.coulomb_return_map import CoulombReturnMap, SceneRows
+    from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
 
 Floats = NDArray[np.float64]
 
@@ -433,7 +433,7 @@ class Study:
     @cached_property
     def rows(self) -> SceneRows:
         """Scenes of the orbit kernel along the key."""
-        from drysim.approach.coulomb import SceneRows
+        from drysim.orbits.coulomb_return_map import SceneRows
 
         return SceneRows(self.exact_rows, *map(self.value, self.limits))
 
@@ -460,7 +460,7 @@ class Study:
     @cached_property
     def return_map(self) -> CoulombReturnMap | ShootingReturnMap:
         """Return map along the key."""
-        from drysim.approach.coulomb import CoulombReturnMap
+        from drysim.orbits.coulomb_return_map import CoulombReturnMap
 
         return CoulombReturnMap(self.rows, self.value)
 
@@ -812,7 +812,7 @@ class MarchedStudy(Study):
     @cached_property
     def return_map(self) -> ShootingReturnMap:
         """Return map along the key."""
-        from drysim.approach.shooting import ShootingReturnMap
+        from drysim.orbits.return_map import ShootingReturnMap
 
         return ShootingReturnMap(self.scene)
 
@@ -824,7 +824,7 @@ class MarchedStudy(Study):
 
     def scene(self, p: float) -> PeriodicScene | None:
         """Return the scene at a share of the range; None where there is none."""
-        from drysim.approach.shooting import PeriodicScene
+        from drysim.orbits.return_map import PeriodicScene
 
         try:
             one = self.scenario.at({self.axis.key: self.value(p)})

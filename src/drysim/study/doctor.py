@@ -173,10 +173,11 @@ def steady_metrics(law: CoulombLaw) -> tuple[float | int | None, float | int | N
     """Return x_r_peak [m] and T_a [-] from rest at resonance, damping ratio 1/3."""
     from drysim.approach.stick_slip import StickSlip
     from drysim.metrics.table import measure
+    from drysim.orbits.search import find_orbit
 
     approach, plant = StickSlip(), Plant(1.0, 1.0, 2 / 3)
     base = Sines((1.0,), (0.5 / pi,), (0.0,))
-    orbit = approach.orbit(plant, law, base, State(0.0, 0.0), 2 * pi)
+    orbit = find_orbit(plant, law, base, State(0.0, 0.0), 2 * pi)
     repetition = orbit.periods * 2 * pi
     response = approach.solve(plant, law, base, orbit.state, OUTPUT_STEP, repetition)
     assert response.trajectory is not None

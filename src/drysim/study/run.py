@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from drysim.approach.solution import Floats, Orbit, Response, Trajectory
-from drysim.approach.stick_slip import ExactApproach, StickSlip
+from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
 from drysim.errors import RecordError, SolverError, WarningMessage
@@ -109,9 +109,12 @@ def periodic_motion(case: Case) -> SolvedMotion:
     distance = orbit.distance if orbit.settled and isfinite(orbit.distance) else None
     if not orbit.settled and isinstance(case.approach, ExactApproach):
         assert isinstance(case.motion, Sines), "samples are not periodic"
-        exponent = case.approach.lyapunov_exponent(
-            case.plant, case.law, case.motion, orbit.state, case.period
-        )
+        from drysim.orbits.lyapunov import lyapunov_exponent
+        from drysim.orbits.return_map import PeriodicScene
+
+        law = case.approach.effective_law(case.law)
+        scene = PeriodicScene(case.plant, law, case.motion, case.period)
+        exponent = lyapunov_exponent(scene, orbit.state)
     numerics = replace(
         response.numerics,
         closure=orbit.closure,
@@ -469,10 +472,13 @@ def periodic_orbit(case: Case, start: AnyState) -> tuple[Orbit, float]:
     assert period is not None, "only periodic excitation has an orbit"
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples are not periodic"
-    scene = (case.plant, case.law, motion, start, period)
+    from drysim.orbits.search import find_orbit
+
     if isinstance(approach, ExactApproach):
-        return approach.orbit(*scene), case.step
-    step, exact = dividing_step(case.step, period), StickSlip().orbit(*scene)
+        law = approach.effective_law(case.law)
+        return find_orbit(case.plant, law, motion, start, period), case.step
+    step = dividing_step(case.step, period)
+    exact = find_orbit(case.plant, case.law, motion, start, period)
     return march_to_orbit(
         case, exact.state, step, period, max(PERIODS_PER_BURST, exact.periods)
     ), step
@@ -499,7 +505,7 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
         Its closure shows whether it repeats; an approach that chatters may have no orbit.
     """
     # Loads kernels, so only after the choice of the engine.
-    from drysim.approach.steady_state import shortest_repetition
+    from drysim.orbits.search import shortest_repetition
 
     steps = round(period / dt)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.approach.continuation import Continuation, Repetition
-from drysim.approach.coulomb import CoulombReturnMap
-from drysim.approach.shooting import ShootingReturnMap
+from drysim.orbits.continuation import Continuation, Repetition
+from drysim.orbits.coulomb_return_map import CoulombReturnMap
+from drysim.orbits.return_map import ShootingReturnMap
 from drysim.study.branches import MarchedStudy, Study, prepare_branches
 
 PAPER = """

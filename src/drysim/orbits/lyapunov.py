@@ -22,10 +22,10 @@ import numpy as np
 
 from drysim.approach import coulomb
 from drysim.approach.piecewise import compute_trajectory
-from drysim.approach.shooting import PeriodicScene
 from drysim.approach.solution import Floats, LyapunovExponent
 from drysim.core.model import AnyState, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.core.orbit import velocity_scale_rate
+from drysim.orbits.return_map import PeriodicScene
 
 BLOCKS, BLOCK_PERIODS = 32, 128
 """Blocks over which the growth of a deviation is averaged, and periods of the excitation in

@@ -5,7 +5,7 @@ Problem
     state before. Coulomb friction alone has both in closed form (`coulomb.CoulombReturnMap`).
 
 Method
-    Shooting: the motion is marched as by every other command (`steady_state.march_period`). A
+    Shooting: the motion is marched as by every other command (`search.march_period`). A
     law in closed form has its derivative, too, by the variational equation
     (`drysim.core.variational`). That of a dynamic law is taken by central differences with two
     step sizes, which are made smaller where they disagree; their difference estimates the error
@@ -34,15 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach import taylor
-from drysim.approach.continuation import Image, Repetition
 from drysim.approach.coulomb import SineTrajectory
 from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Events, Trajectory
-from drysim.approach.steady_state import (
-    CLOSURE_TOLERANCE,
-    find_orbit,
-    march_period,
-)
 from drysim.approach.taylor import TaylorTrajectory
 from drysim.core.events import CONTACT, IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
@@ -58,6 +52,12 @@ from drysim.core.model import (
     has_friction,
 )
 from drysim.errors import SolverError
+from drysim.orbits.continuation import Image, Repetition
+from drysim.orbits.search import (
+    CLOSURE_TOLERANCE,
+    find_orbit,
+    march_period,
+)
 
 Floats = NDArray[np.float64]
 
