@@ -242,9 +242,8 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
             answer[T_FIRST],
             answer[TIME_BEYOND],
         ) = excursions(solution, answer[X_END], length, limits, True)
-    rate = velocity_scale_rate(plant, length)
     # The first event is the state at the start.
-    a, b, c, e = event_monodromy(scene, length, rate, state.d, 1, count)
+    a, b, c, e = event_monodromy(scene, length, 1.0, state.d, 1, count)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
     answer[STOPS] = count_stops(kind)
     peak = max(answer[HIGHEST], -answer[LOWEST])

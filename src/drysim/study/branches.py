@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
-from drysim.core.model import ATTRACTING_MODULUS, Input, Sines, State
+from drysim.core.model import Input, Sines, State
 from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
 from drysim.friction import Leuven
@@ -676,7 +676,8 @@ class Study:
         multipliers = np.take_along_axis(multipliers, order, axis=1)
         if half:
             multipliers = multipliers**2
-        stable = np.asarray((abs(multipliers) < ATTRACTING_MODULUS).all(axis=1))
+        # Up to a bifurcation, which is located, its neighbours are as stable as the branch.
+        stable = np.asarray((abs(multipliers) < 1.0).all(axis=1))
         neutral = [one.position for one in found.bifurcations if one.kind != GRAZING]
         neutral += [at for at, end in zip((0, -1), found.ends, strict=True) if end == MERGED]
         stable[neutral] = False
@@ -734,7 +735,7 @@ class Study:
             for point in continuation.crossings(one, p):
                 whole = point.repetition._replace(half=False)
                 metrics = self.metrics_at(np.array([value]), point.state[None], [whole])
-                stable = bool((abs(point.multipliers) < ATTRACTING_MODULUS).all())
+                stable = bool((abs(point.multipliers) < 1.0).all())
                 T_a, peak = float(metrics["T_a"][0]), float(metrics["x_r_peak"][0])
                 yield Motion(branch, stable, T_a, peak)
 
