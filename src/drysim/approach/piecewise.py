@@ -185,18 +185,17 @@ def compute_trajectory(
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)
     load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
-    waves, kernel_law = make_waves(motion, load), to_kernel(plant, law)
+    # A normal force that varies depends on time from the start.
+    one_block = whole or law.varies or last < MAX_CACHED
+    size, waves = last + 1 if one_block else BLOCK_SIZE, make_waves(motion, load)
+    march = PiecewiseMarch(plant, law, motion, last + 1, size, [], waves, (dt, length))
     origin = SegmentBase(0.0, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt)
     x_r, v_r = start[:2]
     x_0 = float(start[2]) if len(start) > 2 else x_r
     mode, xi, v_r, x_0 = initial_piecewise_state(
-        plant, kernel_law, waves, origin, x_r, v_r, x_0
+        plant, march.kernel_law, waves, origin, x_r, v_r, x_0
     )
     checkpoint = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
-    # A normal force that varies depends on time from the start.
-    one_block = whole or law.varies or last < MAX_CACHED
-    size = last + 1 if one_block else BLOCK_SIZE
-    march = PiecewiseMarch(plant, law, motion, last + 1, size, [], waves, (dt, length))
     events, turns, hits, closest = [], [], [], math.inf
     for number in range(march.count):
         march.checkpoints.append(checkpoint)
@@ -204,13 +203,20 @@ def compute_trajectory(
         block, closest = march.cached[number], min(closest, checkpoint.closest)
         n, s, *rest = (column[number > 0 :] for column in block.log)
         events.append(((n + block.first) * dt + s, *rest))
-        turns.append(block.turning_points(dt))
-        hits.append(block.hits(dt))
-    found = Events(*(np.concatenate(column) for column in zip(*events, strict=True)))
-    path = Path(*(np.concatenate(column) for column in zip(*turns, strict=True)))
-    impacts = Impacts(*(np.concatenate(column) for column in zip(*hits, strict=True)))
+        # Of a march that is in memory they follow when needed.
+        if march.count > 1:
+            turns.append(block.turning_points(dt))
+            hits.append(block.hits(dt))
+    found = Events(*joined(events))
+    path = Path(*joined(turns)).until(duration) if turns else None
+    impacts = Impacts(*joined(hits)) if hits else None
     closest = min(closest, smallest_margin(law, found, float(start[1])))
-    return PiecewiseTrajectory(march, found, path.until(duration), impacts, duration, closest)
+    return PiecewiseTrajectory(march, found, path, impacts, duration, closest)
+
+
+def joined(parts: list[Any]) -> Any:
+    """Return the columns of consecutive parts as one."""
+    return parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +236,8 @@ class PiecewiseBlock:
         Starts of the segments, except those that begin at a sample in the mode before.
     log : EventLog
         Its first row is the state at the first sample.
-    law : KernelLaw
+    scene : Scene
+        As kernels take it.
     """
 
     first: int
@@ -238,7 +245,7 @@ class PiecewiseBlock:
     samples: SampledMotion | None
     rows: Segments
     log: EventLog
-    law: KernelLaw
+    scene: Scene
 
     def segments(self, first: int, last: int) -> tuple[Segments, int]:
         """Return the segments of steps `first` to `last` - 1, and their number.
@@ -273,15 +280,15 @@ class PiecewiseBlock:
         turns = (self.rows.v_r == 0.0) | (self.rows.d == ARRIVAL)
         turns[0] |= self.first == 0
         n, s, xi, v_r, _, codes = (column[turns] for column in self.rows)
-        x_r = xi.copy()
+        x_r, law = xi.copy(), self.scene.law
+        if min(law.up.limit, law.down.limit) == math.inf:
+            return Path((n + self.first) * dt + s, x_r)
         for code in np.flatnonzero(np.bincount(codes + 1)[1:]).tolist():
-            if (origin := decode_mode(code).origin) != 0:
-                x_r[codes == code] += origin_of(self.law, origin)
+            if (origin := decoded(code).origin) != 0:
+                x_r[codes == code] += origin_of(law, origin)
         # The velocity of an arrival has the sign of its stop.
         arrives = codes == ARRIVAL
-        x_r[arrives] = np.where(
-            np.signbit(v_r[arrives]), -self.law.down.limit, self.law.up.limit
-        )
+        x_r[arrives] = np.where(np.signbit(v_r[arrives]), -law.down.limit, law.up.limit)
         return Path((n + self.first) * dt + s, x_r)
 
     def hits(self, dt: float) -> Impacts:
@@ -317,7 +324,7 @@ class PiecewiseMarch(BlockwiseMarch):
         kinds, known = np.flatnonzero(np.bincount(codes)), self.forces_by_mode
         for code in kinds.tolist():
             if code not in known:
-                mode = decode_mode(code)
+                mode = decoded(code)
                 forces = mode_forces(self.plant, self.kernel_law, mode, 0.0)
                 damped, k_t, _, F, k_s, offset, b_s, _ = forces
                 origin = origin_of(self.kernel_law, mode.origin)
@@ -328,11 +335,6 @@ class PiecewiseMarch(BlockwiseMarch):
         at = places[codes]
         origin, direction, *forces = (column[at] for column in table)
         return ModeColumns(origin, direction.astype(np.int8), *forces)
-
-    def scene(self, block: PiecewiseBlock) -> Scene:
-        """Return the scene of a block as kernels take it."""
-        base = as_engine_array(block.u_dd)
-        return Scene(self.plant, self.kernel_law, self.waves, base, self.interval[0])
 
     def march_block(self, number: int) -> MarchState:
         """March through a block and keep it in memory; return the state at its end."""
@@ -346,12 +348,17 @@ class PiecewiseMarch(BlockwiseMarch):
         samples = empty_samples(steps + 1)
         x_r = origin_of(self.kernel_law, state.mode.origin) + state.xi
         write_first_row(samples, (state.xi, state.v_r, state.mode.direction))
-        size = INITIAL_CAPACITY + steps // STEPS_PER_ROW
+        size = INITIAL_CAPACITY + 1 + steps // STEPS_PER_ROW
         segments, log = empty_columns(Segments, size), empty_log(size)
         kind = LIFT if state.mode.contact == FREE else state.mode.contact
-        F_L = limit_force(self.plant, x_r, self.initial_u_dd if first == 0 else float(u_dd[0]))
+        u_first = initial_base_acceleration(self.motion) if first == 0 else float(u_dd[0])
+        F_L = limit_force(self.plant, x_r, u_first)
         write_first_row(log, (0, 0.0, kind, x_r, F_L))
-        work, last = mode_steps_table(first), self.last - 1 - first
+        sampled = isinstance(self.motion, Samples)
+        work = mode_steps_table(first, 1 if self.waves.size else MODES)
+        last = self.last - 1 - first
+        duration = (self.last - 1) * dt + length
+        intervals = count_intervals(self.plant, self.law, self.motion, duration)
         state = state._replace(n=0, s=0.0, used=0, events=1, closest=math.inf)
         while state.n < steps:
             most = max(state.used, state.events)
@@ -364,7 +371,7 @@ class PiecewiseMarch(BlockwiseMarch):
             state = march_modes(scene, course, state, work, ModesLog(segments, log, samples))
             t = (first + state.n) * dt + state.s
             check_progress(state.events, t, (state.xi, state.v_r))
-            check_event_count(state.events, self.intervals, t)
+            check_event_count(state.events, intervals, t)
             if state.used > MAX_SEGMENTS:
                 raise SolverError(
                     f"too many turning points: {state.used} by t = {t:.9g} s",
@@ -374,28 +381,17 @@ class PiecewiseMarch(BlockwiseMarch):
         rows = Segments(*(np.asarray(column[: state.used]) for column in segments))
         log = EventLog(*(np.asarray(column[: state.events]) for column in log))
         log = log._replace(kind=log.kind.astype(np.int8))
-        kept = samples if isinstance(self.motion, Samples) else None
+        kept = samples if sampled else None
         self.cached.clear()
-        self.cached[number] = PiecewiseBlock(first, u_dd, kept, rows, log, self.kernel_law)
+        self.cached[number] = PiecewiseBlock(first, u_dd, kept, rows, log, scene)
         return state
 
-    @cached_property
-    def initial_u_dd(self) -> float:
-        """ü at t = 0 [m/s²]."""
-        return initial_base_acceleration(self.motion)
 
-    @cached_property
-    def intervals(self) -> float:
-        """Number of samples, or of periods."""
-        duration = (self.last - 1) * self.interval[0] + self.interval[1]
-        return count_intervals(self.plant, self.law, self.motion, duration)
-
-
-def mode_steps_table(first: int) -> ModeSteps:
+def mode_steps_table(first: int, modes: int = MODES) -> ModeSteps:
     """Return empty work space of `march_modes` for samples that count from `first`."""
-    rows = as_engine_array(np.zeros((MODES, STEP_COLUMNS)))
-    x_sums, v_sums = (as_engine_array(np.empty((MODES, CHUNK))) for _ in range(2))
-    begin, until = (as_engine_array(np.full(MODES, -1)) for _ in range(2))
+    rows = as_engine_array(np.zeros((modes, STEP_COLUMNS)))
+    x_sums, v_sums = (as_engine_array(np.empty((modes, CHUNK))) for _ in range(2))
+    begin, until = (as_engine_array(np.full(modes, -1)) for _ in range(2))
     return ModeSteps(first, rows, x_sums, v_sums, begin, until)
 
 
@@ -438,13 +434,14 @@ class PiecewiseTrajectory(EventDriven):
     """Solution stored as segments.
 
     `events` are all changes of mode; `turning_points` are those at which v_r is zero under a
-    rigid contact; `turns` are the start and every turning point of x_r.
+    rigid contact. `turns` and `impacts` are the turning points of x_r and the contacts with a
+    stop of a march that is not in memory as a whole.
     """
 
     march: PiecewiseMarch
     events: Events
-    turns: Path
-    impacts: Impacts
+    turns: Path | None
+    impacts: Impacts | None
     end: float
     closest_decision: float = math.inf
 
@@ -465,10 +462,13 @@ class PiecewiseTrajectory(EventDriven):
         motion: Sines | Samples = self.march.motion
         return motion
 
-    @property
+    @cached_property
     def path(self) -> Path:
         """The start and every turning point of x_r."""
-        return self.turns
+        if self.turns is not None:
+            return self.turns
+        block: PiecewiseBlock = self.march.block(0)
+        return block.turning_points(self.dt).until(self.end)
 
     @cached_property
     def turning_points(self) -> Events:
@@ -494,7 +494,7 @@ class PiecewiseTrajectory(EventDriven):
         for block in self.march.blocks(first, last + 1):
             lo = max(first - block.first, 0)
             hi = min(last + 1 - block.first, len(block.u_dd) - 1)
-            scene = self.march.scene(block)
+            scene = block.scene
             for at in range(lo, hi, STEPS_AT_A_TIME):
                 upto = min(at + STEPS_AT_A_TIME, hi)
                 rows, count = block.segments(at, upto)
@@ -502,6 +502,12 @@ class PiecewiseTrajectory(EventDriven):
 
     def at(self, t: Floats) -> Columns:
         """Return the motion at ascending times [s]."""
+        if isinstance(self.motion, Sines) and len(t):
+            found = empty_motion(len(t))
+            near = self.whole.near(float(t[0]), float(t[-1]))
+            evaluate_segments(near, as_engine_array(t), found)
+            columns = Columns(*map(np.asarray, found))
+            return columns._replace(d=columns.d.astype(np.int8))
         x_r, v_r, z, F_f, F_stop = np.empty((5, len(t)))
         out = Columns(x_r, v_r, z, F_f, F_stop, np.empty(len(t), dtype=np.int8))
         if not len(t):
@@ -562,6 +568,12 @@ class PiecewiseTrajectory(EventDriven):
             column[:] = values
 
     @cached_property
+    def whole(self) -> Part:
+        """A motion under sines as one part."""
+        block: PiecewiseBlock = self.march.block(0)
+        return Part(0.0, 0, block.scene, block.rows, len(block.rows.n))
+
+    @cached_property
     def segments(self) -> Segments:
         """All segments of the first block, which is all of a motion under sines."""
         block: PiecewiseBlock = self.march.block(0)
@@ -571,7 +583,7 @@ class PiecewiseTrajectory(EventDriven):
     def solution(self) -> Solution:
         """The first block as kernels take it, which is all of a motion under sines."""
         block = self.march.block(0)
-        return Solution(self.march.scene(block), Segments(*map(as_engine_array, self.segments)))
+        return Solution(block.scene, Segments(*map(as_engine_array, self.segments)))
 
     @property
     def series(self) -> tuple[Floats, ...]:
@@ -584,11 +596,35 @@ class PiecewiseTrajectory(EventDriven):
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
         if t not in self.states:
-            found = self.at(np.array([t]))
+            found = self._at_once(t)
             x_r, v_r, z = float(found.x_r[0]), float(found.v_r[0]), float(found.z[0])
             plain = self.law.stops is not None and not self.law.is_elastic
             self.states[t] = State(x_r, v_r) if plain else ContactState(x_r, v_r, z)
         return self.states[t]
+
+    def _at_once(self, t: float) -> Columns:
+        """Return the motion at one time [s]: as `at`, from the only segment that counts."""
+        n = int(t / self.dt)
+        n += int((n + 1) * self.dt <= t) - int(n * self.dt > t)
+        n = min(max(n, 0), self.march.last - 1)
+        block: PiecewiseBlock = self.march.block_at(n)
+        if block.samples is None:
+            return self.at(np.array([t]))
+        t, n = t - block.first * self.dt, n - block.first
+        rows, samples = block.rows, block.samples
+        first, last = np.searchsorted(rows.n, (n, n + 1)).tolist()
+        while last > first and n * self.dt + rows.s[last - 1] > t:
+            last -= 1
+        segment = Segments(*(column[last - 1 : last] for column in rows))
+        if last == first:
+            x_r, v_r = np.asarray(samples.x_r[n : n + 1]), np.asarray(samples.v_r[n : n + 1])
+            segment = segment._replace(n=np.array([n]), s=np.zeros(1), x_r=x_r, v_r=v_r)
+        solution, out = (
+            Solution(block.scene, Segments(*map(as_engine_array, segment))),
+            empty_motion(1),
+        )
+        evaluate_segments(solution, as_engine_array(np.array([t])), out)
+        return out
 
     @cached_property
     def states(self) -> dict[float, AnyState]:
@@ -648,7 +684,8 @@ class PiecewiseTrajectory(EventDriven):
 
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""
-        return self.impacts
+        block: PiecewiseBlock = self.march.block(0)
+        return block.hits(self.dt) if self.impacts is None else self.impacts
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
         """Return the largest force of a bumper in a window [N]."""
@@ -657,7 +694,7 @@ class PiecewiseTrajectory(EventDriven):
             n, codes = (column[: part.own] for column in (part.segments.n, part.segments.d))
             touches = np.zeros(int(n[-1]) + 1, dtype=bool)
             for kind in np.flatnonzero(np.bincount(codes + 1)).tolist():
-                if kind - 1 != ARRIVAL and decode_mode(kind - 1).end_stop != APART:
+                if kind - 1 != ARRIVAL and decoded(kind - 1).end_stop != APART:
                     touches[n[codes == kind - 1]] = True
             solution = part.select(np.flatnonzero(touches[n]))
             forces.append(peak_bumper_force(solution, begin - part.t, end - part.t))
@@ -676,7 +713,7 @@ class PiecewiseTrajectory(EventDriven):
             As `SegmentSums`.
         """
         rows, samples, dt = block.rows, block.samples, self.dt
-        scene, count = self.march.scene(block), len(block.u_dd) - 1
+        scene, count = block.scene, len(block.u_dd) - 1
         if samples is None or self.law.varies:
             segments = map(as_engine_array, block.segments(0, count)[0])
             return np.array(
@@ -704,7 +741,7 @@ class PiecewiseTrajectory(EventDriven):
         for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
             steps = np.flatnonzero(whole & (codes == code - 1))
             found, left = self._sum_whole_steps(
-                block, decode_mode(code - 1), steps + first, rows.x_0[at[steps]]
+                block, decoded(code - 1), steps + first, rows.x_0[at[steps]]
             )
             whole[steps[left]] = False
             worst = max(sums[8], found[8])
@@ -770,11 +807,18 @@ class PiecewiseTrajectory(EventDriven):
 
 
 @cache
+def decoded(code: int) -> Mode:
+    """Return an encoded mode."""
+    mode: Mode = decode_mode(code)
+    return mode
+
+
+@cache
 def lasting_mode(code: int) -> int:
     """Return an encoded mode without what only the start of its segment has."""
     if code == ARRIVAL:
         return code
-    mode = decode_mode(code)
+    mode = decoded(code)
     entry = CHATTERING if mode.entry == CHATTERING else REGULAR
     return int(encode_mode(mode._replace(poised=0, entry=entry)))
 
