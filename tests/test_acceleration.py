@@ -84,6 +84,40 @@ def half_sine_spectrum(f_0: float, xi: float) -> tuple[float, float]:
     return peak(x_dd, rate), peak(lambda state: state[0], lambda state: state[1])
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        CoulombLaw(30.0, 40.0),
+        PiecewiseLaw(30.0, 40.0, stops=EndStops(StrokeLimits(0.004, 0.005))),
+        PiecewiseLaw(30.0, 30.0, k_t=2e4),
+    ],
+    ids=["coulomb", "stops", "elastic"],
+)
+def test_measuring_a_motion_leaves_it_as_it_is(monkeypatch, law):
+    monkeypatch.setattr(acceleration, "STEPS_AT_A_TIME", 256)
+    noise = np.random.default_rng(3).normal(size=4000)
+    u_dd = np.convolve(noise, np.ones(8) / 3, "same")
+    response = StickSlip().solve(
+        Plant(75.0, 7500.0, 300.0), law, Samples(u_dd, 0.005), REST, 1.0
+    )
+    trajectory = response.trajectory
+    windows = (0.0, trajectory.end), (3.3, 17.7), (10.0, trajectory.end)
+
+    def measured():
+        return [
+            (
+                peak_acceleration(trajectory, *window),
+                trajectory.totals(*window),
+                trajectory.state(window[1]),
+            )
+            for window in windows
+        ]
+
+    first = measured()
+    assert measured() == first
+    assert measured() == first
+
+
 @pytest.mark.parametrize("f_0", [8.0, 40.0, 72.39, 250.0, 500.0])
 def test_without_friction_the_peak_is_that_of_the_linear_shock_spectrum(f_0):
     # A pulse joined by straight lines deviates by π²/8/n² of its height: 3e-10.

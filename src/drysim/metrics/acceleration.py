@@ -106,7 +106,7 @@ def coulomb_rows(
             part = slice(at, min(at + STEPS_AT_A_TIME + 1, len(block.d)))
             found = slice(*np.searchsorted(log.n, (at, part.stop - 1)))
             n, s, kind, x_r, _ = (column[found] for column in log)
-            n -= at
+            n = n - at
             columns = block.u_dd[part], block.x_r[part], block.v_r[part], block.d[part]
             window = begin / dt - block.first - at, end / dt - block.first - at
             steps = steps_of_peak(trajectory.plant, F_fk, dt, columns, n, window)
