@@ -277,7 +277,7 @@ MAX_PERIODS = 5_000
 def find_orbit(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
-    """Return the periodic orbit reached from a start, as `steady_state.find_orbit` does."""
+    """Return the periodic orbit reached from a start, as `orbits.search.find_orbit` does."""
     scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
     (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.find_orbit(
         scene, period, *start[:2], MAX_PERIODS, period_buffers()

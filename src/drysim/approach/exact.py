@@ -125,19 +125,15 @@ def compute_trajectory(
 
     Parameters and errors as in `solve`.
     """
-    if isinstance(law, CoulombLaw):
-        return coulomb.compute_trajectory(plant, law, motion, start, duration, whole)
+    scene = plant, law, motion, start, duration
     if isinstance(law, PiecewiseLaw) and law.stops is not None:
         unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
         if not reaches_stops(unstopped, law.stops):
             return UnreachedStopsTrajectory(law, unstopped)
-    if isinstance(law, PiecewiseLaw):
-        from drysim.approach import piecewise
-
-        return piecewise.compute_trajectory(plant, law, motion, start, duration, whole)
-    trajectory: Trajectory = solver_module(law).compute_trajectory(
-        plant, law, motion, start, duration
-    )
+    solver = solver_module(law)
+    # The series of a dynamic law are all kept in memory.
+    storage = () if isinstance(law, DynamicLaw) else (whole,)
+    trajectory: Trajectory = solver.compute_trajectory(*scene, *storage)
     return trajectory
 
 

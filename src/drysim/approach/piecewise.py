@@ -638,9 +638,7 @@ class PiecewiseTrajectory(EventDriven):
         for block in self.march.blocks(first, last + 1):
             t = block.first * self.dt
             more = self._sum_steps(block, begin - t, end - t)
-            worst = max(sums[8], more[8])
-            sums += more
-            sums[8] = worst
+            add_sums(sums, more)
         x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = sums.tolist()
         stops = self.law.stops
         if stops is not None and stops.rigid:
@@ -744,9 +742,7 @@ class PiecewiseTrajectory(EventDriven):
                 block, decoded(code - 1), steps + first, rows.x_0[at[steps]]
             )
             whole[steps[left]] = False
-            worst = max(sums[8], found[8])
-            sums += found
-            sums[8] = worst
+            add_sums(sums, found)
         steps = np.flatnonzero(~whole & ~has_row)
         modes, n = at[steps], steps + first
         x_r, v_r = np.asarray(samples.x_r)[n], np.asarray(samples.v_r)[n]
@@ -757,9 +753,7 @@ class PiecewiseTrajectory(EventDriven):
             Segments(*(column[parts] for column in rows)),
         )
         more = np.array(integrate_segments(Solution(scene, divided), begin, end))
-        worst = max(sums[8], more[8])
-        sums += more
-        sums[8] = worst
+        add_sums(sums, more)
         return sums
 
     def _sum_whole_steps(
@@ -804,6 +798,13 @@ class PiecewiseTrajectory(EventDriven):
         sums[:5], turning = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
         sums[7] = b * sums[1]
         return sums, turning
+
+
+def add_sums(sums: Floats, more: Floats) -> None:
+    """Add `SegmentSums` to others in place; the larger of two violations counts."""
+    violation = max(sums[-1], more[-1])
+    sums += more
+    sums[-1] = violation
 
 
 @cache

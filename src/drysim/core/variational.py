@@ -310,6 +310,6 @@ def acceleration(plant, law, state, now):
 
 @merged
 def reset_anchor(deviations, at_stop):
-    """Let x_0 follow x_r, which is the same for all at a rigid stop."""
+    """Reset x_0 to x_r, which is the same for all deviations at a rigid stop."""
     for k in range(len(deviations.x_0)):
         deviations.x_0[k] = 0.0 if at_stop else deviations.x_r[k]
