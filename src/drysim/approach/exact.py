@@ -1,4 +1,4 @@
-"""Exact solution of a scene by the module that fits its friction law.
+"""Exact solution of a scene by the algorithm that `SOLVERS` has for it.
 
 A scene with end stops is first solved without them, which is faster. If x_r stays between the
 stops, this solution is exact for the scene with stops as well. x_r is compared at the extreme
@@ -8,12 +8,12 @@ points of the path, so that no contact is missed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from drysim.approach import coulomb
 from drysim.approach.solution import (
     EventDriven,
     Events,
@@ -24,11 +24,10 @@ from drysim.approach.solution import (
     Response,
     Trajectory,
 )
+from drysim.approach.solvers import solver_of
 from drysim.core.model import (
     AnyLaw,
     AnyState,
-    CoulombLaw,
-    DynamicLaw,
     EndStops,
     PiecewiseLaw,
     Plant,
@@ -57,7 +56,7 @@ def solve(
     plant : Plant
         Mass [kg], stiffness [N/m] and damping [N·s/m].
     law : AnyLaw
-        Friction law; its type selects the solver.
+        Friction law.
     motion : Sines or Samples
         Base motion.
     start : AnyState
@@ -89,7 +88,7 @@ def response_on_grid(trajectory: Trajectory, step: float) -> Response:
         response: Response = response_on_grid(trajectory.unstopped, step)
         numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
         return replace(response, law=law, numerics=numerics, trajectory=trajectory)
-    response = solver_module(law).response_on_grid(trajectory, step)
+    response = solver_module(law, trajectory.motion).response_on_grid(trajectory, step)
     if has_friction(law) or law.stops is not None:
         return response
     return without_friction(response)
@@ -130,24 +129,19 @@ def compute_trajectory(
         unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
         if not reaches_stops(unstopped, law.stops):
             return UnreachedStopsTrajectory(law, unstopped)
-    solver = solver_module(law)
-    # The series of a dynamic law are all kept in memory.
-    storage = () if isinstance(law, DynamicLaw) else (whole,)
-    trajectory: Trajectory = solver.compute_trajectory(*scene, *storage)
+    trajectory: Trajectory = solver_module(law, motion).compute_trajectory(*scene, whole)
     return trajectory
 
 
-def solver_module(law: AnyLaw) -> Any:
-    """Return the module that solves scenes of a law; its kernels are loaded on first use."""
-    if isinstance(law, CoulombLaw):
-        return coulomb
-    if isinstance(law, DynamicLaw):
-        from drysim.approach import taylor
+def solver_module(law: AnyLaw, motion: Sines | Samples) -> Any:
+    """Return the module that solves a scene."""
+    return load_solver(solver_of(law, motion).module)
 
-        return taylor
-    from drysim.approach import piecewise
 
-    return piecewise
+@cache
+def load_solver(name: str) -> Any:
+    """Return a module of this package; its kernels are loaded on first use."""
+    return import_module(f"drysim.approach.{name}")
 
 
 # End stops that are not reached.
@@ -171,6 +165,11 @@ class UnreachedStopsTrajectory(EventDriven):
     def plant(self) -> Plant:
         """Oscillator."""
         return self.unstopped.plant
+
+    @property
+    def motion(self) -> Sines | Samples:
+        """Base motion."""
+        return self.unstopped.motion
 
     @property
     def closest_decision(self) -> float:

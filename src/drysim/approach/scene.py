@@ -23,6 +23,7 @@ from drysim.approach.solution import (
     PointsOfRange,
     Response,
 )
+from drysim.approach.solvers import solver_of
 from drysim.core.compile import as_engine_array, engine
 from drysim.core.events import (
     MAX_EVENTS_PER_STEP,
@@ -32,11 +33,8 @@ from drysim.core.events import (
 )
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
-    LEUVEN,
-    AnyLaw,
     AnyState,
     CoulombLaw,
-    DynamicLaw,
     PiecewiseLaw,
     Plant,
     Samples,
@@ -326,41 +324,13 @@ def exact_response(
     law, motion = trajectory.law, trajectory.motion
     events = trajectory.turning_points if events is None else events
     grid = Grid(dt, points, partial(base_acceleration_on_grid, motion, dt), part)
-    core, why = core_and_reason(law, motion)
+    solver = solver_of(law, motion)
     closest = trajectory.closest_decision
     numerics = Numerics(
-        approach, core, why, engine(), points - 1, len(events),
+        approach, solver.core, solver.why, engine(), points - 1, len(events),
         closest if closest < 1.0 else None, error=error,
     )  # fmt: skip
     return Response(trajectory.plant, law, motion, grid, events, numerics, trajectory)
-
-
-def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
-    """Return the smallest algorithm that is exact for a scene, and the reason."""
-    if law.stops is not None:
-        return (
-            "bounded",
-            "end stops: closed form from event to event; solved without stops if none is hit",
-        )
-    if law.is_elastic:
-        return "contact", "elastic contact: closed form in each mode"
-    if law.is_directed:
-        return "directed", "friction or damping by direction: closed form in each mode"
-    if law.may_separate:
-        kind = "recorded" if law.force_record else "vanishing"
-        return "pressed", f"{kind} normal force: closed form in each mode"
-    if isinstance(law, DynamicLaw):
-        kind = "friction that depends on speed" if law.can_stick else "bristles"
-        kind = "bristles with hysteresis" if law.kind == LEUVEN else kind
-        return "series", f"{kind}: Taylor series, zeros of v_r located"
-    if isinstance(motion, Sines):
-        return "leap", "sines: closed form from event to event"
-    if law.variation:
-        return (
-            "leap",
-            "samples and varying friction limits: closed form in each step, events located",
-        )
-    return "march", "samples, linear in between: closed form in each step, events located"
 
 
 def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:

@@ -294,6 +294,10 @@ class Trajectory(Protocol):
         """Friction law."""
 
     @property
+    def motion(self) -> Sines | Samples:
+        """Base motion."""
+
+    @property
     def closest_decision(self) -> float:
         """Smallest relative margin of a decision between stick and slip [-]."""
 

@@ -6,9 +6,9 @@ oscillator without dry friction, the reference curve.
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
+from drysim.approach import exact
 from drysim.approach.solution import Response, Trajectory
 from drysim.core.model import (
     AnyLaw,
@@ -41,14 +41,6 @@ class ApproachBase(Block):
     def substeps(self, plant: Plant, law: AnyLaw, dt: float) -> int:
         """Return the number of integration steps per step of the output grid [s]."""
         return 1
-
-
-@cache
-def exact_solvers() -> Any:
-    """Return the module of the exact solvers; it and its kernels are imported on first use."""
-    from drysim.approach import exact
-
-    return exact
 
 
 class ExactApproach(ApproachBase):
@@ -94,10 +86,8 @@ class ExactApproach(ApproachBase):
         SolverError
             If events do not advance in time, or the motion is not finite.
         """
-        response: Response = exact_solvers().solve(
-            plant, self.effective_law(law), motion, start, step, duration, whole
-        )
-        return response
+        law = self.effective_law(law)
+        return exact.solve(plant, law, motion, start, step, duration, whole)
 
     def trajectory(
         self,
@@ -111,10 +101,8 @@ class ExactApproach(ApproachBase):
 
         Parameters and errors as in `solve`.
         """
-        trajectory: Trajectory = exact_solvers().compute_trajectory(
-            plant, self.effective_law(law), motion, start, duration
-        )
-        return trajectory
+        law = self.effective_law(law)
+        return exact.compute_trajectory(plant, law, motion, start, duration)
 
 
 class StickSlip(ExactApproach):

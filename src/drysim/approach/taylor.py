@@ -140,8 +140,12 @@ def compute_trajectory(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
+    whole: bool = False,
 ) -> TaylorTrajectory:
-    """Solve a scene and return its trajectory; parameters as in `exact.solve`."""
+    """Solve a scene and return its trajectory; parameters as in `exact.solve`.
+
+    A limited number of blocks is in memory even where `whole` allows all.
+    """
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     base = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)

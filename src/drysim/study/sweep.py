@@ -15,6 +15,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from drysim.approach.solution import FIXED_STEP
+from drysim.approach.solvers import solver_of
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.errors import WarningMessage
@@ -390,8 +391,7 @@ def make_table(
 
 def describe_numerics(case: Case) -> dict[str, object]:
     """Return core, reason, engine and step of the solution, as far as all cases share them."""
-    from drysim.approach.scene import core_and_reason
-
-    exact = isinstance(case.approach, ExactApproach)
-    core, why = core_and_reason(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
+    core, why = FIXED_STEP, "fixed steps"
+    if isinstance(case.approach, ExactApproach):
+        core, why, *_ = solver_of(case.law, case.motion)
     return {"core": core, "why": why, "engine": compile.engine(), "step": case.step}
