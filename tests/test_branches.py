@@ -559,7 +559,7 @@ def test_motion_that_a_run_shows_is_on_a_branch(tmp_path, monkeypatch, phase):
     def only_rest(scenes):
         return np.zeros((1, len(scenes), 2))
 
-    monkeypatch.setattr("drysim.approach.coulomb.orbit_starts", only_rest)
+    monkeypatch.setattr("drysim.study.other_motions.orbit_starts", only_rest)
     paper(tmp_path, 0.5)
     own = {
         "friction.static_ratio": 1.2,

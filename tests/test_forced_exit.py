@@ -209,7 +209,7 @@ def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
 def test_compiled_kernel_that_would_run_for_hours_ends(folder):
     setup = (
         "os.environ['DRYSIM_ENGINE'] = 'compiled'\n"
-        "import drysim.approach.coulomb as coulomb\n"
+        "import drysim.orbits.coulomb as coulomb\n"
         "from drysim.core.forcing import B\n"
         "def long(scenes, whole=coulomb.solve_orbits):\n"
         "    damped = scenes[:1].copy()\n"

@@ -10,10 +10,9 @@ import pytest
 from law_scenes import PAPER, sine
 from periods import KINDS, changes_after, draw_steady_scene, true_period
 
-from drysim.approach import coulomb
 from drysim.approach.solution import Orbit
 from drysim.core.model import AnyState, CoulombLaw, PiecewiseLaw, State
-from drysim.orbits import search
+from drysim.orbits import coulomb, search
 from drysim.orbits.return_map import PeriodicScene
 from drysim.orbits.search import (
     OrbitConvergence,
@@ -160,7 +159,7 @@ def test_distance_beside_a_multiplier_near_1_covers_what_the_closure_does_not():
     forces = F_fk, ratio * F_fk
     marched = PiecewiseLaw(*forces, compression=forces)
     start = State(0.0016, 0.002)
-    exact = coulomb.find_orbit(PAPER, CoulombLaw(*forces), motion, start, 2.0)
+    exact = coulomb.find_coulomb_orbit(PAPER, CoulombLaw(*forces), motion, start, 2.0)
     found = find_orbit(PAPER, marched, motion, start, 2.0)
     scene = PeriodicScene(PAPER, marched, motion, 2.0)
     assert (exact.settled, found.settled) == (True, True)

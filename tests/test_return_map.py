@@ -10,7 +10,7 @@ import pytest
 
 import drysim
 from drysim.orbits.continuation import Continuation, Repetition
-from drysim.orbits.coulomb_return_map import CoulombReturnMap
+from drysim.orbits.coulomb import CoulombReturnMap
 from drysim.orbits.return_map import ShootingReturnMap
 from drysim.study.branches import MarchedStudy, Study, prepare_branches
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from drysim.approach.coulomb import solve_orbits
+from drysim.orbits.coulomb import solve_orbits
 from drysim.scenario.axes import count_points, point_columns
 from drysim.scenario.load import load
 from drysim.study import plan

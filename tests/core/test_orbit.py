@@ -196,7 +196,7 @@ def found_for(
     plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
     scene = kernel.orbit.SineScene(plant, law, waves, log)
-    (x_r, v_r, _), multiple, closure, _, _, unique, _ = kernel.orbit.find_orbit(
+    (x_r, v_r, _), multiple, closure, _, _, unique, _ = kernel.orbit.converge_to_orbit(
         scene, 1.0 / f, 0.0, 0.0, 300, period_starts(kernel)
     )
     d = kernel.events.initial_direction(plant, law, x_r, v_r, 0.0)[0]
@@ -291,7 +291,7 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.CoulombLaw(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
     scene = kernel.orbit.SineScene(plant, law, waves, log)
-    (x_r, v_r, _), multiple, closure, periods, _, unique, _ = kernel.orbit.find_orbit(
+    (x_r, v_r, _), multiple, closure, periods, _, unique, _ = kernel.orbit.converge_to_orbit(
         scene, 1.0 / f, 0.0, -0.5202476676680174, 5000, period_starts(kernel)
     )
     assert (multiple, unique) == (10, True)
@@ -313,7 +313,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.CoulombLaw(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
     scene = fast.orbit.SineScene(plant, law, waves, log)
-    (x_r, *_), multiple, _, periods, _, unique, _ = fast.orbit.find_orbit(
+    (x_r, *_), multiple, _, periods, _, unique, _ = fast.orbit.converge_to_orbit(
         scene, 1.0, 1.0, 0.0, 5000, period_starts(fast)
     )
     assert (multiple, unique) == (1, True)
@@ -328,7 +328,7 @@ def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamesp
     )
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
     scene = fast.orbit.SineScene(plant, law, waves, log)
-    _, multiple, _, periods, *_ = fast.orbit.find_orbit(
+    _, multiple, _, periods, *_ = fast.orbit.converge_to_orbit(
         scene, 1 / 1.6, 0.0, 0.0, 5000, period_starts(fast)
     )
     assert multiple == 0

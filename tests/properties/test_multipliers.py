@@ -6,10 +6,10 @@ from math import inf, pi
 
 import numpy as np
 
-from drysim.approach.coulomb import solve_orbits
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import orbit as o
 from drysim.core.model import CoulombLaw, Plant, Sines, State
+from drysim.orbits.coulomb import solve_orbits
 
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7)
 """Changes of the state, relative to its size. Next to an event that is about to be born or lost

@@ -30,10 +30,8 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.approach.scene import (
-    LOG_LENGTH,
     SAMPLES_PER_CALL,
     base_square_integrals,
     check_event_count,
@@ -61,30 +59,22 @@ from drysim.approach.solution import (
     Floats,
     Int8Array,
     MarchedTrajectory,
-    Orbit,
     Points,
     Response,
 )
-from drysim.core import lyapunov, orbit
+from drysim.core import orbit
 from drysim.core.compile import as_engine_array
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
 from drysim.core.forcing import (
-    F_FK,
-    F_FS,
-    K_X,
     SCENE_COLUMNS,
     V_R,
     WAVE_COLUMNS,
-    X_R,
-    B,
-    M,
     Waves,
 )
 from drysim.core.march import (
     Interval,
     Scene,
     SlipState,
-    initial_slip_state,
     march_sines,
     march_sines_from_start,
     march_varying_limits,
@@ -265,205 +255,6 @@ def sine_points(trajectory: SineTrajectory, dt: float, first: int, last: int) ->
     table = as_engine_array(np.empty(table_shape(trajectory.size)))
     sample_coulomb_grid(trajectory.solution, first, dt, table, (x_r, v_r), d)
     return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
-
-
-# Periodic orbits under sines.
-
-
-MAX_PERIODS = 5_000
-"""Periods after which a motion counts as not settled."""
-
-
-def find_orbit(
-    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
-) -> Orbit:
-    """Return the periodic orbit reached from a start, as `orbits.search.find_orbit` does."""
-    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
-    (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.find_orbit(
-        scene, period, *start[:2], MAX_PERIODS, period_buffers()
-    )
-    check_progress(multiple, periods * period, (x_r, v_r))
-    return Orbit(
-        State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
-        periods * period, peak, distance,
-    )  # fmt: skip
-
-
-def deviation_growth(
-    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float, periods: int
-) -> Floats:
-    """Return the logarithmic growth of a deviation in each period, as `lyapunov` defines it."""
-    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
-    x_r, v_r = start[:2]
-    d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
-    growth = as_engine_array(np.empty(periods))
-    lyapunov.deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
-    return np.asarray(growth)
-
-
-def solve_orbits(scenes: Floats) -> Floats:
-    """Find the periodic orbits of many scenes and compute their metrics.
-
-    Parameters
-    ----------
-    scenes : ndarray, shape (n, SINES + 3 sines)
-        One scene per row, columns as in `drysim.core.orbit.solve_orbits`.
-
-    Returns
-    -------
-    ndarray, shape (n, ANSWER_COLUMNS)
-        One answer per row, columns as defined there.
-    """
-    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
-    return fill_answers(scenes, answers, MAX_PERIODS)
-
-
-def measure_orbits(scenes: Floats, periods: Floats) -> Floats:
-    """Compute the metrics of known orbits, as `solve_orbits` does.
-
-    Parameters
-    ----------
-    scenes : ndarray, shape (n, SINES + 3 sines)
-        One scene per row; its start is on the orbit.
-    periods : ndarray, shape (n,)
-        Periods of the excitation per repetition of each orbit.
-
-    Returns
-    -------
-    ndarray, shape (n, ANSWER_COLUMNS)
-    """
-    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
-    answers[:, orbit.MULTIPLE] = periods
-    return fill_answers(scenes, answers, 0)
-
-
-def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
-    """Call the kernel `solve_orbits`; parameters as there. Returns the answers."""
-    filled = as_engine_array(answers)
-    orbit.solve_orbits(
-        as_engine_array(np.ascontiguousarray(scenes)),
-        filled,
-        scene_buffer(scenes.shape[1]),
-        period_buffers(),
-        most,
-        empty_log(LOG_LENGTH),
-    )
-    return np.asarray(filled)
-
-
-def scene_buffer(columns: int) -> Any:
-    """Return the work space of kernels for the waves of a scene with so many columns."""
-    return as_engine_array(np.zeros(WAVE_COLUMNS * ((columns - orbit.SINES) // 3 + 1)))
-
-
-def period_buffers() -> orbit.PeriodStarts:
-    """Return buffers for the states at the start of the latest periods."""
-    x_r, v_r = (as_engine_array(np.zeros(orbit.MAX_MULTIPLE)) for _ in range(2))
-    return orbit.PeriodStarts(x_r, v_r)
-
-
-START_SIZES, START_PHASES = (0.5, 1.0, 2.0), 4
-"""Starts besides rest from which other motions are sought: the steady response without
-friction, scaled, at phases within half its period. They lead to 99 % of the stable motions of
-random scenes with F_fs > F_fk that 70 starts lead to."""
-
-LARGEST_START = 20.0
-"""Largest amplitude of a sine of this response, as a multiple of its static deflection."""
-
-
-def orbit_starts(scenes: Floats) -> Floats:
-    """Return starts from which different motions may be reached: x_r [m] and v_r [m/s].
-
-    Parameters
-    ----------
-    scenes : ndarray, shape (n, SINES + 3 sines)
-        As in `solve_orbits`.
-
-    Returns
-    -------
-    ndarray, shape (starts, n, 2)
-        Rest first.
-    """
-    m, k_x, b = (scenes[:, [column]] for column in (M, K_X, B))
-    sines = scenes[:, orbit.SINES :]
-    force, omega, phase = m * sines[:, ::3], math.tau * sines[:, 1::3], sines[:, 2::3]
-    stiffness, least = k_x - m * omega**2 + 1j * b * omega, k_x / LARGEST_START
-    swing = -force * np.exp(1j * phase)
-    swing /= np.where(np.abs(stiffness) < least, 1j * least, stiffness)
-    starts = [np.zeros((len(scenes), 2))]
-    for share in START_SIZES:
-        for i in range(START_PHASES):
-            shifted = share * swing * np.exp(-1j * math.pi * i / START_PHASES)
-            state = shifted.imag.sum(axis=1), (omega * shifted.real).sum(axis=1)
-            starts.append(np.stack(state, axis=1))
-    return np.array(starts)
-
-
-def can_have_other_motions(scenes: Floats) -> NDArray[np.bool_]:
-    """Whether different starts may lead to different motions, shape (n,).
-
-    With F_fs = F_fk and a linear spring the distance of two motions never grows, in the energy
-    norm, because the friction force is a monotone function of the velocity. All motions then
-    approach the same one.
-    """
-    found: NDArray[np.bool_] = scenes[:, F_FS] > scenes[:, F_FK]
-    return found
-
-
-SAME_MOTION = 1e-3
-"""Relative difference of sliding distance and mean squared velocity up to which two motions are
-the same; mirror images agree in both, and one that settles slowly is close to its end."""
-
-
-def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Whether the orbits of two arrays of answers are different motions, and both settled."""
-    settled = (one[:, orbit.STATUS] == orbit.CONVERGED) & (
-        other[:, orbit.STATUS] == orbit.CONVERGED
-    )
-    columns = [orbit.V2, orbit.SLIDING_DISTANCE]
-    with np.errstate(invalid="ignore"):
-        a, b = (answers[:, columns] / answers[:, [orbit.MULTIPLE]] for answers in (one, other))
-        apart = np.abs(a - b) > SAME_MOTION * np.maximum(np.abs(a), np.abs(b))
-    different: NDArray[np.bool_] = settled & apart.any(axis=1)
-    return different
-
-
-class OtherMotion(NamedTuple):
-    """Another stable motion of a scene: transmissibility [-] and largest |x_r| [m]."""
-
-    T_a: float
-    x_r_peak: float
-
-
-def find_other_motions(
-    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
-) -> tuple[list[OtherMotion], int]:
-    """Return the stable motions that other starts lead to, and the number of these starts.
-
-    Parameters
-    ----------
-    plant, law, motion, start
-        The scene.
-    period : float
-        Period of the excitation [s].
-    """
-    sines = [column for sine in zip(*motion, strict=True) for column in sine]
-    row = np.array([[*plant, *law, *start[:2], period, math.inf, math.inf, *sines]])
-    starts = orbit_starts(row)[:, 0]
-    rows = np.tile(row, (len(starts) + 1, 1))
-    rows[1:, [X_R, V_R]] = starts
-    known, *answers = solve_orbits(rows)[:, None]
-    found: list[OtherMotion] = []
-    for answer in answers:
-        if not are_different(known, np.tile(answer, (len(known), 1))).all():
-            continue
-        known = np.concatenate([known, answer])
-        # A mass that sticks for ever does so at many positions.
-        is_stuck = answer[0, orbit.SLIDING_DISTANCE] == 0.0
-        T_a = 1.0 if is_stuck else math.sqrt(answer[0, orbit.X_DD2] / answer[0, orbit.U_DD2])
-        peak = max(answer[0, orbit.HIGHEST], -answer[0, orbit.LOWEST])
-        found.append(OtherMotion(T_a, 0.0 if is_stuck else float(peak)))
-    return found, len(starts)
 
 
 # Samples: known at every sample and at every event between samples.

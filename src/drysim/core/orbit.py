@@ -169,7 +169,7 @@ def solve_orbits(scenes, answers, values, past, most, log):
         plant, law = plant_and_law(row)
         scene = SineScene(plant, law, scene_waves(row, values, law), log)
         if most > 0:
-            found = find_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
+            found = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
         else:
             state = PeriodState(row[X_R], row[V_R], int(ZERO))
             found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True, 0.0)
@@ -318,7 +318,7 @@ failure."""
 
 
 @merged
-def find_orbit(scene, period, x_r, v_r, most, past):
+def converge_to_orbit(scene, period, x_r, v_r, most, past):
     """Return the `FoundOrbit` to which the motion from a start converges.
 
     Without dry friction the linear steady state replaces the start. The last two parameters are
@@ -612,7 +612,7 @@ all events."""
 
 
 @compiled
-def solve_repetition(row, values, length, x_r, v_r, log, image):
+def flow_and_monodromy(row, values, length, x_r, v_r, log, image):
     """Propagate a state through a time and differentiate its image.
 
     Parameters

@@ -20,11 +20,11 @@ import math
 
 import numpy as np
 
-from drysim.approach import coulomb
 from drysim.approach.piecewise import compute_trajectory
 from drysim.approach.solution import Floats, LyapunovExponent
 from drysim.core.model import AnyState, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.core.orbit import velocity_scale_rate
+from drysim.orbits.coulomb import deviation_growth
 from drysim.orbits.return_map import PeriodicScene
 
 BLOCKS, BLOCK_PERIODS = 32, 128
@@ -63,7 +63,7 @@ def lyapunov_exponent(scene: PeriodicScene, start: AnyState) -> LyapunovExponent
         return None
     periods = (1 + BLOCKS) * BLOCK_PERIODS
     if isinstance(law, CoulombLaw):
-        growth = coulomb.deviation_growth(plant, law, motion, start, period, periods)
+        growth = deviation_growth(plant, law, motion, start, period, periods)
     else:
         growth = marched_growth(scene, law, start, periods // MARCHED_PERIODS)
     rates = growth.reshape(1 + BLOCKS, -1)[1:].sum(axis=1) / (BLOCK_PERIODS * period)

@@ -41,7 +41,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from drysim.approach import coulomb, exact, piecewise
+from drysim.approach import exact, piecewise
 from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Orbit
 from drysim.core.model import (
@@ -68,6 +68,7 @@ from drysim.core.orbit import (
     decay_count,
     period_budget,
 )
+from drysim.orbits.coulomb import find_coulomb_orbit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +103,7 @@ def find_orbit(
         return find_orbit_with_stops(plant, law, motion, start, period)
     if not isinstance(law, CoulombLaw):
         return find_orbit_by_marching(plant, law, motion, start, period)
-    return coulomb.find_orbit(plant, law, motion, start, period)
+    return find_coulomb_orbit(plant, law, motion, start, period)
 
 
 STOP_SEARCH_PERIODS = 2_000
@@ -151,9 +152,6 @@ PERTURBATION = 1e-6
 
 MULTIPLIER_ERROR = 1e-4
 """Error of a multiplier from finite differences, or from the rate of decay [-]."""
-
-ReturnMap = Callable[[AnyState], AnyState]
-"""Function that returns the state one repetition after a state."""
 
 
 def find_orbit_by_marching(
@@ -249,11 +247,11 @@ def examine_orbit(
         # Finite differences need a smaller error than the tolerance of the law may allow.
         fine = law._replace(tolerance=CLOSURE_TOLERANCE)
 
-        def return_map(state: AnyState) -> AnyState:
+        def flow(state: AnyState) -> AnyState:
             return march_period(plant, fine, motion, state, length).state(length)
 
         end, begin = convergence.period_ends[0], convergence.period_ends[periods]
-        image = end if fine == law else return_map(begin)
+        image = end if fine == law else flow(begin)
         parts = [
             i
             for i, size in enumerate(convergence.scale)
@@ -261,7 +259,7 @@ def examine_orbit(
             if size > 0.0 and (plant.k_x > 0.0 or i != 0)
         ]
         sizes = np.array(convergence.scale)[parts]
-        M = scaled_jacobian(return_map, begin, image, parts, sizes)
+        M = scaled_jacobian(flow, begin, image, parts, sizes)
         gap = (np.array(end[:3]) - np.array(begin[:3]))[parts] / sizes
         distance = fixed_point_distance(M, gap, error_per_repetition(law), MULTIPLIER_ERROR)
     else:
@@ -317,17 +315,18 @@ def error_per_repetition(law: PiecewiseLaw | DynamicLaw) -> float:
 
 
 def scaled_jacobian(
-    return_map: ReturnMap,
+    flow: Callable[[AnyState], AnyState],
     state: AnyState,
     image: AnyState,
     parts: list[int],
     sizes: Floats,
 ) -> Floats:
-    """Return the scaled Jacobian of a return map at a state, by finite differences.
+    """Return the scaled Jacobian of a flow at a state, by finite differences.
 
     Parameters
     ----------
-    return_map : ReturnMap
+    flow : callable
+        Returns the state some time after a state.
     state, image : State or ContactState
         State and its image.
     parts : list of int
@@ -338,7 +337,7 @@ def scaled_jacobian(
     columns = []
     for part, size in zip(parts, sizes.tolist(), strict=True):
         moved, step = perturbed_state(state, part, PERTURBATION * size)
-        off = np.array(return_map(moved)[:3]) - np.array(image[:3])
+        off = np.array(flow(moved)[:3]) - np.array(image[:3])
         columns.append(off[parts] / sizes * (size / step))
     return np.array(columns).T
 

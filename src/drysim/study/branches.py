@@ -60,7 +60,7 @@ from drysim.wording import format_count, format_length, format_number, format_un
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
-    from drysim.orbits.coulomb_return_map import CoulombReturnMap, SceneRows
+    from drysim.orbits.coulomb import CoulombReturnMap, SceneRows
     from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
 
 Floats = NDArray[np.float64]
@@ -413,7 +413,7 @@ def solve(case: Case) -> BranchesResult:
     if can_solve_together(scenario) and not varies:
         # As long as a large plain job: compiled kernels are used, but not compiled for this.
         steps = compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
-        compile.choose_engine(steps, "orbit.solve_repetition")
+        compile.choose_engine(steps, "orbit.flow_and_monodromy")
         return Study(scenario, axis).solve(case)
     compile.choose_engine(MARCHED_PERIODS * case.work, case.kernels)
     return MarchedStudy(scenario, axis).solve(case)
@@ -433,7 +433,7 @@ class Study:
     @cached_property
     def rows(self) -> SceneRows:
         """Scenes of the orbit kernel along the key."""
-        from drysim.orbits.coulomb_return_map import SceneRows
+        from drysim.orbits.coulomb import SceneRows
 
         return SceneRows(self.exact_rows, *map(self.value, self.limits))
 
@@ -460,7 +460,7 @@ class Study:
     @cached_property
     def return_map(self) -> CoulombReturnMap | ShootingReturnMap:
         """Return map along the key."""
-        from drysim.orbits.coulomb_return_map import CoulombReturnMap
+        from drysim.orbits.coulomb import CoulombReturnMap
 
         return CoulombReturnMap(self.rows, self.value)
 
@@ -570,13 +570,10 @@ class Study:
 
         `others` are shares and states at the section 0.
         """
-        from drysim.approach.coulomb import (
-            can_have_other_motions,
-            orbit_starts,
-            solve_orbits,
-        )
         from drysim.core import orbit as o
         from drysim.core.forcing import V_R, X_R
+        from drysim.orbits.coulomb import solve_orbits
+        from drysim.study.other_motions import can_have_other_motions, orbit_starts
 
         starts: list[tuple[float, Floats]] = []
         for p in shares.tolist():
@@ -712,9 +709,9 @@ class Study:
         self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
     ) -> dict[str, Floats]:
         """Return the metrics of orbits over whole periods as columns."""
-        from drysim.approach.coulomb import measure_orbits
         from drysim.core.forcing import V_R, X_R
         from drysim.core.orbit import SINES
+        from drysim.orbits.coulomb import measure_orbits
 
         scenes = self.exact_rows(values)
         scenes[:, [X_R, V_R]] = states

@@ -358,8 +358,8 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     ScenarioError
         When the values of a case contradict each other.
     """
-    from drysim.approach.coulomb import solve_orbits
     from drysim.core.orbit import LOG_FULL, STATUS
+    from drysim.orbits.coulomb import solve_orbits
 
     scenario, first, begin, end = case_range
     points = point_columns(scenario.sweep, begin, end)
@@ -384,9 +384,9 @@ def solve_orbit_chain(scenes: Floats, order: Sequence[int]) -> Floats:
     Their start states are replaced in `scenes`. A scene without an orbit passes on the state
     from which it started.
     """
-    from drysim.approach.coulomb import solve_orbits
     from drysim.core.forcing import V_R, X_R
     from drysim.core.orbit import CONVERGED, STATUS, V_BEGIN, X_BEGIN
+    from drysim.orbits.coulomb import solve_orbits
 
     found = {}
     state = scenes[order[0], [X_R, V_R]]

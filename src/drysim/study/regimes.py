@@ -609,8 +609,8 @@ class OrbitPlane:
 
     def solve(self, scenes: Floats, counted: bool = False) -> Floats:
         """Return the answers of the orbit kernel; `counted` nodes count as progress."""
-        from drysim.approach.coulomb import solve_orbits
         from drysim.core.orbit import ANSWER_COLUMNS, CONVERGED, RUN_UP_PEAK, STATUS
+        from drysim.orbits.coulomb import solve_orbits
 
         small = self.is_too_small(scenes)
         scenes = scenes[~small]
@@ -740,7 +740,7 @@ class OrbitNet:
 
         The starts are tried at every `stride`-th node; what they find spreads to the others.
         """
-        from drysim.approach.coulomb import can_have_other_motions, orbit_starts
+        from drysim.study.other_motions import can_have_other_motions, orbit_starts
 
         can_have = can_have_other_motions(scenes)
         possible = np.flatnonzero(can_have)[::stride]
@@ -761,7 +761,7 @@ class OrbitNet:
         self, nodes: Integers, scenes: Floats, answers: Floats, start: Floats
     ) -> None:
         """Note which nodes have a second motion that is reached from a start, and its state."""
-        from drysim.approach.coulomb import are_different
+        from drysim.study.other_motions import are_different
 
         left = ~self.several[nodes] & np.isfinite(start).all(axis=1)
         nodes = nodes[left]
@@ -819,7 +819,7 @@ class OrbitNet:
 
     def crossings_of_several(self) -> Crossings:
         """Return where a second motion ends, on all edges; it is continued along them."""
-        from drysim.approach.coulomb import are_different
+        from drysim.study.other_motions import are_different
 
         has = self.several[self.edges]
         edges = np.flatnonzero(has[:, 0] != has[:, 1])

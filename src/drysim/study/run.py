@@ -143,7 +143,7 @@ def other_motion_warnings(case: Case) -> Iterator[WarningMessage]:
         return
     if not isinstance(law, CoulombLaw) or law.F_fs <= law.F_fk or law.variation:
         return
-    from drysim.approach.coulomb import find_other_motions
+    from drysim.study.other_motions import find_other_motions
 
     assert isinstance(case.motion, Sines), "only periodic excitation has an orbit"
     assert case.period is not None

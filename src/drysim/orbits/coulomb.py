@@ -1,23 +1,118 @@
-"""Return map of Coulomb friction under sines along a parameter, for `continuation`.
+"""Periodic orbits of Coulomb friction under sines, by the kernels of `drysim.core.orbit`.
 
-Motion and derivative are those of `drysim.core.orbit`, in closed form and in one call of a
-kernel. A scene is a row of numbers; as a function of the parameter it is mostly affine.
+Search, measures, monodromy and growth of deviations are in closed form. The kernels solve a
+block of scenes in one call: a scene is a row of numbers, which is mostly affine in a parameter
+of the scenario (`SceneRows`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from drysim.approach.coulomb import scene_buffer
-from drysim.approach.scene import LOG_LENGTH, empty_log
-from drysim.approach.solution import Floats
-from drysim.core import orbit
+from drysim.approach.scene import LOG_LENGTH, check_progress, empty_log, make_waves
+from drysim.approach.solution import Floats, Orbit
+from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
-from drysim.core.forcing import F_FK, F_FS
+from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
+from drysim.core.march import initial_slip_state
+from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
 from drysim.orbits.continuation import Image, Repetition
+
+MAX_PERIODS = 5_000
+"""Periods after which a motion counts as not settled."""
+
+
+def find_coulomb_orbit(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
+) -> Orbit:
+    """Return the periodic orbit reached from a start, as `search.find_orbit` does."""
+    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.converge_to_orbit(
+        scene, period, *start[:2], MAX_PERIODS, period_buffers()
+    )
+    check_progress(multiple, periods * period, (x_r, v_r))
+    return Orbit(
+        State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
+        periods * period, peak, distance,
+    )  # fmt: skip
+
+
+def deviation_growth(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float, periods: int
+) -> Floats:
+    """Return the logarithmic growth of a deviation in each period, as `lyapunov` defines it."""
+    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    x_r, v_r = start[:2]
+    d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
+    growth = as_engine_array(np.empty(periods))
+    lyapunov.deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
+    return np.asarray(growth)
+
+
+def solve_orbits(scenes: Floats) -> Floats:
+    """Find the periodic orbits of many scenes and compute their metrics.
+
+    Parameters
+    ----------
+    scenes : ndarray, shape (n, SINES + 3 sines)
+        One scene per row, columns as in `drysim.core.orbit.solve_orbits`.
+
+    Returns
+    -------
+    ndarray, shape (n, ANSWER_COLUMNS)
+        One answer per row, columns as defined there.
+    """
+    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
+    return fill_answers(scenes, answers, MAX_PERIODS)
+
+
+def measure_orbits(scenes: Floats, periods: Floats) -> Floats:
+    """Compute the metrics of known orbits, as `solve_orbits` does.
+
+    Parameters
+    ----------
+    scenes : ndarray, shape (n, SINES + 3 sines)
+        One scene per row; its start is on the orbit.
+    periods : ndarray, shape (n,)
+        Periods of the excitation per repetition of each orbit.
+
+    Returns
+    -------
+    ndarray, shape (n, ANSWER_COLUMNS)
+    """
+    answers = np.full((len(scenes), orbit.ANSWER_COLUMNS), np.nan)
+    answers[:, orbit.MULTIPLE] = periods
+    return fill_answers(scenes, answers, 0)
+
+
+def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
+    """Call the kernel `solve_orbits`; parameters as there. Returns the answers."""
+    filled = as_engine_array(answers)
+    orbit.solve_orbits(
+        as_engine_array(np.ascontiguousarray(scenes)),
+        filled,
+        scene_buffer(scenes.shape[1]),
+        period_buffers(),
+        most,
+        empty_log(LOG_LENGTH),
+    )
+    return np.asarray(filled)
+
+
+def scene_buffer(columns: int) -> Any:
+    """Return the work space of kernels for the waves of a scene with so many columns."""
+    return as_engine_array(np.zeros(WAVE_COLUMNS * ((columns - orbit.SINES) // 3 + 1)))
+
+
+def period_buffers() -> orbit.PeriodStarts:
+    """Return buffers for the states at the start of the latest periods."""
+    x_r, v_r = (as_engine_array(np.zeros(orbit.MAX_MULTIPLE)) for _ in range(2))
+    return orbit.PeriodStarts(x_r, v_r)
+
 
 PROBES = 7
 """Values of the parameter at which columns are compared with an affine function."""
@@ -120,7 +215,7 @@ class CoulombReturnMap:
         row[orbit.SINES + 2] += math.tau * begin
         period = float(row[orbit.PERIOD])
         x_r, v_r = state.tolist()
-        orbit.solve_repetition(
+        orbit.flow_and_monodromy(
             as_engine_array(row), self.buffer, period * time, x_r, v_r, self.log, self.image
         )
         x, v, a, b, c, e, stops, reversals, peak, count = map(float, self.image)
