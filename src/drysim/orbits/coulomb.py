@@ -20,7 +20,6 @@ from drysim.core.compile import as_engine_array
 from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
 from drysim.core.march import initial_slip_state
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
-from drysim.orbits.continuation import Image, Repetition
 
 MAX_PERIODS = 5_000
 """Periods after which a motion counts as not settled."""
@@ -103,6 +102,14 @@ def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
     return np.asarray(filled)
 
 
+def scene_row(
+    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
+) -> Floats:
+    """Return a scene without stroke limits as a row of `solve_orbits`."""
+    sines = [column for sine in zip(*motion, strict=True) for column in sine]
+    return np.array([*plant, *law, *start[:2], period, math.inf, math.inf, *sines])
+
+
 def scene_buffer(columns: int) -> Any:
     """Return the work space of kernels for the waves of a scene with so many columns."""
     return as_engine_array(np.zeros(WAVE_COLUMNS * ((columns - orbit.SINES) // 3 + 1)))
@@ -175,52 +182,37 @@ class SceneRows:
         return row
 
 
-class CoulombReturnMap:
-    """Return map of a scene with Coulomb friction under sines, for `continuation`.
+class CoulombFlow:
+    """The kernel `flow_and_monodromy` with its work space."""
 
-    Parameters
-    ----------
-    rows : SceneRows
-    value : callable
-        Returns the value of the parameter at p, from 0 to 1.
-    """
-
-    def __init__(self, rows: SceneRows, value: Callable[[float], float]) -> None:
-        self.rows, self.value = rows, value
-        self.log, self.buffer = empty_log(LOG_LENGTH), scene_buffer(len(rows.base))
+    def __init__(self) -> None:
+        self.log = empty_log(LOG_LENGTH)
         self.image = as_engine_array(np.zeros(orbit.IMAGE_COLUMNS))
 
-    def speed(self, p: float) -> float:
-        """Return the scale of v_r/x_r [1/s]."""
-        return math.tau / float(self.rows.at(self.value(p))[orbit.PERIOD])
+    def __call__(
+        self, row: Floats, time: float, state: Floats
+    ) -> tuple[list[float], Floats] | None:
+        """Return the image of a state, with the columns of the kernel, and its events [s].
 
-    def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
-        """Return the image of a state; None where the motion cannot be solved."""
-        sign = -1.0 if repetition.half else 1.0
-        return self.after(p, state, repetition.begin, repetition.length, sign)
+        Parameters
+        ----------
+        row : ndarray, shape (SINES + 3 sines,)
+            A scene, as in `scene_row`.
+        time : float
+            In seconds.
+        state : ndarray, shape (2,)
+            x_r [m] and v_r [m/s] at t = 0.
 
-    def states(
-        self, p: float, state: Floats, repetition: Repetition, times: Floats
-    ) -> Floats | None:
-        """Return states at increasing times since the beginning, shape (times, 2), or None."""
-        images = [self.after(p, state, repetition.begin, time) for time in times.tolist()]
-        found = [image.state for image in images if image is not None]
-        return np.array(found) if len(found) == len(times) else None
-
-    def after(
-        self, p: float, state: Floats, begin: float, time: float, sign: float = 1.0
-    ) -> Image | None:
-        """Return the image of a state after a time, with a sign; begin and time in periods."""
-        row = self.rows.at(self.value(p))
-        row[orbit.SINES + 2] += math.tau * begin
-        period = float(row[orbit.PERIOD])
+        Returns
+        -------
+        image : list of float
+        events : ndarray
+            None where the motion cannot be solved, or differentiated.
+        """
         x_r, v_r = state.tolist()
-        orbit.flow_and_monodromy(
-            as_engine_array(row), self.buffer, period * time, x_r, v_r, self.log, self.image
-        )
-        x, v, a, b, c, e, stops, reversals, peak, count = map(float, self.image)
-        if stops < 0.0 or not math.isfinite(x + v + a + b + c + e):
+        work, image = scene_buffer(len(row)), self.image
+        orbit.flow_and_monodromy(as_engine_array(row), work, time, x_r, v_r, self.log, image)
+        found = [*map(float, image)]
+        if found[orbit.IMAGE_STOPS] < 0.0 or not math.isfinite(sum(found)):
             return None
-        jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
-        events = np.array(self.log.s[: int(count)]) / period
-        return Image(sign * np.array([x, v]), lambda: (jacobian, 0.0), counts, events, peak)
+        return found, np.array(self.log.s[: int(found[orbit.IMAGE_EVENTS])])

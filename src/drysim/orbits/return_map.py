@@ -1,15 +1,16 @@
-"""Return map of any friction law that is marched, for the continuation of periodic orbits.
+"""Return map of a scene along a parameter, for the continuation of periodic orbits.
 
 Problem
     `continuation` needs the state after a repetition and its derivative with respect to the
-    state before. Coulomb friction alone has both in closed form (`coulomb.CoulombReturnMap`).
+    state before.
 
 Method
     Shooting: the motion is marched as by every other command (`search.march_period`). A
     law in closed form has its derivative, too, by the variational equation
-    (`drysim.core.variational`). That of a dynamic law is taken by central differences with two
-    step sizes, which are made smaller where they disagree; their difference estimates the error
-    (Richardson extrapolation).
+    (`drysim.core.variational`); one kernel marches and differentiates Coulomb friction. The
+    derivative of a dynamic law is taken by central differences with two step sizes, which are
+    made smaller where they disagree; their difference estimates the error (Richardson
+    extrapolation).
 
 State
     x_r and v_r; with an elastic contact or with bristles a third component, their deflection.
@@ -27,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +45,7 @@ from drysim.core.model import (
     AnyLaw,
     AnyState,
     ContactState,
+    CoulombLaw,
     DynamicLaw,
     PiecewiseLaw,
     Plant,
@@ -53,6 +55,7 @@ from drysim.core.model import (
 )
 from drysim.errors import SolverError
 from drysim.orbits.continuation import Image, Repetition
+from drysim.orbits.coulomb import CoulombFlow, scene_row
 from drysim.orbits.search import (
     CLOSURE_TOLERANCE,
     find_orbit,
@@ -99,15 +102,29 @@ class PeriodicScene(NamedTuple):
             return sine_turns
         return sine_turns and round(law.omega * self.period / math.tau) % 2 == 0
 
-    def delayed(self, time: float) -> PeriodicScene:
-        """Return the scene in which t = 0 is later by some time [s]."""
-        (A, f, phase), law = self.motion, self.law
+    def delayed(self, periods: float) -> PeriodicScene:
+        """Return the scene in which t = 0 is later by so many periods."""
+        (A, f, phase), law, period = self.motion, self.law, self.period
         phases = tuple(
-            at + math.tau * ((one * time) % 1.0) for one, at in zip(f, phase, strict=True)
+            at + self.phase_after(frequency, periods)
+            for frequency, at in zip(f, phase, strict=True)
         )
         if not isinstance(law, DynamicLaw) and law.variation:
-            law = law._replace(phase=law.phase + law.omega * time)
-        return self._replace(motion=Sines(A, f, phases), law=law)
+            after = self.phase_after(law.omega / math.tau, periods)
+            law = law._replace(phase=law.phase + after)
+        return PeriodicScene(self.plant, law, Sines(A, f, phases), period)
+
+    def phase_after(self, frequency: float, periods: float) -> float:
+        """Return the phase of a harmonic of the excitation after some periods [rad]."""
+        return math.tau * (round(frequency * self.period) * periods % 1.0)
+
+    @classmethod
+    def from_row(cls, row: Floats) -> PeriodicScene:
+        """Return the scene of a row of `coulomb.scene_row`."""
+        m, k_x, b, *columns = row.tolist()
+        law, period, sines = CoulombLaw(*columns[:5]), columns[7], columns[10:]
+        A, f, phase = tuple(sines[::3]), tuple(sines[1::3]), tuple(sines[2::3])
+        return cls(Plant(m, k_x, b), law, Sines(A, f, phase), period)
 
     @property
     def has_one_motion(self) -> bool:
@@ -216,8 +233,8 @@ class ShootingReturnMap:
     """
 
     def __init__(self, scene: Callable[[float], PeriodicScene | None]) -> None:
-        self.scene = scene
-        self.marches = 0
+        # A correction asks for few values of p again and again: at a point and beside it.
+        self.scene, self.coulomb_flow = lru_cache(maxsize=8)(scene), CoulombFlow()
 
     def speed(self, p: float) -> float:
         """Return the scale of v_r/x_r [1/s]."""
@@ -235,13 +252,15 @@ class ShootingReturnMap:
         law = scene.law
         if isinstance(law, DynamicLaw):
             law = law._replace(tolerance=min(law.tolerance, CLOSURE_TOLERANCE))
-        return scene._replace(law=law).delayed(repetition.begin * scene.period)
+        return scene._replace(law=law).delayed(repetition.begin)
 
     def __call__(self, p: float, state: Floats, repetition: Repetition) -> Image | None:
         """Return the image of a state; None where the motion cannot be solved."""
         scene = self.scene_from(p, repetition)
         if scene is None:
             return None
+        if isinstance(scene.law, CoulombLaw):
+            return self.coulomb_image(scene, scene.law, state, repetition)
         try:
             end, trajectory = self.march(scene, state, repetition)
         except SolverError:
@@ -255,6 +274,21 @@ class ShootingReturnMap:
             return None if grazes else Image(end, lambda: (jacobian, 0.0), counts, events, peak)
         derive = partial(self.differentiate, scene, state, repetition, peak)
         return Image(end, derive, counts, events, peak)
+
+    def coulomb_image(
+        self, scene: PeriodicScene, law: CoulombLaw, state: Floats, repetition: Repetition
+    ) -> Image | None:
+        """Return the image of a state under Coulomb friction; None as for the map."""
+        plant, _, motion, period = scene
+        row = scene_row(plant, law, motion, State(0.0, 0.0), period)
+        found = self.coulomb_flow(row, repetition.length * period, state)
+        if found is None:
+            return None
+        (x, v, a, b, c, e, stops, reversals, peak, _), events = found
+        sign = -1.0 if repetition.half else 1.0
+        jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
+        end = sign * np.array([x, v])
+        return Image(end, lambda: (jacobian, 0.0), counts, events / period, peak)
 
     def states(
         self, p: float, state: Floats, repetition: Repetition, times: Floats
@@ -296,7 +330,6 @@ class ShootingReturnMap:
     ) -> PiecewiseTrajectory | SineTrajectory | TaylorTrajectory:
         """Return the motion from a state for a time in periods."""
         plant, law, motion, period = scene
-        self.marches += 1
         return march_period(plant, law, motion, scene.to_state(scene.clip(y)), time * period)
 
     def scale(self, scene: PeriodicScene, peak: float) -> Floats:

@@ -60,7 +60,7 @@ from drysim.wording import format_count, format_length, format_number, format_un
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
-    from drysim.orbits.coulomb import CoulombReturnMap, SceneRows
+    from drysim.orbits.coulomb import SceneRows
     from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
 
 Floats = NDArray[np.float64]
@@ -458,11 +458,17 @@ class Study:
         return scene_period(one) is not None
 
     @cached_property
-    def return_map(self) -> CoulombReturnMap | ShootingReturnMap:
+    def return_map(self) -> ShootingReturnMap:
         """Return map along the key."""
-        from drysim.orbits.coulomb import CoulombReturnMap
+        from drysim.orbits.return_map import ShootingReturnMap
 
-        return CoulombReturnMap(self.rows, self.value)
+        return ShootingReturnMap(self.scene)
+
+    def scene(self, p: float) -> PeriodicScene | None:
+        """Return the scene at a share of the range; None where there is none."""
+        from drysim.orbits.return_map import PeriodicScene
+
+        return PeriodicScene.from_row(self.rows.at(self.value(p)))
 
     @property
     def is_symmetric(self) -> bool:
@@ -623,19 +629,11 @@ class Study:
             middle = 0.5 * (moving + stuck)
             if middle in (moving, stuck):
                 break
-            if self.sticks(middle):
+            if self.return_map.sticks(middle):
                 stuck = middle
             else:
                 moving = middle
         return stuck
-
-    def sticks(self, p: float) -> bool:
-        """Whether a mass at rest sticks for ever at a share of the range."""
-        from drysim.core import orbit as o
-        from drysim.core.forcing import F_FS, M
-
-        row = self.rows.at(self.value(p))
-        return bool(row[F_FS] >= row[M] * row[o.SINES])
 
     def locked_branch(self, number: int, low: float, high: float) -> Branch:
         """Return the branch of a mass that sticks at x_r = 0."""
@@ -702,8 +700,8 @@ class Study:
         )
 
     def march_error(self, point: Point) -> float:
-        """Return the scaled error of the motion over a repetition: none in closed form."""
-        return 0.0
+        """Return the scaled error of the motion over a repetition."""
+        return self.return_map.march_error(point.p, point.state, point.image, point.repetition)
 
     def metrics_at(
         self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
@@ -808,13 +806,6 @@ class MarchedStudy(Study):
     max_branch_points = 1000
 
     @cached_property
-    def return_map(self) -> ShootingReturnMap:
-        """Return map along the key."""
-        from drysim.orbits.return_map import ShootingReturnMap
-
-        return ShootingReturnMap(self.scene)
-
-    @cached_property
     def is_symmetric(self) -> bool:
         """Whether half a period and a change of sign leave the equation of motion as it is."""
         scenes = [self.scene(p) for p in (0.0, 0.5, 1.0)]
@@ -840,7 +831,7 @@ class MarchedStudy(Study):
         law = approach.effective_law(one.law())
         scene = PeriodicScene(one.oscillator.plant(), law, motion, period)
         # A phase of the base motion only shifts the time.
-        return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0]))
+        return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0] * period))
 
     def own_start(self, own: float) -> Iterator[tuple[float, Floats]]:
         """Yield the start of the scenario if it is at the section 0: see `Study.own_start`."""
@@ -867,14 +858,6 @@ class MarchedStudy(Study):
                 stuck.add(p)
         return Seeds(found, stuck, lost, len(starts))
 
-    def sticks(self, p: float) -> bool:
-        """Whether a mass at rest sticks for ever at a share of the range."""
-        return self.return_map.sticks(p)
-
-    def march_error(self, point: Point) -> float:
-        """Return the scaled error of the motion over a repetition."""
-        return self.return_map.march_error(point.p, point.state, point.image, point.repetition)
-
     def metrics_at(
         self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
     ) -> dict[str, Floats]:
@@ -887,7 +870,7 @@ class MarchedStudy(Study):
                 self.scene(self.range.share(value)),
             )
             assert scene is not None, "a motion has a scene"
-            scene = scene.delayed(one.begin * scene.period)
+            scene = scene.delayed(one.begin)
             _, trajectory = self.return_map.march(scene, state, one)
             window = 0.0, trajectory.end
             rows.append(measure_window(case, trajectory, window, None, None))

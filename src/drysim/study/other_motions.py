@@ -16,7 +16,7 @@ from drysim.approach.solution import Floats
 from drysim.core import orbit
 from drysim.core.forcing import F_FK, F_FS, K_X, V_R, X_R, B, M
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines
-from drysim.orbits.coulomb import solve_orbits
+from drysim.orbits.coulomb import scene_row, solve_orbits
 
 START_SIZES, START_PHASES = (0.5, 1.0, 2.0), 4
 """Starts besides rest from which other motions are sought: the steady response without
@@ -103,8 +103,7 @@ def find_other_motions(
     period : float
         Period of the excitation [s].
     """
-    sines = [column for sine in zip(*motion, strict=True) for column in sine]
-    row = np.array([[*plant, *law, *start[:2], period, math.inf, math.inf, *sines]])
+    row = scene_row(plant, law, motion, start, period)[None]
     starts = orbit_starts(row)[:, 0]
     rows = np.tile(row, (len(starts) + 1, 1))
     rows[1:, [X_R, V_R]] = starts
