@@ -141,12 +141,16 @@ from drysim.core.roots import (
 from drysim.core.sampled import (
     CHUNK,
     Chunk,
+    Contact,
+    Direction,
     OneWay,
     Rest,
+    SampledState,
     advance_rest,
     advance_slip,
     rescale,
     slide,
+    step_through_events,
     sum_base_motion,
 )
 
@@ -584,26 +588,36 @@ def march_modes(scene, course, state, steps, out):
     full = capacity - MODES_LOG_RESERVE
     affine = waves.size == 0 and law.step == 0.0
     whole = until if until <= last or last_length == dt else last
-    stalled, row, row_x_0 = int(ZERO), ARRIVAL, x_0
-    while n < until and at < full and count < full:
-        if affine and s == 0.0 and n < whole and mode.entry == REGULAR:
-            here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
-            reached, closest = advance_whole_steps(scene, whole, here, steps, samples)
+    stalled, latest = int(ZERO), Latest(at, UNRECORDED, x_0)
+    while n < until and latest.used < full and count < full:
+        if affine and n < whole and mode.entry == REGULAR:
+            reached = n
+            if s == 0.0:
+                here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
+                reached, closest = advance_whole_steps(scene, whole, here, steps, samples)
+            passes = reached < whole and slides_or_sticks(law, mode, xi)
+            if reached > n or passes:
+                latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
             if reached > n:
-                if row != lasting_mode(mode) or row_x_0 != x_0:
-                    at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
-                    row, row_x_0 = lasting_mode(mode), x_0
                 n, a = reached, math.nan
                 xi, v_r = samples.x_r[n], samples.v_r[n]
                 if n == until:
                     break
+            if passes:
+                here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
+                here = advance_through_events(scene, here, steps, full, out)
+                if here.events > count:
+                    row = UNRECORDED if here.s > 0.0 else lasting_mode(here.mode)
+                    latest = Latest(here.used, row, x_0)
+                whole_step = here.n > n
+                n, s, xi, v_r, a, x_0, mode, _, count, closest = here
+                if whole_step:
+                    continue
         length = last_length if n == last else dt
-        here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
+        here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
         part = begin_segment(scene, steps.first, here, length)
         mode = part.mode
-        if s > 0.0 or row != lasting_mode(mode) or row_x_0 != x_0:
-            at = record_segment(segments, at, (n, s), (xi, v_r, x_0), encode_mode(mode))
-            row, row_x_0 = lasting_mode(mode), x_0
+        latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
         time = slide_time(log, count, n, s, dt)
         leave = undecided_exit(part)
         if affine:
@@ -614,11 +628,10 @@ def march_modes(scene, course, state, steps, out):
         closest = min(closest, margin)
         if kind != NO_EXIT:
             then, rest = interval_time(n, s + step, length, last)
-            here = MarchState(then, rest, xi, v_r, a, x_0, mode, at, count, closest)
+            here = MarchState(then, rest, xi, v_r, a, x_0, mode, latest.used, count, closest)
             here = enter_next_mode(scene, part, leave, here, segments, log)
             _, _, xi, v_r, a, x_0, mode, at, count, closest = here
-            if segments.d[at - 1] == ARRIVAL:
-                row = ARRIVAL
+            latest = Latest(at, UNRECORDED, x_0)
         elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         stalled = 0 if part.base.t + step > part.base.t else stalled + 1
@@ -627,13 +640,40 @@ def march_modes(scene, course, state, steps, out):
             samples.x_r[n], samples.v_r[n], samples.d[n] = xi, v_r, mode.direction
         else:
             s += step
+            latest = Latest(latest.used, UNRECORDED, x_0)
         if stalled > MAX_STALLED_EVENTS:
-            return MarchState(n, s, xi, v_r, a, x_0, mode, at, -1, closest)
+            return MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, -1, closest)
+    at = latest.used
     if closes and state.n < until <= n:
         # The state at the end, after an event there.
         end = (until - 1, last_length if until > last else dt)
         at = record_segment(segments, at, end, (xi, v_r, x_0), encode_mode(mode))
     return MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
+
+
+UNRECORDED = -2
+"""Mode of the latest row of a log where a segment that begins now needs another in any case."""
+
+
+class Latest(NamedTuple):
+    """Number of rows in a log of segments, and mode and x_0 of the latest, as in `Segments`."""
+
+    used: int
+    mode: int
+    x_0: float
+
+
+@inlined
+def record_mode(segments, latest, time, state, mode):
+    """Write the start of a segment, unless it begins at a sample in the mode before.
+
+    Parameters as in `record_segment`; returns the `Latest` row.
+    """
+    code = lasting_mode(mode)
+    if latest.mode == code and latest.x_0 == state[2]:
+        return latest
+    used = record_segment(segments, latest.used, time, state, encode_mode(mode))
+    return Latest(used, code, state[2])
 
 
 @inlined
@@ -1099,6 +1139,77 @@ def advance_whole_steps(scene, until, state, steps, samples):
 
 
 @inlined
+def slides_or_sticks(law, mode, xi):
+    """Return whether a rigid contact slides or sticks apart from the stops."""
+    if law.k_t > 0.0 or mode.end_stop != APART or mode.contact != mode.direction:
+        return False
+    return mode.direction != AT_REST or wall_side(law, mode, xi) == 0
+
+
+@inlined
+def advance_through_events(scene, state, steps, full, out):
+    """Advance a rigid contact through the events of a step, to its end or to a stop.
+
+    Parameters
+    ----------
+    scene, steps, out
+        As in `march_modes`; no waves, and a constant normal force.
+    state : MarchState
+        In a mode of `slides_or_sticks`, which is in the log.
+    full : int
+        Number of rows of the logs after which to stop.
+
+    Returns
+    -------
+    MarchState
+        At the next sample; or with n as it was after the last event before the mass may reach
+        a stop, the mode after which is not yet in the log.
+    """
+    plant, law, _, u_dd, dt = scene
+    n, s, xi, v_r, a, x_0, mode, used, count, closest = state
+    segments, log, samples = out
+    d, x_origin = mode.direction, origin_of(law, mode.origin)
+    up = slide_direction(plant, law, 1, x_origin, dt, steps)
+    down = slide_direction(plant, law, -1, x_origin, dt, steps)
+    if mode.poised != 0:
+        side = side_of(law, d)
+        a = d * (side.F_fs - side.F_fk) / plant.m
+    elif a == a:
+        v_r, a = rescale(v_r, a)
+    here, s = step_through_events(
+        Contact(plant, x_origin, up, down), u_dd, s,
+        SampledState(n, xi, v_r, d, a, count, closest), log, count + full - max(used, count),
+    )  # fmt: skip
+    poised = mode.poised if here.events == count else 0
+    for i in range(count, here.events):
+        kind, s_i = log.kind[i], log.s[i]
+        d = sign(kind)
+        poised = d if abs(kind) == SLIP else 0
+        log.n[i], log.s[i] = (n, s_i) if s_i < dt else (n + 1, 0.0)
+        if i + 1 < here.events or here.n > n:
+            mode = Mode(d, d, APART, mode.origin, poised, REGULAR)
+            row = (log.x_r[i], 0.0, x_0)
+            used = record_segment(segments, used, (log.n[i], log.s[i]), row, encode_mode(mode))
+        log.x_r[i] += x_origin
+    if here.n > n:
+        s, poised = 0.0, 0
+        samples.x_r[here.n], samples.v_r[here.n] = here.x_r, here.v_r
+        samples.d[here.n] = here.d
+    mode = Mode(here.d, here.d, APART, mode.origin, poised, REGULAR)
+    return MarchState(
+        here.n, s, here.x_r, here.v_r, here.a, x_0, mode, used, here.events, here.closest
+    )
+
+
+@inlined
+def slide_direction(plant, law, d, x_origin, dt, steps):
+    """Return the `Direction` d of a rigid contact apart from the stops."""
+    side = side_of(law, d)
+    constants = mode_steps(plant, law, mode_of(d, d, APART, 0), dt, steps)
+    return Direction(constants, side.F_fk, side.F_fs, side.limit - d * x_origin)
+
+
+@inlined
 def undecided_exit(part):
     """Return an exit that is not known yet."""
     return Exit(UNDECIDED, 0.0, part.motion.x_r, part.motion.v_r, math.nan, AT_REST, NEVER)
@@ -1112,21 +1223,22 @@ def exit_of_short_step(scene, part, steps, time):
     is too long for the series, or its start or its end needs more than positions and v_r.
     """
     plant, law, _, _, dt = scene
-    mode, x_0, motion, creeps, base, _, left = part
+    mode, x_0, motion, _, base, _, left = part
     equation, xi, v_r, a, _, _ = motion
     if mode.direction == AT_REST and mode.entry != CHATTERING:
         return exit_of_rest(plant, law, part)
     d, rigid = mode.direction, is_rigid_slip(law, mode)
-    if creeps or mode.entry != REGULAR or (mode.poised != 0 and not rigid):
+    if mode.entry != REGULAR or (mode.poised == d and not rigid):
         return undecided_exit(part)
     yields = abs(mode.contact) == 1
-    if (yields and mode.contact != d) or not (d * v_r > 0.0 or (rigid and v_r == 0.0)):
+    moves = d * v_r > 0.0 or (v_r == 0.0 and (rigid or d * a > 0.0))
+    if (yields and mode.contact != d) or not moves:
         return undecided_exit(part)
     constants = mode_steps(plant, law, mode, dt, steps)
     contact, end_stop = reaches(law, mode, x_0)
-    if end_stop == -NEVER and stays_in_touch(law, part):
-        _, stage, _ = stop_stage(mode.end_stop)
-        end_stop = -law.begins[stage - 1] if stage > 1 else NEVER
+    if end_stop == -NEVER and keeps_touch(law, part):
+        _, stage, released = stop_stage(mode.end_stop)
+        end_stop = -law.begins[stage - 1] if stage > 1 or released else NEVER
     gap, r = min(contact, end_stop) - d * xi, d * equation.r
     if not (constants.short and gap > 0.0):
         return undecided_exit(part)
@@ -1145,6 +1257,9 @@ def exit_of_short_step(scene, part, steps, time):
         after = next_stage(mode)
         return Exit(STOP_EXIT, s, d * end_stop, d * v_end, math.nan, after, closest)
     x, s, kind, a_end = xi + d * distance, min(stop, left), TURN, math.nan
+    after = d
+    if yields and not rigid:
+        kind, after = CONTACT_EXIT, HOLD
     if stop == NEVER:
         kind = NO_EXIT
         if law.k_t == 0.0 and v_end <= cancellation_threshold(
@@ -1158,12 +1273,14 @@ def exit_of_short_step(scene, part, steps, time):
         low = min(low, stop_depth(a_stop, r - constants.c * a_stop))
     if low < grazing:
         closest = grazing_margin(plant, side_of(law, d).F_fs, low, time + s)
-    return Exit(kind, s, x, d * v_end, a_end, d, closest)
+    return Exit(kind, s, x, d * v_end, a_end, after, closest)
 
 
 @compiled
-def stays_in_touch(law, part):
-    """Return whether a mass that moves away from a bumper provably presses on it to the end.
+def keeps_touch(law, part):
+    """Return whether a mass that moves away from a bumper provably touches it to the end.
+
+    Or, if it is released, whether it provably does not.
 
     Notes
     -----
@@ -1172,11 +1289,12 @@ def stays_in_touch(law, part):
     """
     mode, _, motion, _, _, _, h = part
     side, stage, released = stop_stage(mode.end_stop)
-    if released or stage == 0:
+    if stage == 0:
         return False
     stiffness, offset = bumper_line(law, stage)
-    force = side * (stiffness * motion.x_r + law.b_s * motion.v_r) - offset
-    rate = side * (stiffness * motion.v_r + law.b_s * motion.a)
+    sense = -side if released else side
+    force = sense * (stiffness * motion.x_r + law.b_s * motion.v_r - side * offset)
+    rate = sense * (stiffness * motion.v_r + law.b_s * motion.a)
     jerk = math.sqrt(motion.j * motion.j + motion.equation.w * motion.a * motion.a)
     curvature = stiffness * (abs(motion.a) + jerk * h) + law.b_s * jerk
     return force - h * (max(-rate, 0.0) + 0.5 * h * curvature) > 0.0

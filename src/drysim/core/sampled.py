@@ -220,6 +220,8 @@ def march(scene, state, out, log, end):
     plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
     steps = slip_steps(plant.b / plant.m, plant.k_x / plant.m, dt)
     f, grazing = law.F_fk / plant.m, grazing_speed(steps, plant.m, law.F_fk, law.F_fs)
+    side = Direction(steps, law.F_fk, law.F_fs, NEVER)
+    contact = Contact(plant, 0.0, side, side)
     n, x_r, v_r, d, a, count, closest = state
     full = len(log.n) - MAX_EVENTS_PER_STEP
     # The base is summed from sample `begin` on, once the mass slides; negative before that.
@@ -245,10 +247,13 @@ def march(scene, state, out, log, end):
             x_r = out.x_r[n]
             v_r = out.v_r[n]
         if n < until:
-            state = SampledState(n, x_r, v_r, d, a, count, closest)
-            n, x_r, v_r, d, a, count, closest = step_through_events(
-                plant, law, steps, u_dd, state, log
+            before = SampledState(n, x_r, v_r, d, a, count, closest)
+            state, s = step_through_events(
+                contact, u_dd, 0.0, before, log, count + MAX_EVENTS_PER_STEP
             )
+            n, x_r, v_r, d, a, count, closest = state
+            if s < dt:
+                return SampledState(n, x_r, v_r, d, a, -1, closest)
             out.x_r[n] = x_r
             out.v_r[n] = v_r
             out.d[n] = d
@@ -538,76 +543,131 @@ def rescale(v_r, a):
 # One step with events: any number of stops, break-aways and reversals.
 
 
+class Direction(NamedTuple):
+    """Constants of motion in one direction on a rigid contact.
+
+    Attributes
+    ----------
+    steps : SlipSteps
+    F_fk, F_fs : float
+        Kinetic friction force and static limit [N].
+    reach : float
+        As in `OneWay`.
+    """
+
+    steps: Any
+    F_fk: float
+    F_fs: float
+    reach: float
+
+
+class Contact(NamedTuple):
+    """Rigid friction contact of a mass on a spring, with constant limits.
+
+    Attributes
+    ----------
+    plant : Plant
+    origin : float
+        Position from which displacements are measured [m].
+    up, down : Direction
+        Motion in the positive and in the negative direction.
+    """
+
+    plant: Any
+    origin: float
+    up: Any
+    down: Any
+
+
 @inlined
-def step_through_events(plant, law, steps, u_dd, state, log):
+def step_through_events(contact, u_dd, begin, state, log, full):
     """Advance through a step with any number of events.
 
     Parameters
     ----------
-    plant, law, u_dd
-        Of the `SampledScene`.
-    steps : SlipSteps
+    contact : Contact
+    u_dd : array
+        Base acceleration at the samples [m/s²].
+    begin : float
+        Time since the sample of the state [s].
     state : SampledState
-        At the start of the step.
+        Displacements are measured from the origin of the contact, those in the log included.
     log : EventLog
-        `MAX_EVENTS_PER_STEP` entries must be free.
+    full : int
+        Number of events after which to stop.
 
     Returns
     -------
-    SampledState
-        At the end of the step; `events` is negative if the step holds too many events.
+    state, begin
+        At the end of the step, where `begin` is the length of a step. Or before, with n as it
+        was: the state from which the mass slides to the end of its reach, or after `full`
+        events.
     """
+    plant, origin, up, down = contact
     n, x_r, v_r, d, a, count, closest = state
-    u_0, u_1, h = u_dd[n], u_dd[n + 1], steps.dt
+    u_0, u_1, h = u_dd[n], u_dd[n + 1], up.steps.dt
     slope = (u_1 - u_0) / h
-    per_m, limit = 1.0 / plant.m, SampledLimit(law.F_fs, 0.0, 0.0, 0.0)
-    f, grazing = law.F_fk / plant.m, grazing_speed(steps, plant.m, law.F_fk, law.F_fs)
-    full = count + MAX_EVENTS_PER_STEP
-    begin = 0.0
+    per_m = 1.0 / plant.m
+    side = up if d > 0 else down
     if a != a:
-        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
+        a = -(
+            (u_0 + slope * begin)
+            + side.steps.c * v_r
+            + side.steps.w * (origin + x_r)
+            + d * (side.F_fk * per_m)
+        )
     while count < full:
         if d == 0:
-            F_L = limit_force(plant, x_r, u_1)
-            d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
+            F_k = plant.k_x * (origin + x_r)
+            F_L = limit_force(plant, origin + x_r, u_1)
+            F_fs = (down if F_L > 0.0 else up).F_fs
+            d = direction_from_rest(F_L, F_fs, F_k)
             if d == 0:
-                closest = min(closest, decision_margin(F_L, law.F_fs))
-                return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest)
+                closest = min(closest, decision_margin(F_L, F_fs))
+                return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest), h
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
-            F_L = -d * law.F_fs
-            meets = (F_L - limit_force(plant, x_r, u_0)) / (plant.m * slope)
+            F_L = -d * F_fs
+            meets = (F_L - limit_force(plant, origin + x_r, u_0)) / (plant.m * slope)
             begin = min(max(meets, begin), h)
             count = record_event(log, count, n, begin, d * SLIP, x_r, F_L)
-            closest = excess_margin(plant, u_dd, limit, n, plant.k_x * x_r, d, closest)
-            a = d * (law.F_fs - law.F_fk) * per_m
-        left = h - begin
+            limit = SampledLimit(F_fs, 0.0, 0.0, 0.0)
+            closest = excess_margin(plant, u_dd, limit, n, F_k, d, closest)
+            side = up if d > 0 else down
+            a = d * (F_fs - side.F_fk) * per_m
+        steps, F_fk, F_fs, reach = side
+        left, grazing = h - begin, grazing_speed(steps, plant.m, F_fk, F_fs)
         stop, distance, v_end, low = slide(steps, d * v_r, d * a, -d * slope, left, grazing)
+        if not distance < reach - d * x_r:
+            break
         if low < grazing:
             time = slide_time(log, count, n, h, h)
-            closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
+            closest = min(closest, grazing_margin(plant, F_fs, low, time))
         x_r += d * distance
         if stop == NEVER:
+            f = d * (F_fk * per_m) + steps.w * origin
             if v_end <= cancellation_threshold(steps, f, x_r):
                 _, a = velocity_and_acceleration(steps.c, steps.w, v_r, a, -slope, left)
             else:
                 a = math.nan
-            return SampledState(n + 1, x_r, d * v_end, d, a, count, closest)
+            return SampledState(n + 1, x_r, d * v_end, d, a, count, closest), h
         # A stop: Eq. (9) decides between stick and slip.
         v_r = 0.0
         begin = min(begin + stop, h)
-        F_L = limit_force(plant, x_r, u_0 + slope * begin)
+        F_L = limit_force(plant, origin + x_r, u_0 + slope * begin)
         if grazing > 0.0:
-            a = -(d * F_L + law.F_fk) * per_m
+            a = -(d * F_L + F_fk) * per_m
             low = stop_depth(a, -d * slope - steps.c * a)
             if low < grazing:
                 time = slide_time(log, count, n, begin, h)
-                closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
-        closest = min(closest, decision_margin(F_L, law.F_fs))
-        d = direction_from_rest(F_L, law.F_fs, plant.k_x * x_r)
-        a = -(F_L + d * law.F_fk) * per_m
+                closest = min(closest, grazing_margin(plant, F_fs, low, time))
+        F_fs = (down if F_L > 0.0 else up).F_fs
+        closest = min(closest, decision_margin(F_L, F_fs))
+        d = direction_from_rest(F_L, F_fs, plant.k_x * (origin + x_r))
+        side = up if d > 0 else down
+        a = -(F_L + d * side.F_fk) * per_m
         kind = STICK if d == 0 else d * REVERSAL
         count = record_event(log, count, n, begin, kind, x_r, F_L)
-    return SampledState(n + 1, x_r, v_r, d, a, -1, closest)
+    return SampledState(n, x_r, v_r, d, a, count, closest), begin
 
 
 @inlined
