@@ -289,7 +289,7 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
     slope = (u_dd[1] - u_dd[0]) / DT
     base = kernel.modes.SegmentBase(0.0, u_dd[0], slope)
-    mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
+    (mode, xi, _, x_0), _ = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, *start, start[0]
     )
     scene = kernel.march.Scene(plant, law, waves, u_dd, DT)
@@ -363,7 +363,7 @@ def contact_march(kernel, u_dd, k_t, calls=1):
     plant, law = kernel.model.Plant(*PAPER), piecewise(kernel, (30.0, 30.0), k_t=k_t)
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
     base = kernel.modes.SegmentBase(0.0, u_dd[0], 0.0)
-    mode, xi, _, x_0 = kernel.modes.initial_piecewise_state(
+    (mode, xi, _, x_0), _ = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, 0.0, 0.0, 0.0
     )
     scene = kernel.march.Scene(plant, law, waves, u_dd, DT)

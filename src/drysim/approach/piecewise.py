@@ -68,9 +68,7 @@ from drysim.core.events import (
     CONTACT,
     LIFT,
     RELEASE,
-    REVERSAL,
     SLIP,
-    STICK,
     EventLog,
     Segments,
 )
@@ -192,11 +190,11 @@ def compute_trajectory(
     origin = SegmentBase(0.0, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt)
     x_r, v_r = start[:2]
     x_0 = float(start[2]) if len(start) > 2 else x_r
-    mode, xi, v_r, x_0 = initial_piecewise_state(
+    (mode, xi, v_r, x_0), closest = initial_piecewise_state(
         plant, march.kernel_law, waves, origin, x_r, v_r, x_0
     )
     checkpoint = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
-    events, turns, hits, closest = [], [], [], math.inf
+    events, turns, hits = [], [], []
     for number in range(march.count):
         march.checkpoints.append(checkpoint)
         checkpoint = march.march_block(number)
@@ -210,7 +208,6 @@ def compute_trajectory(
     found = Events(*joined(events))
     path = Path(*joined(turns)).until(duration) if turns else None
     impacts = Impacts(*joined(hits)) if hits else None
-    closest = min(closest, smallest_margin(law, found, float(start[1])))
     return PiecewiseTrajectory(march, found, path, impacts, duration, closest)
 
 
@@ -883,24 +880,3 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     wave = law.variation, law.omega, law.phase
     k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
     return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
-
-
-def smallest_margin(law: PiecewiseLaw, events: Events, v_r: float) -> float:
-    """Return the smallest relative margin of a stop, as to whether the mass sticks [-].
-
-    `v_r` is that at the start [m/s]; a mass at rest there is decided about, too, unless no
-    force acts on it.
-    """
-    if law.is_elastic or not has_friction(law):
-        return math.inf
-    # F_L above zero pushes the mass towards v_r < 0.
-    limit = law.F_fs if law.compression is None else law.compression[1]
-    F_fs = np.where(events.F_L > 0.0, limit, law.F_fs) * law.load(events.t)
-    F_L = np.abs(events.F_L)
-    decided = np.isin(events.kind, (STICK, REVERSAL, -REVERSAL))
-    decided[0] = v_r == 0.0 and F_L[0] != 0.0
-    decided &= F_fs > 0.0
-    if law.stops is not None and law.stops.rigid:
-        decided &= law.stops.limits.side(events.x_r) == 0
-    larger = np.maximum(F_fs, F_L)[decided]
-    return float((np.abs(F_L - F_fs)[decided] / larger).min(initial=math.inf))

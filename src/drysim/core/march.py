@@ -110,6 +110,7 @@ from drysim.core.modes import (
     pass_zero_load,
     rebound,
     rest_exit_time,
+    rest_margin,
     return_accelerations,
     separation_time,
     side_of,
@@ -424,7 +425,7 @@ class MarchState(NamedTuple):
         Numbers of segments and of events in the logs; `events` is -1 if events recur without
         progress in time.
     closest : float
-        Smallest relative margin of a decision about sticking so far, stops left out [-].
+        Smallest relative margin of a decision about sticking so far [-].
     """
 
     n: int
@@ -486,7 +487,7 @@ class Exit(NamedTuple):
         New state of the contact, direction in which the mass leaves, or new state with respect
         to the end stops.
     closest : float
-        Smallest relative margin of a decision about sticking before, stops left out [-].
+        Smallest relative margin of a decision about sticking before [-].
     """
 
     kind: int
@@ -957,6 +958,7 @@ def settle_at_rest(scene, now, state, log):
         kind = STICK if mode.direction == AT_REST else REVERSAL * mode.direction
         x_r, F_L = static_force(scene, mode, xi, now.u_dd)
         events = record_event(log, events, n, s, kind, x_r, F_L)
+        closest = min(closest, rest_margin(law, mode, xi, F_L, now.load))
     return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 

@@ -42,6 +42,7 @@ from drysim.core.events import (
     RELEASE,
     SLIP,
     STICK,
+    decision_margin,
     direction_from_rest,
     limit_force,
     motion_direction,
@@ -419,7 +420,7 @@ Unlike `RATE_TOLERANCE` it compares positions."""
 
 @compiled
 def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
-    """Return the `ModeState` at t = 0, with x_r [m] and v_r [m/s] then.
+    """Return the `ModeState` at t = 0, with x_r [m] and v_r [m/s] then, and its `rest_margin`.
 
     An elastic contact deflected to its limit, and moving on, yields already, so that no event
     follows at once. One deflected beyond the limit, as rounding of a periodic orbit may
@@ -448,9 +449,15 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
     elif v_r != 0.0:
         contact = sign(v_r)
     mode = mode_of(contact, sign(v_r), end_stop, origin)
+    margin = NEVER
     if v_r == 0.0:
         mode = mode_from_rest(plant, law, mode, x_0, xi, u_dd, max(load, 0.0))
-    return ModeState(mode, xi, v_r, x_0)
+        F_L = limit_force(plant, x_r, u_dd) + bumper_force(
+            mode_forces(plant, law, mode, x_0), xi, 0.0
+        )
+        if F_L != 0.0:
+            margin = rest_margin(law, mode, xi, F_L, max(load, 0.0))
+    return ModeState(mode, xi, v_r, x_0), margin
 
 
 @compiled
@@ -512,6 +519,19 @@ def mode_from_rest(plant, law, mode, x_0, xi, u_dd, load):
     if wall == 0 and d == AT_REST:
         d = mode.direction if mode.direction != AT_REST else 1
     return mode_of(mode.contact, d, mode.end_stop, mode.origin)
+
+
+@compiled
+def rest_margin(law, mode, xi, F_L, load):
+    """Return the relative margin of the decision whether a mass with v_r = 0 sticks [-].
+
+    `F_L` includes the force of a bumper [N]. The margin is infinite where friction does not
+    decide.
+    """
+    if law.k_t > 0.0 or mode.contact == FREE or wall_side(law, mode, xi) != 0:
+        return NEVER
+    F_fs = side_of(law, -sign(F_L)).F_fs * load
+    return decision_margin(F_L, F_fs) if F_fs > 0.0 else NEVER
 
 
 # Elastic contact: exits from hold and yield.
