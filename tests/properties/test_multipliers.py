@@ -9,6 +9,7 @@ import numpy as np
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import orbit as o
 from drysim.core.model import CoulombLaw, Plant, Sines, State
+from drysim.core.status import Status
 from drysim.orbits.coulomb import solve_orbits
 
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7)
@@ -65,7 +66,7 @@ def test_multipliers_of_drawn_orbits_are_those_of_differences():
         start = rng.uniform(-1.0, 1.0, 2)
         row = [*plant, *law, *start, period, inf, inf, *sines]
         (found,) = solve_orbits(np.array([row]))
-        if found[o.STATUS] != o.CONVERGED or found[o.SLIDING_DISTANCE] == 0.0:
+        if found[o.STATUS] != Status.OK or found[o.SLIDING_DISTANCE] == 0.0:
             continue
         checked += 1
         kinds["stops" if found[o.STOPS] else "sliding"] += 1

@@ -74,7 +74,7 @@ EXPLAINED = {
     ),
     (
         "orbit.py",
-        "ENDLESS_EVENTS if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)",
+        "count if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
     ("oscillator.py", "q_11 = -(c * q_10 - w * q_9 / 10.0) / 11.0"): LAST,
     ("oscillator.py", "f[7] * a + g[7] * j, f[8] * a - g[8] * j,"): LAST,

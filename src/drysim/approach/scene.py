@@ -43,8 +43,9 @@ from drysim.core.model import (
     max_abs,
 )
 from drysim.core.sampled import SampledMotion
+from drysim.core.status import Status
 from drysim.core.trajectory import Columns
-from drysim.errors import SolverError, UsageError
+from drysim.errors import UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
 """Law with constant friction limits, to build waves without a varying limit."""
@@ -333,23 +334,15 @@ def exact_response(
     return Response(trajectory.plant, law, motion, grid, events, numerics, trajectory)
 
 
-def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:
-    """Raise SolverError where events do not advance in time or the state is not finite.
+def check_progress(count: int, t: float, state: Any, step: float = math.inf) -> None:
+    """Raise SolverError for a `Status` in place of a count of events, or a state not finite.
 
-    A negative `count` is the kernels' sign of events without progress in time, or of too many
-    within a step; `step` is None where the solution is not divided into steps.
+    `step` is that of the samples [s].
     """
-    if count < 0 and step is None:
-        raise no_progress_error(t)
+    if count >= 0 and not (math.isfinite(state[0]) and math.isfinite(state[1])):
+        count = Status.OVERFLOW
     if count < 0:
-        raise SolverError(
-            f"at t = {t:.9g} s more than {MAX_EVENTS_PER_STEP} events fall within a step of "
-            f"{step:.9g} s",
-            "use a shorter step, or check mass, stiffness and friction: the mass reverses many "
-            "times within a step",
-        )
-    if not (math.isfinite(state[0]) and math.isfinite(state[1])):
-        raise overflow_error(t)
+        raise Status(count).error(t=t, step=step, count=MAX_EVENTS_PER_STEP)
 
 
 def count_intervals(
@@ -365,25 +358,4 @@ def count_intervals(
 def check_event_count(count: int, intervals: float, t: float) -> None:
     """Raise SolverError where events are too many for the memory."""
     if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * intervals:
-        raise SolverError(
-            f"too many events: {count} by t = {t:.9g} s",
-            "use a shorter duration, or check the scene: a mass with little loss chatters at a "
-            "rigid stop (reduce the restitution or use bumpers), and a normal force that "
-            "varies causes events in every period (check its frequency)",
-        )
-
-
-def no_progress_error(t: float) -> SolverError:
-    """Return the error of events that do not advance in time."""
-    return SolverError(
-        f"at t = {t:.9g} s events do not advance in time",
-        "check friction and stiffness for values near the limits of double precision",
-    )
-
-
-def overflow_error(t: float) -> SolverError:
-    """Return the error of a state that is not finite."""
-    return SolverError(
-        f"the motion overflows by t = {t:.9g} s",
-        "check the units of the base motion and of the oscillator",
-    )
+        raise Status.MANY_EVENTS.error(t=t, count=count)

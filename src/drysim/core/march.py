@@ -154,6 +154,7 @@ from drysim.core.sampled import (
     step_through_events,
     sum_base_motion,
 )
+from drysim.core.status import CROWDED_STEP, NO_PROGRESS
 
 MAX_STALLED_EVENTS = 100
 """Steps in a row without progress in time after which double precision is exhausted."""
@@ -211,7 +212,7 @@ class SlipState(NamedTuple):
     x_r, v_r, d
         State there [m, m/s] and direction of sliding, 0 when stuck.
     events : int
-        Number of events in the log; -1 if events recur without progress in time.
+        Number of events in the log, or a `Status`.
     closest : float
         Smallest margin of a stop decision [-]; infinite before the first.
     """
@@ -290,7 +291,7 @@ def march_sines(plant, law, waves, interval, state, log):
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
         if stalled > MAX_STALLED_EVENTS:
-            return SlipState(begin, x_r, v_r, d, -1, closest)
+            return SlipState(begin, x_r, v_r, d, NO_PROGRESS, closest)
         # v_r is set to zero exactly: the stop is an event, not a small velocity.
         x_r, v_r = x_stop, 0.0
         u_dd, rate, _ = base_motion(waves, u_begin, slope, stop)
@@ -384,8 +385,9 @@ def march_varying_limits(scene, past, n, end, state, out, log):
                 closest = excess_margin(plant, u_dd, limit, n, F_k, leaves, closest)
         state = SlipState(state.s, state.x_r, state.v_r, state.d, state.events, closest)
         if state.s < dt or state.events < 0:
-            _, x_r, v_r, d, _, closest = state
-            return n, SlipState(0.0, x_r, v_r, d, -1, closest)
+            _, x_r, v_r, d, count, closest = state
+            fault = count if count < 0 else CROWDED_STEP
+            return n, SlipState(0.0, x_r, v_r, d, fault, closest)
         n += 1
         x_out[n] = state.x_r
         v_out[n] = state.v_r
@@ -422,8 +424,7 @@ class MarchState(NamedTuple):
         x_r at which an elastic contact carries no force [m].
     mode : Mode
     used, events : int
-        Numbers of segments and of events in the logs; `events` is -1 if events recur without
-        progress in time.
+        Numbers of segments and of events in the logs; `events` may be a `Status` instead.
     closest : float
         Smallest relative margin of a decision about sticking so far [-].
     """
@@ -643,7 +644,7 @@ def march_modes(scene, course, state, steps, out):
             s += step
             latest = Latest(latest.used, UNRECORDED, x_0)
         if stalled > MAX_STALLED_EVENTS:
-            return MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, -1, closest)
+            return MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, NO_PROGRESS, closest)
     at = latest.used
     if closes and state.n < until <= n:
         # The state at the end, after an event there.

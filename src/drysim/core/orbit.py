@@ -53,6 +53,7 @@ from drysim.core.forcing import (
 )
 from drysim.core.march import Interval, SlipState, initial_slip_state, march_sines
 from drysim.core.model import ATTRACTING_MODULUS, StrokeLimits
+from drysim.core.status import LOG_FULL, NOT_SETTLED, NOT_UNIQUE, OVERFLOW
 from drysim.core.trajectory import (
     EventSolution,
     excursions,
@@ -76,7 +77,7 @@ phase [rad] of each sine."""
     ENTRIES, EXCURSIONS_UP, EXCURSIONS_DOWN, T_FIRST, TIME_BEYOND, TRACE, DETERMINANT,
     STOPS, ASYMMETRY, VIOLATION, ANSWER_COLUMNS,
 ) = range(32)  # fmt: skip
-"""Columns of an answer: status; time reported with a failure [s]; periods per repetition,
+"""Columns of an answer: `Status`; time reported with a failure [s]; periods per repetition,
 closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
 repetition; its integrals as in `Totals`; extremes of x_r [m], upcrossings of zero and entries
 beyond the limits; excursions as in `excursions`; trace and determinant of the Jacobian of the
@@ -84,10 +85,6 @@ repetition, whose eigenvalues are the Floquet multipliers; stops that end slidin
 half the repetition is from the mirror image of the other half, as in `half_wave_change`; the
 violation of the laws as in `Totals`.
 ANSWER_COLUMNS is the number of columns."""
-
-CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
-"""Status of a scene. The last three have no orbit: endless events without progress in time,
-a state that is not finite, and more events per repetition than the log holds."""
 
 
 class SineScene(NamedTuple):
@@ -122,8 +119,7 @@ class FoundOrbit(NamedTuple):
     state : PeriodState
         At the start of the repetition.
     multiple : int
-        Excitation periods per repetition; 0 if not converged, -1 if events recur without
-        progress in time.
+        Excitation periods per repetition, or the `Status` of a motion without an orbit.
     closure : float
         Closure residual: largest scaled change over the repetition [-].
     periods : int
@@ -178,15 +174,11 @@ def solve_orbits(scenes, answers, values, past, most, log):
         answer[RUN_UP], answer[RUN_UP_PEAK] = found.periods * row[PERIOD], found.peak
         answer[TIME] = answer[RUN_UP]
         if multiple < 0:
-            answer[STATUS] = ENDLESS_EVENTS
-        elif not (math.isfinite(state.x_r) and math.isfinite(state.v_r)):
-            answer[STATUS] = OVERFLOW
-        elif multiple == 0:
-            answer[STATUS] = NOT_CONVERGED
+            answer[STATUS] = float(multiple)
         elif not found.unique:
-            answer[STATUS] = NOT_UNIQUE
+            answer[STATUS] = float(NOT_UNIQUE)
         else:
-            answer[STATUS] = CONVERGED
+            answer[STATUS] = 0.0
             length, limits = answer[MULTIPLE] * row[PERIOD], StrokeLimits(row[UP], row[DOWN])
             measure_orbit(scene, state.x_r, state.v_r, length, limits, answer)
 
@@ -213,8 +205,8 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
     reached, x, v, _, count, _ = march_sines(plant, law, waves, interval, state, log)
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
-        answer[STATUS] = (
-            ENDLESS_EVENTS if count < 0 else (LOG_FULL if reached < length else OVERFLOW)
+        answer[STATUS] = float(
+            count if count < 0 else (LOG_FULL if reached < length else OVERFLOW)
         )
         return
     t, kind, x_events = log.s[:count], log.kind[:count], log.x_r[:count]
@@ -338,7 +330,7 @@ def converge_to_orbit(scene, period, x_r, v_r, most, past):
         if decay_count(plant, length) < SLOW_DECAYS:
             unique = attracts
             if attracts and distance > MAX_ORBIT_DISTANCE:
-                multiple = 0
+                multiple = NOT_SETTLED
     if multiple > 1 and distance < math.inf:
         multiple, closure = shortest_period(scene, period, state, multiple, closure, distance)
     return FoundOrbit(state, multiple, closure, periods, peak, unique, distance)
@@ -401,7 +393,7 @@ def iterate_period_map(scene, period, state, most, past):
         before = state
         state, events, peak = period_map(scene, period, before)
         if events < 0:
-            return state, -1, closure, n + 1, highest
+            return state, events, closure, n + 1, highest
         step = state_change(state, before.x_r, before.v_r, rate)
         same_events = (
             events == events_before
@@ -443,7 +435,8 @@ def iterate_period_map(scene, period, state, most, past):
                 pause_left = NEWTON_PAUSE
         step_before = step
         events_before = events
-    return state, 0, closure, most, highest
+    finite = math.isfinite(state.x_r) and math.isfinite(state.v_r)
+    return state, NOT_SETTLED if finite else OVERFLOW, closure, most, highest
 
 
 @compiled
@@ -581,7 +574,7 @@ def period_map(scene, period, state):
     state : PeriodState
         State at the end of the period.
     events : int
-        Number of events; negative if they recur without progress in time.
+        Number of events, or a `Status`.
     peak : float
         Largest |x_r| at an event or at an end of the period [m].
     """
@@ -595,7 +588,7 @@ def period_map(scene, period, state):
         state = SlipState(begin, x_r, v_r, d, int(ZERO), math.inf)
         begin, x_r, v_r, d, count, _ = march_sines(plant, law, waves, interval, state, log)
         if count < 0:
-            return PeriodState(x_r, v_r, d), -1, peak
+            return PeriodState(x_r, v_r, d), count, peak
         for i in range(count):
             peak = max(peak, abs(log.x_r[i]))
         events += count
@@ -608,7 +601,7 @@ def period_map(scene, period, state):
 ) = range(11)  # fmt: skip
 """Columns of an image: state after a repetition [m, m/s], its derivatives with respect to the
 state before, stops and immediate reversals, largest |x_r| at an event or an end [m], number of
-all events."""
+all events or `Status`."""
 
 
 @compiled
@@ -628,20 +621,20 @@ def flow_and_monodromy(row, values, length, x_r, v_r, log, image):
     log : EventLog
         Written: the events.
     image : array, shape (IMAGE_COLUMNS,)
-        Written, columns as named above; IMAGE_STOPS is negative without progress in time or if
-        the log is full.
+        Written, columns as named above; with a `Status`, the derivatives are not.
     """
     plant, law = plant_and_law(row)
     scene = SineScene(plant, law, scene_waves(row, values, law), log)
     d = initial_slip_state(plant, law, scene.waves, x_r, v_r, log).d
     end, events, peak = period_map(scene, length, PeriodState(x_r, v_r, d))
     image[X_IMAGE], image[V_IMAGE], image[IMAGE_PEAK] = end.x_r, end.v_r, peak
-    image[IMAGE_STOPS], image[IMAGE_REVERSALS], image[IMAGE_EVENTS] = -1.0, 0.0, float(events)
-    if events < 0 or events + SINES_LOG_RESERVE > len(log.kind):
+    if events + SINES_LOG_RESERVE > len(log.kind):
+        events = LOG_FULL
+    image[IMAGE_STOPS], image[IMAGE_REVERSALS], image[IMAGE_EVENTS] = 0.0, 0.0, float(events)
+    if events < 0:
         return
     a, b, c, e = event_monodromy(scene, length, 1.0, d, int(ZERO), events)
     image[X_BY_X], image[X_BY_V], image[V_BY_X], image[V_BY_V] = a, b, c, e
-    image[IMAGE_STOPS] = 0.0
     for i in range(events):
         if log.kind[i] == STICK:
             image[IMAGE_STOPS] += 1.0

@@ -70,6 +70,7 @@ from drysim.core.roots import (
     never_stops,
     velocity_and_acceleration,
 )
+from drysim.core.status import CROWDED_STEP
 
 # Coulomb friction, chunk by chunk.
 
@@ -119,7 +120,7 @@ class SampledState(NamedTuple):
     a : float
         Relative acceleration [m/s²] in creep; NaN where x_r and v_r determine it.
     events : int
-        Number of events in the log, negative if one step holds too many.
+        Number of events in the log, or a `Status`.
     closest : float
         Smallest relative margin of a decision about sticking so far [-].
     """
@@ -253,7 +254,7 @@ def march(scene, state, out, log, end):
             )
             n, x_r, v_r, d, a, count, closest = state
             if s < dt:
-                return SampledState(n, x_r, v_r, d, a, -1, closest)
+                return SampledState(n, x_r, v_r, d, a, CROWDED_STEP, closest)
             out.x_r[n] = x_r
             out.v_r[n] = v_r
             out.d[n] = d

@@ -70,6 +70,7 @@ from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_ph
 from drysim.core.march import Interval
 from drysim.core.model import LEUVEN, STRIBECK, TWELVE_NODES, TWELVE_WEIGHTS, CoulombLaw
 from drysim.core.roots import NEVER, RESOLUTION, Stuck, break_away_time, first_series_root
+from drysim.core.status import NO_PROGRESS
 from drysim.core.trajectory import (
     TIME_ROUNDING,
     relative,
@@ -176,7 +177,8 @@ class SeriesState(NamedTuple):
     d : int
         Direction as in `SeriesSegments`.
     used, events : int
-        Numbers of segments and of events in the logs; `events` is -1 if time does not progress.
+        Numbers of segments and of events in the logs; `events` may be a
+        `Status` instead.
     closest : float
         Smallest relative margin of a decision about sticking so far [-].
     """
@@ -335,7 +337,7 @@ def slide(scene, interval, state, control, series, segments, log):
     requested = 4.0 * step if step < left else NEVER
     control = StepControl(time_scale, requested, pause_left, pause_length, stalled)
     if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
-        return SeriesState(n, s, x_r, v_r, z, d, used, -1, closest), control
+        return SeriesState(n, s, x_r, v_r, z, d, used, NO_PROGRESS, closest), control
     step = min(event, step)
     s = interval.h if step == left else min(s + step, interval.h)
     x_r, v_r, z = series_state(series, last, step)

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import LOG_LENGTH, check_progress, empty_log, make_waves
+from drysim.approach.scene import LOG_LENGTH, empty_log, make_waves
 from drysim.approach.solution import Floats, Orbit
 from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
 from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
 from drysim.core.march import initial_slip_state
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
+from drysim.core.status import Status
 
 MAX_PERIODS = 5_000
 """Periods after which a motion counts as not settled."""
@@ -33,9 +34,11 @@ def find_coulomb_orbit(
     (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.converge_to_orbit(
         scene, period, *start[:2], MAX_PERIODS, period_buffers()
     )
-    check_progress(multiple, periods * period, (x_r, v_r))
+    settled = multiple != Status.NOT_SETTLED
+    if multiple < 0 and settled:
+        raise Status(multiple).error(t=periods * period)
     return Orbit(
-        State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
+        State(x_r, v_r), max(multiple, 1), closure, settled, unique,
         periods * period, peak, distance,
     )  # fmt: skip
 
@@ -213,6 +216,6 @@ class CoulombFlow:
         work, image = scene_buffer(len(row)), self.image
         orbit.flow_and_monodromy(as_engine_array(row), work, time, x_r, v_r, self.log, image)
         found = [*map(float, image)]
-        if found[orbit.IMAGE_STOPS] < 0.0 or not math.isfinite(sum(found)):
+        if found[orbit.IMAGE_EVENTS] < 0.0 or not math.isfinite(sum(found)):
             return None
         return found, np.array(self.log.s[: int(found[orbit.IMAGE_EVENTS])])

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.core.model import Input, Sines, State
+from drysim.core.status import Status
 from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
 from drysim.friction import Leuven
@@ -595,7 +596,7 @@ class Study:
         found, stuck, lost = [], set(), 0
         for (p, _), scene, answer in zip(starts, scenes, solve_orbits(scenes), strict=True):
             status = answer[o.STATUS]
-            if status != o.CONVERGED:
+            if status != Status.OK:
                 lost += 1
                 continue
             if answer[o.SLIDING_DISTANCE] == 0.0:

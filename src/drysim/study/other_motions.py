@@ -16,6 +16,7 @@ from drysim.approach.solution import Floats
 from drysim.core import orbit
 from drysim.core.forcing import F_FK, F_FS, K_X, V_R, X_R, B, M
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines
+from drysim.core.status import Status
 from drysim.orbits.coulomb import scene_row, solve_orbits
 
 START_SIZES, START_PHASES = (0.5, 1.0, 2.0), 4
@@ -73,9 +74,7 @@ the same; mirror images agree in both, and one that settles slowly is close to i
 
 def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
     """Whether the orbits of two arrays of answers are different motions, and both settled."""
-    settled = (one[:, orbit.STATUS] == orbit.CONVERGED) & (
-        other[:, orbit.STATUS] == orbit.CONVERGED
-    )
+    settled = (one[:, orbit.STATUS] == Status.OK) & (other[:, orbit.STATUS] == Status.OK)
     columns = [orbit.V2, orbit.SLIDING_DISTANCE]
     with np.errstate(invalid="ignore"):
         a, b = (answers[:, columns] / answers[:, [orbit.MULTIPLE]] for answers in (one, other))

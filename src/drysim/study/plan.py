@@ -34,6 +34,7 @@ from drysim.core.model import (
     StrokeLimits,
     Totals,
 )
+from drysim.core.status import Status
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
@@ -58,10 +59,8 @@ from drysim.study.case import (
     signal_sha256,
 )
 from drysim.study.run import (
-    NOT_UNIQUE_NOTE,
     MotionCache,
     MotionSource,
-    not_settled_note,
     solve_row,
     solve_row_from,
     try_measure,
@@ -358,7 +357,7 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     ScenarioError
         When the values of a case contradict each other.
     """
-    from drysim.core.orbit import LOG_FULL, STATUS
+    from drysim.core.orbit import STATUS
     from drysim.orbits.coulomb import solve_orbits
 
     scenario, first, begin, end = case_range
@@ -372,7 +371,7 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     status, notes = orbit_statuses(results)
     metrics = orbit_metrics(scenes, results, status)
     batch = Batch(first, scenario.label, points, *forces, metrics, status, notes)
-    crowded = results[:, STATUS] == LOG_FULL
+    crowded = results[:, STATUS] == Status.LOG_FULL
     if chained and crowded.any():
         return solve_chain(case_range, MotionCache(), SINGLE_THREAD.is_cancelled)
     return solve_individually(scenario, batch, crowded) if crowded.any() else batch
@@ -385,7 +384,7 @@ def solve_orbit_chain(scenes: Floats, order: Sequence[int]) -> Floats:
     from which it started.
     """
     from drysim.core.forcing import V_R, X_R
-    from drysim.core.orbit import CONVERGED, STATUS, V_BEGIN, X_BEGIN
+    from drysim.core.orbit import STATUS, V_BEGIN, X_BEGIN
     from drysim.orbits.coulomb import solve_orbits
 
     found = {}
@@ -393,7 +392,7 @@ def solve_orbit_chain(scenes: Floats, order: Sequence[int]) -> Floats:
     for i in order:
         scenes[i, [X_R, V_R]] = state
         found[i] = solve_orbits(scenes[i : i + 1])
-        if found[i][0, STATUS] == CONVERGED:
+        if found[i][0, STATUS] == Status.OK:
             state = found[i][0, [X_BEGIN, V_BEGIN]]
     return np.concatenate([found[i] for i in range(len(scenes))])
 
@@ -457,24 +456,20 @@ def check_first_suspect(
         scenario.at({key: column[i].item() for key, column in points.items()})
 
 
+ROW_STATUSES = {Status.NOT_SETTLED: NOT_SETTLED, Status.NOT_UNIQUE: NOT_UNIQUE}
+"""Status of a row whose motion has no orbit but has not failed."""
+
+
 def orbit_statuses(results: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
     """Return the status of each case, and a note for each that has no valid orbit."""
-    from drysim.approach.scene import no_progress_error, overflow_error
     from drysim.core import orbit as o
 
     codes = results[:, o.STATUS].astype(np.int64)
     status, notes = np.zeros(len(codes), dtype=np.int8), {}
-    for i in np.flatnonzero(codes != o.CONVERGED).tolist():
-        code, at = int(codes[i]), float(results[i, o.TIME])
-        if code == o.NOT_CONVERGED:
-            label, notes[i] = NOT_SETTLED, not_settled_note(at)
-        elif code == o.NOT_UNIQUE:
-            label, notes[i] = NOT_UNIQUE, NOT_UNIQUE_NOTE
-        else:
-            label, notes[i] = (
-                FAILED,
-                str(no_progress_error(at) if code == o.ENDLESS_EVENTS else overflow_error(at)),
-            )
+    for i in np.flatnonzero(codes != Status.OK).tolist():
+        code = Status(codes[i])
+        notes[i] = code.sentence(t=float(results[i, o.TIME]))
+        label = ROW_STATUSES.get(code, FAILED)
         status[i] = STATUSES.index(label)
     return status, notes
 

@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.model import CoulombLaw, Sines, has_friction
+from drysim.core.status import Status
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.excitation.random import RandomMotion
@@ -609,7 +610,7 @@ class OrbitPlane:
 
     def solve(self, scenes: Floats, counted: bool = False) -> Floats:
         """Return the answers of the orbit kernel; `counted` nodes count as progress."""
-        from drysim.core.orbit import ANSWER_COLUMNS, CONVERGED, RUN_UP_PEAK, STATUS
+        from drysim.core.orbit import ANSWER_COLUMNS, RUN_UP_PEAK, STATUS
         from drysim.orbits.coulomb import solve_orbits
 
         small = self.is_too_small(scenes)
@@ -623,7 +624,7 @@ class OrbitPlane:
         self.cases += len(scenes)
         found = np.full((len(small), ANSWER_COLUMNS), np.nan)
         found[~small] = np.concatenate(answers)
-        found[small, STATUS], found[small, RUN_UP_PEAK] = CONVERGED, 0.0
+        found[small, STATUS], found[small, RUN_UP_PEAK] = Status.OK, 0.0
         return found
 
     def is_too_small(self, scenes: Floats) -> NDArray[np.bool_]:
@@ -643,7 +644,7 @@ class OrbitPlane:
         from drysim.core import orbit as o
 
         found = answers.T
-        lost, still = found[o.STATUS] != o.CONVERGED, found[o.SLIDING_DISTANCE] == 0.0
+        lost, still = found[o.STATUS] != Status.OK, found[o.SLIDING_DISTANCE] == 0.0
         size = SMALLEST_MOTION * scenes[:, o.SINES :: 3].sum(axis=1) * scenes[:, o.PERIOD] ** 2
         small = ~still & (found[o.RUN_UP_PEAK] < size)
         with np.errstate(invalid="ignore"):

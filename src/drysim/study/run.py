@@ -23,6 +23,7 @@ from drysim.approach.solution import Floats, Orbit, Response, Trajectory
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
+from drysim.core.status import Status
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.comfort import Weighted, weighted_accelerations
@@ -196,8 +197,6 @@ SolvedCase = tuple[CaseResult, AnyState]
 excitation, or at the end of the window. A case without numbers keeps the state from which it
 started."""
 
-NOT_UNIQUE_NOTE = "the orbit is neutrally stable and not unique"
-
 
 def count_cases(scenarios: Sequence[Scenario]) -> int:
     """Return the number of cases, without enumerating them."""
@@ -250,9 +249,9 @@ def measure_motion(case: Case, start: AnyState) -> SolvedCase:
     # A fixed-step orbit is measured even if it does not close: `closure` shows it.
     if isinstance(case.approach, ExactApproach):
         if not orbit.settled:
-            return (unknown, NOT_SETTLED, not_settled_note(orbit.run_up)), start
+            return (unknown, NOT_SETTLED, Status.NOT_SETTLED.sentence(t=orbit.run_up)), start
         if not orbit.unique:
-            return (unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE), start
+            return (unknown, NOT_UNIQUE, Status.NOT_UNIQUE.sentence()), start
     window = (0.0, orbit.periods * case.period)
     trajectory, weighted = solve_and_weight(case, orbit.state, step, window, window[1])
     found = measure_window(case, trajectory, window, orbit.closure, weighted)
@@ -271,11 +270,6 @@ def measure_window(
     return measure(
         trajectory, window, case.limits, closure, case.stationary, weighted, settings, end
     )
-
-
-def not_settled_note(run_up: float) -> str:
-    """Return the note for a motion that has not settled after this time [s]."""
-    return f"the motion still changes after {run_up:.6g} s"
 
 
 def solve_and_weight(
