@@ -85,6 +85,7 @@ from drysim.core.modes import (
     REGULAR,
     Hold,
     Instant,
+    LoadRamp,
     Mode,
     ModeState,
     SegmentBase,
@@ -583,7 +584,7 @@ def march_modes(scene, course, state, steps, out):
         State reached; n is `course.until` at the end of the motion. A call that starts there
         continues as if uninterrupted.
     """
-    law, waves, dt = scene.law, scene.waves, scene.dt
+    _, law, waves, u_dd, dt = scene
     segments, log, samples = out
     n, s, xi, v_r, a, x_0, mode, at, count, closest = state
     last, last_length, until, closes, capacity = course
@@ -591,12 +592,17 @@ def march_modes(scene, course, state, steps, out):
     affine = waves.size == 0 and law.step == 0.0
     whole = until if until <= last or last_length == dt else last
     stalled, latest = int(ZERO), Latest(at, UNRECORDED, x_0)
+    constants, known = ModeConstants(int(ZERO), 0.0, 0.0, 0.0, 0.0), False
     while n < until and latest.used < full and count < full:
+        if affine and not known and mode.direction != AT_REST:
+            constants, known = mode_constants(scene, mode, x_0, steps), True
         if affine and n < whole and mode.entry == REGULAR:
+            here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
             reached = n
             if s == 0.0:
-                here = MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
-                reached, closest = advance_whole_steps(scene, whole, here, steps, samples)
+                reached, closest = advance_whole_steps(
+                    scene, whole, here, constants, steps, samples
+                )
             passes = reached < whole and slides_or_sticks(law, mode, xi)
             if reached > n or passes:
                 latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
@@ -608,35 +614,37 @@ def march_modes(scene, course, state, steps, out):
             if passes:
                 here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
                 here = advance_through_events(scene, here, steps, full, out)
+                goes_on = here.n == n and here.events == count
                 if here.events > count:
                     row = UNRECORDED if here.s > 0.0 else lasting_mode(here.mode)
-                    latest = Latest(here.used, row, x_0)
-                whole_step = here.n > n
+                    latest, known = Latest(here.used, row, x_0), False
                 n, s, xi, v_r, a, x_0, mode, _, count, closest = here
-                if whole_step:
+                if not goes_on:
                     continue
         length = last_length if n == last else dt
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        base = SegmentBase((steps.first + n) * dt + s, u_dd[n] + slope * s, slope)
         here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
-        part = begin_segment(scene, steps.first, here, length)
-        mode = part.mode
-        latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
-        time = slide_time(log, count, n, s, dt)
-        leave = undecided_exit(part)
+        time, ramp = slide_time(log, count, n, s, dt), LoadRamp(1.0, 0.0, NEVER)
+        leave = undecided_exit()
         if affine:
-            leave = exit_of_short_step(scene, part, steps, time)
+            leave = exit_of_short_step(scene, base, here, length - s, constants, steps, time)
         if leave.kind == UNDECIDED:
-            leave = first_exit(scene, part, time)
+            part = begin_segment(scene, base, here, length - s)
+            mode, ramp, leave = part.mode, part.ramp, first_exit(scene, part, time)
+            known = False
+        latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
         kind, step, xi, v_r, a, _, margin = leave
         closest = min(closest, margin)
         if kind != NO_EXIT:
             then, rest = interval_time(n, s + step, length, last)
             here = MarchState(then, rest, xi, v_r, a, x_0, mode, latest.used, count, closest)
-            here = enter_next_mode(scene, part, leave, here, segments, log)
+            here = enter_next_mode(scene, base, ramp, leave, here, segments, log)
             _, _, xi, v_r, a, x_0, mode, at, count, closest = here
-            latest = Latest(at, UNRECORDED, x_0)
+            latest, known = Latest(at, UNRECORDED, x_0), False
         elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
-        stalled = 0 if part.base.t + step > part.base.t else stalled + 1
+        stalled = 0 if base.t + step > base.t else stalled + 1
         if step >= length - s:
             n, s = n + 1, 0.0
             samples.x_r[n], samples.v_r[n], samples.d[n] = xi, v_r, mode.direction
@@ -695,15 +703,10 @@ def interval_time(n, s, length, end):
 
 
 @merged
-def begin_segment(scene, first, state, length):
-    """Return the segment that begins in a state.
-
-    `first` is the sample from which n counts, and `length` that of the interval [s].
-    """
-    plant, law, waves, u_dd, dt = scene
-    n, s, xi, v_r, carried, x_0, mode, _, _, _ = state
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    base = SegmentBase((first + n) * dt + s, u_dd[n] + slope * s, slope)
+def begin_segment(scene, base, state, left):
+    """Return the segment that begins in a state, `left` before the end of its interval [s]."""
+    plant, law, waves, _, _ = scene
+    _, _, xi, v_r, carried, x_0, mode, _, _, _ = state
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
     motion = start_segment(equation, waves, xi, v_r)
     free = abs(mode.direction) == 1 and not is_rigid_slip(law, mode)
@@ -720,7 +723,7 @@ def begin_segment(scene, first, state, length):
             force = abs(equation.g + base.u_0) + equation.w * abs(xi)
             creeps = abs(v_r) <= cancellation_speed(equation.c, equation.w) * force
         motion = with_known_acceleration(scene, mode, motion, ramp, creeps, carried)
-    return ModeSegment(mode, x_0, motion, creeps, base, ramp, min(length - s, ramp.left))
+    return ModeSegment(mode, x_0, motion, creeps, base, ramp, min(left, ramp.left))
 
 
 @merged
@@ -871,25 +874,25 @@ def exit_from_motion(scene, part, lift, time):
 
 
 @merged
-def enter_next_mode(scene, part, leave, state, segments, log):
+def enter_next_mode(scene, base, ramp, leave, state, segments, log):
     """Return the state after an exit, in the mode that follows; write events to the log.
 
     Parameters
     ----------
     scene : Scene
-    part, leave : ModeSegment, Exit
+    base, ramp, leave : SegmentBase, LoadRamp, Exit
         The segment that ends, and how.
     state : MarchState
         At the exit, with the mode of the segment.
     segments, log : Segments, EventLog
         Written: the events, and the velocity of an arrival at a stop.
     """
-    law, waves, base = scene.law, scene.waves, part.base
+    law, waves = scene.law, scene.waves
     u_dd = base_motion(waves, base.u_0, base.slope, leave.s)[0]
-    load, load_d = load_at(law, waves, part.ramp, leave.s)
+    load, load_d = load_at(law, waves, ramp, leave.s)
     now = Instant(base.t + leave.s, u_dd, max(load, 0.0))
     if leave.kind == STOP_EXIT and state.mode.end_stop == APART:
-        rate = force_rate_bound(scene.plant, law, waves, base.slope, part.ramp)
+        rate = force_rate_bound(scene.plant, law, waves, base.slope, ramp)
         state = arrive_at_stop(scene, now, rate, state, segments, log)
     elif leave.kind == STOP_EXIT:
         state = pass_stage(scene, now, leave.after, state, log)
@@ -974,6 +977,8 @@ def change_contact(scene, now, load_d, leave, state, log):
         if leave.after == HOLD:
             f = contact_force(mode_forces(plant, law, mode, x_0), x_r, now.load)
             x_0 = x_r - f / law.k_t
+            # A mass that has stopped moves back.
+            d = d if v_r != 0.0 else -contact
         poised = contact if leave.after == HOLD else 0
         mode = Mode(leave.after, d, end_stop, origin, poised, REGULAR)
         kind = STICK if leave.after == HOLD else leave.after * SLIP
@@ -1014,7 +1019,7 @@ def steps_index(law, mode):
 
 @compiled
 def compute_mode_steps(plant, law, mode, dt, steps):
-    """Compute the row of a mode in `ModeSteps`."""
+    """Compute the row of a moving mode in `ModeSteps`."""
     forces = mode_forces(plant, law, mode, 0.0)
     c = (forces.plant.b + forces.b_s) / plant.m
     w = (plant.k_x + forces.k_t + forces.k_s) / plant.m
@@ -1022,47 +1027,60 @@ def compute_mode_steps(plant, law, mode, dt, steps):
 
 
 @inlined
-def mode_steps(plant, law, mode, dt, steps):
-    """Return the `SlipSteps` of a moving mode."""
-    row = steps.rows[steps_index(law, mode)]
-    if row[2] != dt:
+def known_mode_steps(plant, law, mode, dt, steps):
+    """Return the index of a moving mode in `ModeSteps`, whose row is computed if need be."""
+    index = steps_index(law, mode)
+    if steps.rows[index][2] != dt:
         compute_mode_steps(plant, law, mode, dt, steps)
-    return read_steps(row)
+    return index
 
 
-@compiled
-def constant_force(plant, law, mode, x_0):
-    """Return the constant force per mass against xi in a mode [m/s²]."""
+class ModeConstants(NamedTuple):
+    """Constants of a motion in one mode and direction.
+
+    Attributes
+    ----------
+    row : int
+        Index in `ModeSteps`.
+    f : float
+        Constant force per mass against xi [m/s²].
+    contact, end_stop : float
+        Positions d·xi [m] at which a contact yields and an end stop takes over. Infinite for
+        never; below any position where the change does not depend on position alone.
+    grazing : float
+        The `grazing_speed`; 0 unless a rigid contact slides.
+    """
+
+    row: int
+    f: float
+    contact: float
+    end_stop: float
+    grazing: float
+
+
+@inlined
+def mode_constants(scene, mode, x_0, steps):
+    """Return the `ModeConstants` of a moving mode."""
+    plant, law, _, _, dt = scene
+    d = mode.direction
+    index = known_mode_steps(plant, law, mode, dt, steps)
     forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
     force = forces.F - forces.offset + forces.k_t * (x_origin - x_0)
-    return (force + plant.k_x * x_origin) / plant.m
-
-
-@compiled
-def reaches(law, mode, x_0):
-    """Return the positions d·xi [m] at which a contact yields and an end stop takes over.
-
-    Infinite for never; below any position where the change does not depend on position alone.
-    """
-    d, x_origin = mode.direction, origin_of(law, mode.origin)
-    contact = NEVER
-    if law.k_t > 0.0 and mode.contact == HOLD:
+    f = (force + plant.k_x * x_origin) / plant.m
+    contact, grazing = NEVER, 0.0
+    if forces.k_t > 0.0:
         contact = law.up.F_fk / law.k_t + d * (x_0 - x_origin)
+    elif is_rigid_slip(law, mode):
+        side, row = side_of(law, mode.contact), steps.rows[index]
+        grazing = grazing_speed(row[0], row[1], dt, plant.m, side.F_fk, side.F_fs)
     side, stage, released = stop_stage(mode.end_stop)
     if stage == 0:
-        return contact, side_of(law, d).limit - d * x_origin
-    if side == d:
-        return contact, law.begins[stage] if stage < MAX_STAGES and not released else NEVER
-    return contact, -NEVER if released or law.b_s > 0.0 else -law.begins[stage - 1]
-
-
-@compiled
-def mode_grazing_speed(steps, plant, law, mode):
-    """Return the `grazing_speed` of a mode; 0 unless a rigid contact slides."""
-    if not is_rigid_slip(law, mode):
-        return 0.0
-    side = side_of(law, mode.contact)
-    return grazing_speed(steps, plant.m, side.F_fk, side.F_fs)
+        end_stop = side_of(law, d).limit - d * x_origin
+    elif side == d:
+        end_stop = law.begins[stage] if stage < MAX_STAGES and not released else NEVER
+    else:
+        end_stop = -NEVER if released or law.b_s > 0.0 else -law.begins[stage - 1]
+    return ModeConstants(index, f, contact, end_stop, grazing)
 
 
 @compiled
@@ -1088,13 +1106,15 @@ def moves_freely(law, mode, v_r):
 
 
 @inlined
-def advance_whole_steps(scene, until, state, steps, samples):
+def advance_whole_steps(scene, until, state, constants, steps, samples):
     """Advance by whole steps while the mass stays in its mode.
 
     Parameters
     ----------
     scene, steps, samples
         As in `march_modes`; no waves, and a constant normal force.
+    constants : ModeConstants
+        Of the mode.
     until : int
         Last sample to advance to.
     state : MarchState
@@ -1106,7 +1126,7 @@ def advance_whole_steps(scene, until, state, steps, samples):
         The first step that may hold an event, and the smallest relative margin of a decision
         about sticking so far [-].
     """
-    plant, law, _, u_dd, dt = scene
+    plant, law, _, u_dd, _ = scene
     n, _, xi, v_r, _, x_0, mode, _, _, closest = state
     if mode.direction == AT_REST:
         rest = resting_mass(plant, law, mode, x_0, xi)
@@ -1116,26 +1136,21 @@ def advance_whole_steps(scene, until, state, steps, samples):
         return advance_rest(rest, u_dd, (n, until), samples, closest)
     if not moves_freely(law, mode, v_r):
         return n, closest
-    constants = mode_steps(plant, law, mode, dt, steps)
-    contact, end_stop = reaches(law, mode, x_0)
-    reach, d = min(contact, end_stop), mode.direction
-    if not (constants.fine and d * xi < reach):
+    index, f, contact, end_stop, grazing = constants
+    row, reach, d = read_steps(steps.rows[index]), min(contact, end_stop), mode.direction
+    if not (row.fine and d * xi < reach):
         return n, closest
-    f, grazing = (
-        constant_force(plant, law, mode, x_0),
-        mode_grazing_speed(constants, plant, law, mode),
-    )
-    motion, index = OneWay(d, f, reach, grazing), steps_index(law, mode)
+    motion = OneWay(d, f, reach, grazing)
     x_sums, v_sums = steps.x_sums[index], steps.v_sums[index]
     samples.x_r[n], samples.v_r[n] = xi, v_r
     while n < until:
         end = min(n - n % CHUNK + CHUNK, until)
         if steps.until[index] != end or steps.begin[index] > n:
-            sum_base_motion(constants.x_base, u_dd[n : end + 1], x_sums)
-            sum_base_motion(constants.v_base, u_dd[n : end + 1], v_sums)
+            sum_base_motion(row.x_base, u_dd[n : end + 1], x_sums)
+            sum_base_motion(row.v_base, u_dd[n : end + 1], v_sums)
             steps.begin[index], steps.until[index] = n, end
         chunk = Chunk(steps.begin[index], end, u_dd, x_sums, v_sums)
-        n = advance_slip(constants, chunk, n, motion, samples)
+        n = advance_slip(row, chunk, n, motion, samples)
         if n < end:
             break
     return n, closest
@@ -1208,51 +1223,69 @@ def advance_through_events(scene, state, steps, full, out):
 def slide_direction(plant, law, d, x_origin, dt, steps):
     """Return the `Direction` d of a rigid contact apart from the stops."""
     side = side_of(law, d)
-    constants = mode_steps(plant, law, mode_of(d, d, APART, 0), dt, steps)
-    return Direction(constants, side.F_fk, side.F_fs, side.limit - d * x_origin)
+    row = steps.rows[known_mode_steps(plant, law, mode_of(d, d, APART, 0), dt, steps)]
+    return Direction(read_steps(row), side.F_fk, side.F_fs, side.limit - d * x_origin)
 
 
 @inlined
-def undecided_exit(part):
+def undecided_exit():
     """Return an exit that is not known yet."""
-    return Exit(UNDECIDED, 0.0, part.motion.x_r, part.motion.v_r, math.nan, AT_REST, NEVER)
+    return Exit(UNDECIDED, 0.0, math.nan, math.nan, math.nan, int(AT_REST), NEVER)
 
 
 @merged
-def exit_of_short_step(scene, part, steps, time):
-    """Return the first `Exit` of a segment in the power series of its motion.
+def exit_of_short_step(scene, base, state, left, constants, steps, time):
+    """Return the first `Exit` from a mode in the power series of its motion.
 
-    Parameters as in `march_modes` and `first_exit`. The exit is `UNDECIDED` where the segment
-    is too long for the series, or its start or its end needs more than positions and v_r.
+    The exit is `UNDECIDED` where the step is too long for the series, or its start or its end
+    needs more than positions and v_r.
+
+    Parameters
+    ----------
+    scene, steps
+        As in `march_modes`; no waves, and a constant normal force.
+    base : SegmentBase
+    state : MarchState
+    left : float
+        Time to the end of the step [s].
+    constants : ModeConstants
+    time : float
+        Time since the last event [s].
     """
-    plant, law, _, _, dt = scene
-    mode, x_0, motion, _, base, _, left = part
-    equation, xi, v_r, a, _, _ = motion
-    if mode.direction == AT_REST and mode.entry != CHATTERING:
-        return exit_of_rest(plant, law, part)
-    d, rigid = mode.direction, is_rigid_slip(law, mode)
-    if mode.entry != REGULAR or (mode.poised == d and not rigid):
-        return undecided_exit(part)
-    yields = abs(mode.contact) == 1
-    moves = d * v_r > 0.0 or (v_r == 0.0 and (rigid or d * a > 0.0))
-    if (yields and mode.contact != d) or not moves:
-        return undecided_exit(part)
-    constants = mode_steps(plant, law, mode, dt, steps)
-    contact, end_stop = reaches(law, mode, x_0)
-    if end_stop == -NEVER and keeps_touch(law, part):
+    plant, law, _, _, _ = scene
+    _, _, xi, v_r, a, _, mode, _, _, _ = state
+    d, rigid, yields = mode.direction, is_rigid_slip(law, mode), abs(mode.contact) == 1
+    if mode.entry != REGULAR:
+        return undecided_exit()
+    if d == AT_REST:
+        return exit_of_rest(plant, law, base, state, left)
+    index, f, contact, end_stop, grazing = constants
+    row = read_steps(steps.rows[index])
+    c, w = row.c, row.w
+    if not row.short or (yields and mode.contact != d) or (mode.poised == d and not rigid):
+        return undecided_exit()
+    if rigid and mode.poised != 0:
+        side = side_of(law, d)
+        a = d * (side.F_fs - side.F_fk) / plant.m
+    elif a != a:
+        a = -(base.u_0 + c * v_r + w * xi + f)
+    elif law.k_t == 0.0:
+        v_r, a = rescale(v_r, a)
+    if not (d * v_r > 0.0 or (v_r == 0.0 and (rigid or d * a > 0.0))):
+        return undecided_exit()
+    if end_stop == -NEVER and keeps_touch(law, mode, (xi, v_r, a, -base.slope), row, left):
         _, stage, released = stop_stage(mode.end_stop)
         end_stop = -law.begins[stage - 1] if stage > 1 or released else NEVER
-    gap, r = min(contact, end_stop) - d * xi, d * equation.r
-    if not (constants.short and gap > 0.0):
-        return undecided_exit(part)
-    grazing = mode_grazing_speed(constants, plant, law, mode)
-    stop, distance, v_end, low = slide(constants, d * v_r, d * a, r, left, grazing)
+    gap, r = min(contact, end_stop) - d * xi, -d * base.slope
+    if not gap > 0.0:
+        return undecided_exit()
+    stop, distance, v_end, low = slide(row, d * v_r, d * a, r, left, grazing)
     closest = NEVER
     if not distance < gap:
         # Both x_r and the distance of the series are monotone up to the stop.
-        s, v_end = time_of_distance(constants, d * v_r, d * a, r, gap, min(stop, left))
+        s, v_end = time_of_distance(row, d * v_r, d * a, r, gap, min(stop, left))
         if grazing > 0.0:
-            low = lowest_speed(constants.c, constants.w, d * v_r, d * a, r, s)
+            low = lowest_speed(c, w, d * v_r, d * a, r, s)
         if low < grazing:
             closest = grazing_margin(plant, side_of(law, d).F_fs, low, time + s)
         if contact <= end_stop:
@@ -1265,41 +1298,37 @@ def exit_of_short_step(scene, part, steps, time):
         kind, after = CONTACT_EXIT, HOLD
     if stop == NEVER:
         kind = NO_EXIT
-        if law.k_t == 0.0 and v_end <= cancellation_threshold(
-            constants, equation.g + base.u_0, x
-        ):
-            _, a_end = velocity_and_acceleration(
-                constants.c, constants.w, v_r, a, equation.r, left
-            )
+        if law.k_t == 0.0 and v_end <= cancellation_threshold(row, f, x):
+            _, a_end = velocity_and_acceleration(c, w, v_r, a, -base.slope, left)
     elif grazing > 0.0:
-        a_stop = d * (equation.g + equation.r * s - equation.w * x)
-        low = min(low, stop_depth(a_stop, r - constants.c * a_stop))
+        a_stop = r * s - d * (base.u_0 + w * x + f)
+        low = min(low, stop_depth(a_stop, r - c * a_stop))
     if low < grazing:
         closest = grazing_margin(plant, side_of(law, d).F_fs, low, time + s)
     return Exit(kind, s, x, d * v_end, a_end, after, closest)
 
 
 @compiled
-def keeps_touch(law, part):
-    """Return whether a mass that moves away from a bumper provably touches it to the end.
+def keeps_touch(law, mode, motion, row, h):
+    """Return whether a mass that moves away from a bumper provably touches it up to h [s].
 
-    Or, if it is released, whether it provably does not.
+    Or, if it is released, whether it provably does not. `motion` is xi, v_r, acceleration and
+    rate of the force per mass, and `row` the `SlipSteps`.
 
     Notes
     -----
     By the bounds of `core.roots` the jerk is at most J = sqrt(j² + w a²) and the acceleration
     |a| + J s, under ü that changes linearly. They bound the curvature of the force.
     """
-    mode, _, motion, _, _, _, h = part
+    xi, v_r, a, r = motion
     side, stage, released = stop_stage(mode.end_stop)
-    if stage == 0:
-        return False
     stiffness, offset = bumper_line(law, stage)
     sense = -side if released else side
-    force = sense * (stiffness * motion.x_r + law.b_s * motion.v_r - side * offset)
-    rate = sense * (stiffness * motion.v_r + law.b_s * motion.a)
-    jerk = math.sqrt(motion.j * motion.j + motion.equation.w * motion.a * motion.a)
-    curvature = stiffness * (abs(motion.a) + jerk * h) + law.b_s * jerk
+    force = sense * (stiffness * xi + law.b_s * v_r - side * offset)
+    rate = sense * (stiffness * v_r + law.b_s * a)
+    j = r - row.c * a - row.w * v_r
+    jerk = math.sqrt(j * j + row.w * a * a)
+    curvature = stiffness * (abs(a) + jerk * h) + law.b_s * jerk
     return force - h * (max(-rate, 0.0) + 0.5 * h * curvature) > 0.0
 
 
@@ -1331,10 +1360,9 @@ def time_of_distance(steps, v, a, r, distance, h):
 
 
 @inlined
-def exit_of_rest(plant, law, part):
-    """Return the first `Exit` of a mass at rest while ü changes linearly."""
-    mode, x_0, motion, _, base, _, left = part
-    xi = motion.x_r
+def exit_of_rest(plant, law, base, state, left):
+    """Return the first `Exit` of a mass at rest while ü changes linearly, for `left` [s]."""
+    _, _, xi, v_r, _, x_0, mode, _, _, _ = state
     rest = resting_mass(plant, law, mode, x_0, xi)
     m, F_k, rising, falling = rest
     up, down = stick_limit(rising, F_k), stick_limit(falling, F_k)
@@ -1347,7 +1375,7 @@ def exit_of_rest(plant, law, part):
         limit = rising if d < 0 else -falling
         s = max((limit - begin) / (m * base.slope), 0.0)
     if s < left:
-        return Exit(BREAK_AWAY, s, xi, motion.v_r, math.nan, d, closest)
+        return Exit(BREAK_AWAY, s, xi, v_r, math.nan, d, closest)
     if d == AT_REST and wall_side(law, mode, xi) == 0 and end != 0.0:
         closest = decision_margin(end, rising if end > 0.0 else falling)
-    return Exit(NO_EXIT, left, xi, motion.v_r, math.nan, AT_REST, closest)
+    return Exit(NO_EXIT, left, xi, v_r, math.nan, AT_REST, closest)

@@ -583,15 +583,15 @@ def read_steps(row):
 
 
 @compiled
-def grazing_speed(steps, m, F_fk, F_fs):
+def grazing_speed(c, w, dt, m, F_fk, F_fs):
     """Return the speed below which each minimum of |v_r| is looked at [m/s].
 
     It is 0 where F_fs = F_fk, as a stop then changes nothing.
     """
     if F_fs <= F_fk:
         return 0.0
-    rate = characteristic_rate(steps.c, steps.w)
-    return GRAZING_SHARE * F_fs / m / (rate + 1.0 / (GRAZING_STEPS * steps.dt))
+    rate = characteristic_rate(c, w)
+    return GRAZING_SHARE * F_fs / m / (rate + 1.0 / (GRAZING_STEPS * dt))
 
 
 @compiled

@@ -220,7 +220,10 @@ def march(scene, state, out, log, end):
     """
     plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
     steps = slip_steps(plant.b / plant.m, plant.k_x / plant.m, dt)
-    f, grazing = law.F_fk / plant.m, grazing_speed(steps, plant.m, law.F_fk, law.F_fs)
+    f, grazing = (
+        law.F_fk / plant.m,
+        grazing_speed(steps.c, steps.w, dt, plant.m, law.F_fk, law.F_fs),
+    )
     side = Direction(steps, law.F_fk, law.F_fs, NEVER)
     contact = Contact(plant, 0.0, side, side)
     n, x_r, v_r, d, a, count, closest = state
@@ -636,7 +639,8 @@ def step_through_events(contact, u_dd, begin, state, log, full):
             side = up if d > 0 else down
             a = d * (F_fs - side.F_fk) * per_m
         steps, F_fk, F_fs, reach = side
-        left, grazing = h - begin, grazing_speed(steps, plant.m, F_fk, F_fs)
+        left = h - begin
+        grazing = grazing_speed(steps.c, steps.w, h, plant.m, F_fk, F_fs)
         stop, distance, v_end, low = slide(steps, d * v_r, d * a, -d * slope, left, grazing)
         if not distance < reach - d * x_r:
             break
