@@ -41,7 +41,7 @@ def hold_equation(kernel, plant, law, waves, x_0=0.0):
 
 
 def hold(kernel, segment, waves, law, x_0=0.0):
-    """Return a holding segment for `end_of_hold`."""
+    """Return a holding segment for `guard_hold`."""
     return kernel.modes.Hold(segment, waves, law, kernel.modes.load_ramp_at(law, 0.0), x_0, 0)
 
 
@@ -64,9 +64,9 @@ def half_swing(kernel, stretch, waves, law):
 
 
 def first_of_both(kernel, stretch, waves, law, h):
-    """Return the result of `end_of_hold`, by a search on both sides."""
+    """Return the result of `guard_hold`, by a search on both sides."""
     sides = [
-        (*kernel.modes.hold_exit_time(hold(kernel, stretch, waves, law), side, h), side)
+        (*kernel.modes.guard_hold_side(hold(kernel, stretch, waves, law), side, h), side)
         for side in (-1, 1)
     ]
     s, x_r, v_r, side = min(sides)
@@ -80,7 +80,7 @@ def test_contact_yields_when_a_search_on_both_sides_finds_it(fast, k_t, b):
     for seed in range(40):
         stretch, waves, law = scene(fast, seed, k_t, b)
         d, h = half_swing(fast, stretch, waves, law)
-        found = fast.modes.end_of_hold(hold(fast, stretch, waves, law), d, h)
+        found = fast.modes.guard_hold(hold(fast, stretch, waves, law), d, h)
         known = first_of_both(fast, stretch, waves, law, h)
         assert found[0] == known[0]
         if found[0] < math.inf:
@@ -99,10 +99,10 @@ def test_peak_that_just_reaches_the_limit_is_found_and_one_below_it_is_not(fast,
         if h == LENGTH or not peak > 0.0:
             continue
         low, high = (with_limit(law, k_t * peak * (1.0 + e)) for e in (-1e-10, 1e-10))
-        s, side, x_r, _ = fast.modes.end_of_hold(hold(fast, stretch, waves, low), d, h)
+        s, side, x_r, _ = fast.modes.guard_hold(hold(fast, stretch, waves, low), d, h)
         assert s == pytest.approx(h, abs=1e-4 / math.sqrt(stretch.equation.w))
         assert (side, side * x_r) == (d, pytest.approx(peak, rel=1e-9))
-        assert fast.modes.end_of_hold(hold(fast, stretch, waves, high), d, h)[0] == math.inf
+        assert fast.modes.guard_hold(hold(fast, stretch, waves, high), d, h)[0] == math.inf
         tried += 1
     assert tried > 5
 
@@ -120,6 +120,6 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
         equation = hold_equation(kernel, plant, law, waves)
         stretch = kernel.forcing.start_segment(equation, waves, *start)
         d, h = half_swing(kernel, stretch, waves, law)
-        s, side, x_r, v_r = kernel.modes.end_of_hold(hold(kernel, stretch, waves, law), d, h)
+        s, side, x_r, v_r = kernel.modes.guard_hold(hold(kernel, stretch, waves, law), d, h)
         found.append((s, side * turned, x_r * turned, v_r * turned))
     assert found[0] == found[1] == found[2] or found[0][0] == found[1][0] == math.inf

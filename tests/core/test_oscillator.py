@@ -136,7 +136,7 @@ def test_short_way_and_long_way_are_one(
 ) -> None:
     rng = np.random.Generator(np.random.PCG64(5))
     h = radians / (c + math.sqrt(w)) if c + w else 1.0
-    steps = kernel.oscillator.slip_steps(c, w, h)
+    steps = kernel.oscillator.discretise_slip(c, w, h)
     assert steps.short
     stops = 0
     for _ in range(300):
@@ -235,7 +235,7 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     fast: SimpleNamespace, xi: float, radians: float
 ) -> None:
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
-    steps = fast.oscillator.slip_steps(c, w, h)
+    steps = fast.oscillator.discretise_slip(c, w, h)
     stops = 0
     for start in starts(3, 60, max(OMEGA, 4.0 / h)):
         stop, way, v_end, _ = fast.sampled.slide(steps, *start, h, 0.0)
@@ -271,7 +271,7 @@ def test_stop_of_a_creep_after_very_many_decays_is_found(
 ) -> None:
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
-    steps = kernel.oscillator.slip_steps(c, w, h)
+    steps = kernel.oscillator.discretise_slip(c, w, h)
     slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
     start = 1.0, -1.5 * slow, -0.5 * w
     stop, way, v_end, _ = kernel.sampled.slide(steps, *start, h, 0.0)

@@ -94,26 +94,26 @@ from drysim.core.modes import (
     chatter_time,
     contact_force,
     encode_mode,
-    end_of_hold,
-    end_of_yield,
     force_rate_bound,
+    guard_end_stop,
+    guard_hold,
+    guard_rest,
+    guard_separation,
+    guard_yield,
     is_rigid_slip,
-    leave_rest,
     load_at,
     load_varies,
     mode_equation,
     mode_forces,
     mode_from_rest,
     mode_of,
-    next_end_stop_transition,
     origin_of,
-    pass_end_stop,
-    pass_zero_load,
-    rebound,
-    rest_exit_time,
+    reset_break_away,
+    reset_bumper,
+    reset_impact,
+    reset_zero_load,
     rest_margin,
     return_accelerations,
-    separation_time,
     side_of,
     stop_stage,
     wall_side,
@@ -121,11 +121,11 @@ from drysim.core.modes import (
 from drysim.core.oscillator import (
     cancellation_speed,
     cancellation_threshold,
+    discretise_slip,
     grazing_speed,
     read_steps,
     series_distance,
     series_velocity,
-    slip_steps,
     velocity_series,
     write_steps,
 )
@@ -416,7 +416,8 @@ class MarchState(NamedTuple):
     n, s : int, float
         Interval of ü, and time since its start [s].
     xi, v_r : float
-        Displacement from the origin of the mode [m] and velocity [m/s].
+        Displacement from the origin of the mode [m], which is 0 or the position of an end stop;
+        and velocity [m/s].
     a : float
         Acceleration where the forces would give it with cancellation only [m/s²], else nan: it
         is carried over an interval in which |v_r| is very small, and over an event of an
@@ -769,16 +770,16 @@ def with_known_acceleration(scene, mode, motion, ramp, creeps, carried):
 def first_exit(scene, part, time):
     """Return the first `Exit` of a segment, which begins at a `time` after an event [s]."""
     if part.mode.entry == CHATTERING:
-        return end_of_chatter(scene, part)
+        return guard_chatter(scene, part)
     law = scene.law
-    lift = separation_time(law, scene.waves, part.ramp, part.mode.contact)
+    lift = guard_separation(law, scene.waves, part.ramp, part.mode.contact)
     if part.mode.direction == AT_REST:
         return exit_from_rest(scene, part, lift)
     return exit_from_motion(scene, part, lift, time)
 
 
 @merged
-def end_of_chatter(scene, part):
+def guard_chatter(scene, part):
     """Return when all rebounds are over: they accumulate at a finite time.
 
     The remaining time of a chatter is proportional to the rebound speed.
@@ -802,7 +803,7 @@ def exit_from_rest(scene, part, lift):
     mode, x_0, motion, _, base, ramp, left = part
     xi, v_r, until = motion.x_r, motion.v_r, min(left, lift)
     state = ModeState(mode, xi, v_r, x_0)
-    stay, d, closest = rest_exit_time(plant, law, waves, state, base, ramp, until)
+    stay, d, closest = guard_rest(plant, law, waves, state, base, ramp, until)
     # An exit at the end of the interval is decided in the next one.
     if stay <= until and stay < left:
         return Exit(BREAK_AWAY, stay, xi, v_r, math.nan, d, closest)
@@ -839,14 +840,14 @@ def exit_from_motion(scene, part, lift, time):
     if not yields or load_varies(law):
         turn, _, low = first_stop(motion, waves, law, d, until)
     if yields:
-        change, x, v = end_of_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
+        change, x, v = guard_yield(motion, waves, law, ramp, mode.contact, min(turn, until))
     elif elastic and mode.contact == HOLD and (d != 0 or mode.poised == 0 or waves.size > 0):
         anchor = x_0 - origin_of(law, mode.origin)
         hold = Hold(motion, waves, law, ramp, anchor, mode.poised)
-        change, contact, x, v = end_of_hold(hold, d, min(turn, until))
+        change, contact, x, v = guard_hold(hold, d, min(turn, until))
     if d != 0:
         before = min(turn, change, until)
-        transition, end_stop = next_end_stop_transition(motion, waves, law, mode, before)
+        transition, end_stop = guard_end_stop(motion, waves, law, mode, before)
     step = min(turn, change, transition, until)
     if step == change:
         return Exit(CONTACT_EXIT, step, x, v, a if step == 0.0 else math.nan, contact, closest)
@@ -893,13 +894,13 @@ def enter_next_mode(scene, base, ramp, leave, state, segments, log):
     now = Instant(base.t + leave.s, u_dd, max(load, 0.0))
     if leave.kind == STOP_EXIT and state.mode.end_stop == APART:
         rate = force_rate_bound(scene.plant, law, waves, base.slope, ramp)
-        state = arrive_at_stop(scene, now, rate, state, segments, log)
+        state = reset_arrival(scene, now, rate, state, segments, log)
     elif leave.kind == STOP_EXIT:
-        state = pass_stage(scene, now, leave.after, state, log)
+        state = reset_stage(scene, now, leave.after, state, log)
     elif leave.kind != TURN:
-        return change_contact(scene, now, load_d, leave, state, log)
+        return reset_contact(scene, now, load_d, leave, state, log)
     if state.v_r == 0.0 and state.mode.direction != AT_REST:
-        state = settle_at_rest(scene, now, state, log)
+        state = reset_stop(scene, now, state, log)
     return state
 
 
@@ -912,7 +913,7 @@ def static_force(scene, mode, xi, u_dd):
 
 
 @merged
-def arrive_at_stop(scene, now, rate, state, segments, log):
+def reset_arrival(scene, now, rate, state, segments, log):
     """Return the state after an arrival at a stop, from which xi is measured then.
 
     `rate` bounds the rate of the force per mass [m/s³].
@@ -934,23 +935,23 @@ def arrive_at_stop(scene, now, rate, state, segments, log):
             f = contact_force(mode_forces(plant, law, mode, x_0), x_r, now.load)
             x_0, contact = x_r - f / law.k_t, HOLD
         hit = ModeState(mode_of(contact, d, APART, d), 0.0, v_r, x_0)
-        v_r, mode = rebound(plant, law, hit, now, rate)
+        v_r, mode = reset_impact(plant, law, hit, now, rate)
     return MarchState(n, s, 0.0, v_r, a, x_0, mode, used, events, closest)
 
 
 @merged
-def pass_stage(scene, now, after, state, log):
+def reset_stage(scene, now, after, state, log):
     """Return the state after another stage of a bumper, or its end, is reached."""
     n, s, xi, v_r, a, x_0, mode, used, events, closest = state
     x_r, F_L = static_force(scene, mode, xi, now.u_dd)
-    xi, mode, kind = pass_end_stop(mode, after, xi)
+    xi, mode, kind = reset_bumper(mode, after, xi)
     if kind != 0:
         events = record_event(log, events, n, s, kind, x_r, F_L)
     return MarchState(n, s, xi, v_r, a, x_0, mode, used, events, closest)
 
 
 @merged
-def settle_at_rest(scene, now, state, log):
+def reset_stop(scene, now, state, log):
     """Return the state after v_r = 0: the mass stays at rest, or moves on."""
     plant, law, _, _, _ = scene
     n, s, xi, v_r, a, x_0, mode, used, events, closest = state
@@ -967,7 +968,7 @@ def settle_at_rest(scene, now, state, log):
 
 
 @merged
-def change_contact(scene, now, load_d, leave, state, log):
+def reset_contact(scene, now, load_d, leave, state, log):
     """Return the state after the contact changes: it yields, holds, separates or closes."""
     plant, law, _, _, _ = scene
     n, s, xi, v_r, a, x_0, mode, used, events, closest = state
@@ -984,7 +985,7 @@ def change_contact(scene, now, load_d, leave, state, log):
         kind = STICK if leave.after == HOLD else leave.after * SLIP
     elif leave.kind == BREAK_AWAY:
         wall = wall_side(law, mode, xi)
-        mode, kind = leave_rest(law, mode, leave.after, x_r - x_0, now.load)
+        mode, kind = reset_break_away(law, mode, leave.after, x_r - x_0, now.load)
         if abs(kind) == SLIP:
             F_fs = side_of(law, leave.after).F_fs
             if scene.waves.base == 0 and wall == 0 and law.step == 0.0:
@@ -994,7 +995,7 @@ def change_contact(scene, now, load_d, leave, state, log):
     elif leave.kind == ZERO_LOAD:
         x_0 = x_r
         before = ModeState(mode, xi, v_r, x_0)
-        mode, kind = pass_zero_load(plant, law, before, now.u_dd, load_d)
+        mode, kind = reset_zero_load(plant, law, before, now.u_dd, load_d)
     else:
         mode, kind = mode_of(contact, AT_REST, APART, origin), STICK
     events = record_event(log, events, n, s, kind, x_r, F_L)
@@ -1023,7 +1024,7 @@ def compute_mode_steps(plant, law, mode, dt, steps):
     forces = mode_forces(plant, law, mode, 0.0)
     c = (forces.plant.b + forces.b_s) / plant.m
     w = (plant.k_x + forces.k_t + forces.k_s) / plant.m
-    write_steps(steps.rows[steps_index(law, mode)], slip_steps(c, w, dt))
+    write_steps(steps.rows[steps_index(law, mode)], discretise_slip(c, w, dt))
 
 
 @inlined

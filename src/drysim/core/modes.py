@@ -16,9 +16,9 @@ Problem
     ===========  ==================================  =========================================
 
 Method
-    `mode_equation` gives the equation, the functions below it the exits and resets of each
-    part; `core.march` combines them. An exit is the first root of an observable, which `roots`
-    finds without missing one. Two cases need more:
+    `mode_equation` gives the equation; of each part the guards (`guard_*`) find the exits, and
+    the resets (`reset_*`) follow them. `core.march` combines them. An exit is the first root of
+    an observable, which `roots` finds without missing one. Two cases need more:
 
     - At an end stop the state is xi = x_r - x_origin, with x_origin its position. A penetration
       or rebound of any size then keeps all its digits, next to a limit however large.
@@ -567,7 +567,7 @@ class Hold(NamedTuple):
 
 
 @compiled
-def end_of_hold(hold, d, h):
+def guard_hold(hold, d, h):
     """Return when within h [s] a contact that holds yields, and how.
 
     Parameters
@@ -589,16 +589,16 @@ def end_of_hold(hold, d, h):
     that falls may also reach the force from the other side.
     """
     side = d if d != 0 else 1
-    s, x, v = hold_exit_time(hold, side, h)
+    s, x, v = guard_hold_side(hold, side, h)
     if load_varies(hold.law):
-        t, x_t, v_t = hold_exit_time(hold, -side, min(s, h))
+        t, x_t, v_t = guard_hold_side(hold, -side, min(s, h))
         if t < s:
             return t, -side, x_t, v_t
     return s, side, x, v
 
 
 @compiled
-def hold_exit_time(hold, side, h):
+def guard_hold_side(hold, side, h):
     """Return when within h [s] a holding contact yields to a side, and the state.
 
     `side` is +1 for yielding with increasing x_r, -1 with decreasing.
@@ -629,7 +629,7 @@ def limit_outpaces_force(law, ramp, side, v_r):
 
 
 @compiled
-def end_of_yield(segment, waves, law, ramp, d, h):
+def guard_yield(segment, waves, law, ramp, d, h):
     """Return when within h [s] a contact yielding in direction d holds again, and the state.
 
     It holds when v_r falls to the rate of the limit over k_t; with constant normal force, when
@@ -651,7 +651,7 @@ def end_of_yield(segment, waves, law, ramp, d, h):
 
 
 @compiled
-def arrival_time(segment, waves, d, distance, until):
+def guard_arrival(segment, waves, d, distance, until):
     """Return when within [0, until] xi, moving in direction d, is at d·distance; or infinity.
 
     The velocity does not change its sign up to `until` [s]; `distance` is the target position
@@ -676,7 +676,7 @@ def arrival_time(segment, waves, d, distance, until):
 
 
 @compiled
-def bumper_zero_time(segment, waves, law, mode, side, h):
+def guard_bumper_force(segment, waves, law, mode, side, h):
     """Return when within [0, h] the force of a bumper, times a sign, is zero, or infinity.
 
     Parameters
@@ -703,7 +703,7 @@ def bumper_zero_time(segment, waves, law, mode, side, h):
 
 
 @compiled
-def next_end_stop_transition(segment, waves, law, mode, until):
+def guard_end_stop(segment, waves, law, mode, until):
     """Return when the mass reaches or leaves a stop or a stage of it, else infinity.
 
     Returns also the state at the stops that follows. The velocity keeps its sign up to `until`
@@ -714,28 +714,28 @@ def next_end_stop_transition(segment, waves, law, mode, until):
         distance = side_of(law, d).limit - d * x_origin
         if distance == NEVER:
             return NEVER, APART
-        return arrival_time(segment, waves, d, distance, until), d
+        return guard_arrival(segment, waves, d, distance, until), d
     side, stage, released = stop_stage(mode.end_stop)
     if side == d:
         begin = law.begins[stage] if stage < MAX_STAGES and not released else NEVER
         if begin == NEVER:
             return NEVER, mode.end_stop
-        return arrival_time(segment, waves, d, begin, until), side * (stage + 1)
+        return guard_arrival(segment, waves, d, begin, until), side * (stage + 1)
     # A released bumper is ahead of a mass that moves outwards, so this one moves inwards.
     force, passed = NEVER, NEVER
     if released or law.b_s > 0.0:
         lost = -side if released else side
-        force = bumper_zero_time(segment, waves, law, mode, lost, until)
+        force = guard_bumper_force(segment, waves, law, mode, lost, until)
     if released or law.b_s == 0.0 or stage > 1:
         begin = -law.begins[stage - 1]
-        passed = arrival_time(segment, waves, d, begin, min(force, until))
+        passed = guard_arrival(segment, waves, d, begin, min(force, until))
     if passed < force:
         return passed, APART if stage == 1 else mode.end_stop - side
     return force, side * (stage if released else stage + RELEASED)
 
 
 @compiled
-def rest_exit_time(plant, law, waves, state, base, ramp, left):
+def guard_rest(plant, law, waves, state, base, ramp, left):
     """Return when a mass at rest breaks away, or infinity, and in which direction.
 
     A rigid contact sticks up to its static limit; returns also the margin of the closest
@@ -764,7 +764,7 @@ def rest_exit_time(plant, law, waves, state, base, ramp, left):
 
 
 @compiled
-def leave_rest(law, mode, d, stretch, load):
+def reset_break_away(law, mode, d, stretch, load):
     """Return mode and event kind after a mass at rest breaks away in direction d.
 
     `stretch` is x_r less that at which an elastic contact carries no force [m].
@@ -779,7 +779,7 @@ def leave_rest(law, mode, d, stretch, load):
 
 
 @compiled
-def pass_end_stop(mode, after, xi):
+def reset_bumper(mode, after, xi):
     """Return xi and mode after a change of the state at a bumper, and the event kind or 0."""
     d, kind = mode.direction, 0
     _, stage, released = stop_stage(mode.end_stop)
@@ -798,7 +798,7 @@ def pass_end_stop(mode, after, xi):
 
 
 @compiled
-def rebound(plant, law, state, now, rate):
+def reset_impact(plant, law, state, now, rate):
     """Return v_r and mode after an impact on a rigid stop, at which the mode measures xi.
 
     Parameters
@@ -830,7 +830,7 @@ def rebound(plant, law, state, now, rate):
 def is_unresolved_chatter(plant, law, state, now, rate):
     """Return whether all further rebounds are below the resolution of x_r and end at rest.
 
-    Parameters as in `rebound`, after the impact, with the speed for v_r.
+    Parameters as in `reset_impact`, after the impact, with the speed for v_r.
 
     Notes
     -----
@@ -951,7 +951,7 @@ def load_at(law, waves, ramp, s):
 
 
 @compiled
-def pass_zero_load(plant, law, state, u_dd, load_d):
+def reset_zero_load(plant, law, state, u_dd, load_d):
     """Return mode and event kind after the normal force passes zero at the rate load_d [1/s].
 
     Separated surfaces close; others separate. x_0 of the state is x_r then.
@@ -973,7 +973,7 @@ def pass_zero_load(plant, law, state, u_dd, load_d):
 
 
 @compiled
-def separation_time(law, waves, ramp, contact):
+def guard_separation(law, waves, ramp, contact):
     """Return when in a segment the surfaces separate, or close if separated [s], or infinity.
 
     `ramp` is that of the segment, at whose start the phases are set.

@@ -269,7 +269,7 @@ def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
     w = k_x / m
     y, y_d, Y, YY = flow(b / m, w, dt)
     x_x, v_x = 1.0 - w * Y, -w * y
-    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
+    x_0, x_1, v_0, v_1 = hold_weights(y, Y, YY, dt)
     x_out[0] = x_r
     v_out[0] = v_r
     before = u_dd[0]
@@ -285,10 +285,11 @@ def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
 
 
 @compiled
-def end_weights(y, Y, YY, dt):
+def hold_weights(y, Y, YY, dt):
     """Return the weights x_0, x_1 [s²], v_0, v_1 [s] of ü at both ends of a step.
 
-    The base subtracts x_0 ü(0) + x_1 ü(dt) from x_r, and v_0 ü(0) + v_1 ü(dt) from v_r.
+    They are those of an exact first-order-hold discretisation: ü is linear in between. The base
+    subtracts x_0 ü(0) + x_1 ü(dt) from x_r, and v_0 ü(0) + v_1 ü(dt) from v_r.
     """
     x_1, v_1 = YY / dt, Y / dt
     return Y - x_1, x_1, y - v_1, v_1
@@ -486,7 +487,7 @@ class SlipSteps(NamedTuple):
     step_map, four_step_map : AffineMap
         Of one step and of four.
     x_0, x_1, v_0, v_1 : float
-        Weights of ü at both ends of a step in x_r [s²] and v_r [s], see `end_weights`.
+        Weights of ü at both ends of a step in x_r [s²] and v_r [s], see `hold_weights`.
     x_base, v_base : tuple of float, shape (5,)
         Weights of ü at five consecutive samples in x_r [s²] and v_r [s] after four steps.
     steep, fast : float
@@ -516,8 +517,10 @@ class SlipSteps(NamedTuple):
 
 
 @compiled
-def slip_steps(c, w, dt):
+def discretise_slip(c, w, dt):
     """Return the constants of steps of length dt [s]; c and w as in `flow`.
+
+    A step is discretised exactly under a first-order hold: ü is linear between samples.
 
     Notes
     -----
@@ -528,10 +531,10 @@ def slip_steps(c, w, dt):
     """
     radians = (c + math.sqrt(w)) * dt
     y, _, Y, YY = flow(c, w, dt)
-    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
+    x_0, x_1, v_0, v_1 = hold_weights(y, Y, YY, dt)
     # Contributions of ü at the start and at the end of a step one, two and three steps later.
-    one, two = affine_map(c, w, dt), affine_map(c, w, 2.0 * dt)
-    three, four = affine_map(c, w, 3.0 * dt), affine_map(c, w, 4.0 * dt)
+    one, two = constant_force_map(c, w, dt), constant_force_map(c, w, 2.0 * dt)
+    three, four = constant_force_map(c, w, 3.0 * dt), constant_force_map(c, w, 4.0 * dt)
     a, p = free_motion(one, x_0, v_0), free_motion(one, x_1, v_1)
     b, q = free_motion(two, x_0, v_0), free_motion(two, x_1, v_1)
     g, r = free_motion(three, x_0, v_0), free_motion(three, x_1, v_1)
@@ -595,8 +598,8 @@ def grazing_speed(c, w, dt, m, F_fk, F_fs):
 
 
 @compiled
-def affine_map(c, w, s):
-    """Return the affine map of a segment of length s [s]."""
+def constant_force_map(c, w, s):
+    """Return the `AffineMap` of a segment of length s [s]: exact for a constant force."""
     y, y_d, Y, _ = flow(c, w, s)
     return AffineMap(1.0 - w * Y, y, Y, -w * y, y_d, y)
 

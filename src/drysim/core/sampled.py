@@ -55,12 +55,12 @@ from drysim.core.events import (
 from drysim.core.oscillator import (
     cancellation_threshold,
     chebyshev_stop,
+    discretise_slip,
     flow,
     grazing_speed,
     series_acceleration,
     series_distance,
     series_velocity,
-    slip_steps,
     velocity_series,
 )
 from drysim.core.roots import (
@@ -219,7 +219,7 @@ def march(scene, state, out, log, end):
     rounding elsewhere.
     """
     plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
-    steps = slip_steps(plant.b / plant.m, plant.k_x / plant.m, dt)
+    steps = discretise_slip(plant.b / plant.m, plant.k_x / plant.m, dt)
     f, grazing = (
         law.F_fk / plant.m,
         grazing_speed(steps.c, steps.w, dt, plant.m, law.F_fk, law.F_fs),
