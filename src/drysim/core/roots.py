@@ -232,8 +232,8 @@ MONOTONE_FACTOR = 3.0
 polynomial. At 3 the slope keeps two thirds of its value, which suffices to reach zero there."""
 
 MAX_NEWTON_ROUNDS = 20
-"""The cubic has an error of fourth order, so that 2 rounds suffice. The cap guards the loop:
-if rounding keeps `has_converged` from being met, the last iterate is returned."""
+"""The cubic has an error of fourth order, so that 2 rounds suffice. Where rounding keeps
+`has_converged` from being met in ten times as many, `bracketed_root` takes over."""
 
 MAX_STEP_RADIANS = 2.0
 """Longest step that is tried, in radians of the fastest wave. The bound never proves more."""
@@ -319,9 +319,15 @@ def is_monotone_to_zero(y, rate, curvature, bound, growth):
     """
     if not rate < 0.0 < y:
         return False
-    far = 1.5 * parabola_root(y, rate, -curvature)
+    far = monotone_reach(y, rate, curvature)
     rise = max(curvature, 0.0) + (0.5 * bound + growth * far / 6.0) * far
     return -rate >= MONOTONE_FACTOR * rise * far
+
+
+@inlined
+def monotone_reach(y, rate, curvature):
+    """Return the time within which a function has its root by `is_monotone_to_zero`."""
+    return 1.5 * parabola_root(y, rate, -curvature)
 
 
 @inlined
@@ -484,6 +490,7 @@ def first_root(segment, waves, law, observable, zeros, h):
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     x, v, a, j, k = now
     # The observable decreases monotonically to its root: Newton's method cannot skip another.
+    begin, at_begin = s, derivatives
     for _ in range(MAX_NEWTON_ROUNDS):
         value, rate, curvature, third_rate = derivatives
         step = cubic_taylor_root(value, rate, curvature, third_rate)
@@ -493,12 +500,33 @@ def first_root(segment, waves, law, observable, zeros, h):
         if has_converged(step, rate, fourth, s):
             x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             v += step * (a + step * (0.5 * j + step * k / 6.0))
-            break
+            return (s, x, v, low) if s < h else (NEVER, x, v, low)
         now = motion_at(equation, waves, x_r, v_r, s)
         x, v, a, j, k = now
         derivatives = observable_derivatives(law, waves, observable, s, now)
         third_bound = third_derivative_bound(observable, w, load_bound, now)
+    end = begin + monotone_reach(at_begin.value, at_begin.rate, at_begin.curvature)
+    s, x, v = bracketed_root(segment, waves, law, observable, begin, end)
     return (s, x, v, low) if s < h else (NEVER, x, v, low)
+
+
+@compiled
+def bracketed_root(segment, waves, law, observable, low, high):
+    """Return when an observable that decreases through zero between two times does so, [s].
+
+    Returns also x_r and v_r there. Other parameters as in `first_root`.
+    """
+    s = 0.5 * (low + high)
+    for _ in range(MAX_BISECTIONS):
+        now = motion_at(segment.equation, waves, segment.x_r, segment.v_r, s)
+        derivatives = observable_derivatives(law, waves, observable, s, now)
+        low, high, s, done = safeguarded_newton(
+            low, high, s, derivatives.value, derivatives.rate
+        )
+        if done:
+            break
+    x_r, v_r, _, _, _ = motion_at(segment.equation, waves, segment.x_r, segment.v_r, s)
+    return s, x_r, v_r
 
 
 LOWEST_SHARE = 0.25
@@ -862,8 +890,8 @@ def first_series_root(c, n, h):
     at s = 0 are divided out first. The search ends early where the value exceeds the sum of all
     |c_k| hᵏ with k > 0: the series cannot fall by more.
     """
-    n, zeros = deflate(c, n)
-    if zeros < 0:
+    n = deflate(c, n)
+    if n < 0:
         return NEVER
     rest, power = 0.0, h
     for k in range(1, n + 1):
@@ -886,14 +914,14 @@ def first_series_root(c, n, h):
 
 @inlined
 def deflate(c, n):
-    """Divide out zeros at s = 0; return the last term and their number, -1 if all are zero."""
+    """Divide out zeros at s = 0; return the last term, which is below 0 if all are zero."""
     zeros = 0
     while zeros <= n and c[zeros] == 0.0:
         zeros += 1
     if zeros > 0 and zeros <= n:
         for k in range(n - zeros + 1):
             c[k] = c[k + zeros]
-    return n - zeros, (zeros if zeros <= n else -1)
+    return n - zeros
 
 
 @inlined
