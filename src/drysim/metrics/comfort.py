@@ -18,14 +18,15 @@ from drysim.core.model import Samples, Sines, base_acceleration
 Complexes = NDArray[np.complex128]
 
 STEP_TOLERANCE = 1e-6
-"""Distance from a grid point, in steps, within which a time counts as on it."""
+"""Distance from a grid point, in steps, within which a time counts as on it: above the rounding
+of a time after 1e9 steps, 1e-7 of a step, and a change of the window that no metric shows."""
 
 PADDING_TIME = 20.0
 """Zero padding [s] after which the weightings have decayed: the slowest pole, of the high-pass
 filter, decays as exp(-1.78/s t), to 4e-16."""
 
 RUNNING_RMS_TIME = 1.0
-"""Integration time of the running RMS [s]."""
+"""Integration time of the running RMS [s], as ISO 2631-1 recommends for MTVV."""
 
 HIGH_PASS, LOW_PASS = 0.4, 100.0
 """Corner frequencies of the band limits of all weightings, second-order Butterworth [Hz]."""

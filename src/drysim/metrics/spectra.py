@@ -17,16 +17,21 @@ from drysim.metrics.comfort import (
 )
 
 MIN_SEGMENTS = 8
-"""Fewest segments in a window, without overlap, unless the scenario says otherwise."""
+"""Fewest segments in a window, without overlap, unless the scenario says otherwise. Half
+overlapped they are 15: the standard error of a PSD is 26 %. Half as many would give 39 %."""
 
 PERIODS_PER_SEGMENT, MIN_SEGMENT_TIME = 8.0, 5.0
-"""Natural periods per segment of a long window, and the shortest segment [s]."""
+"""Natural periods per segment of a long window: eight lines below the natural frequency, about
+one in the width of a resonance with 6 % of critical damping. And the shortest such segment [s],
+whose lines are 0.2 Hz apart: a few below the natural frequency of any seat."""
 
 MIN_SEGMENT_STEPS = 16
-"""Steps of the shortest segment, which gives eight spectral lines."""
+"""Steps of the shortest segment, which gives eight spectral lines: about five independent ones
+by `HANN_BANDWIDTH`. Fewer show no shape."""
 
 HANN_BANDWIDTH = 1.5
-"""Noise bandwidth of the Hann window [lines]."""
+"""Noise bandwidth of the Hann window [lines]: the ratio of the mean of its square, 3/8, to the
+square of its mean, 1/4."""
 
 
 BANDS = (

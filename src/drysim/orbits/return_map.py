@@ -65,20 +65,24 @@ from drysim.orbits.search import (
 Floats = NDArray[np.float64]
 
 FIRST_DIFFERENCE, SMALLEST_DIFFERENCE = 1e-4, 1e-7
-"""Scaled differences of the state for the derivative of the return map."""
+"""Scaled differences of the state for the derivative of the return map. The first leaves an
+error of its fourth power, 1e-16, after extrapolation; with the last, the error of the march,
+1e-12, still leaves five digits."""
 
 DIFFERENCE_RATIO = 0.1
-"""Ratio of successive differences where two step sizes disagree."""
+"""Ratio of successive differences where two step sizes disagree: four are tried at most."""
 
 JACOBIAN_TOLERANCE = 1e-7
-"""Disagreement of two step sizes up to which a difference is not made smaller."""
+"""Disagreement of two step sizes up to which a difference is not made smaller. The error after
+extrapolation is a small part of it, and Newton's method gains seven digits a step with it."""
 
 START_SIZES, START_ANGLES = (0.3, 1.0, 2.0), 4
 """Starts besides rest from which motions are sought: amplitudes, as multiples of the motion
 without friction and end stops, and phases."""
 
 LARGEST_START = 20.0
-"""Largest such amplitude, as a multiple of the static deflection under m A."""
+"""Largest such amplitude, as a multiple of the static deflection under m A: beside resonance
+with little damping, where friction keeps every motion smaller."""
 
 
 class PeriodicScene(NamedTuple):

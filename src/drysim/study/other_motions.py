@@ -25,7 +25,8 @@ friction, scaled, at phases within half its period. They lead to 99 % of the sta
 random scenes with F_fs > F_fk that 70 starts lead to."""
 
 LARGEST_START = 20.0
-"""Largest amplitude of a sine of this response, as a multiple of its static deflection."""
+"""Largest amplitude of a sine of this response, as a multiple of its static deflection: beside
+resonance with little damping, where friction keeps every motion smaller."""
 
 
 def orbit_starts(scenes: Floats) -> Floats:
