@@ -38,7 +38,6 @@ from drysim.approach.scene import (
     check_progress,
     count_grid_points,
     count_intervals,
-    divide_steps,
     empty_log,
     empty_samples,
     enlarge_column,
@@ -47,7 +46,6 @@ from drysim.approach.scene import (
     initial_event,
     last_sample_indices,
     make_waves,
-    rest_violation,
     run_duration,
     wave_values,
     write_first_row,
@@ -79,6 +77,7 @@ from drysim.core.march import (
     march_sines_from_start,
     march_varying_limits,
 )
+from drysim.core.measure import SampledSolution, measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -92,17 +91,14 @@ from drysim.core.model import (
     integrate_base_squares,
     limit_force,
 )
-from drysim.core.modes import SegmentBase
+from drysim.core.modes import APART, SegmentBase, encode_mode, mode_of
 from drysim.core.oscillator import flow
 from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
-from drysim.core.sampled import SampledState, march, sampled_scene
+from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.trajectory import (
     EventSolution,
-    Solution,
-    WholeSteps,
-    integrate_coulomb_segments,
+    coulomb_kernel_law,
     integrate_events,
-    integrate_whole_steps,
     motion_in_segment,
     resume_slip_or_stick,
     sample_coulomb_grid,
@@ -329,77 +325,18 @@ class SampledTrajectory(MarchedTrajectory):
         """Return the integrals over a window [s]."""
         motion = self.march.motion
         first, last = int(begin / motion.dt), math.ceil(end / motion.dt)
-        sums, violation = np.zeros(6), 0.0
+        parts, peak = [], 0.0
         for block in self.march.blocks(first, min(last, len(motion.u_dd) - 1)):
-            part = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
-            more, worst = self._sum_steps(block, *part, begin, end)
-            sums, violation = sums + more, max(violation, worst)
+            steps = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
+            t = block.first * motion.dt
+            more, highest = measure(self.march.solution(block), steps, (begin - t, end - t))
+            parts.append(more)
+            peak = max(peak, highest)
         squares = integrate_base_squares(motion, begin, end)
-        x2, v2, x_dd2, power, sliding_distance, stuck = sums.tolist()
+        x2, v2, x_dd2, power, sliding_distance, stuck, _, _, violation = total_of(parts)
         totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
-        return totals._replace(violation=violation)
-
-    def _sum_steps(
-        self, block: SampleBlock, lo: int, hi: int, begin: float, end: float
-    ) -> tuple[Floats, float]:
-        """Integrate samples `lo` to `hi` of a block within a window [s].
-
-        Whole steps are summed as quadratic forms of their end values. Steps with events,
-        varying limits or an end of the window, and those in which v_r may change its direction,
-        are divided and integrated one by one. Returns the first six fields of `Totals` and
-        `Totals.violation`.
-        """
-        dt, law, u_dd = self.march.motion.dt, self.law, block.u_dd
-        whole = np.full(hi - lo, not law.variation)
-        events = np.flatnonzero((block.log.n[1:] >= lo) & (block.log.n[1:] < hi)) + 1
-        whole[block.log.n[events] - lo] = False
-        whole[0] &= begin <= (block.first + lo) * dt
-        whole[-1] &= end >= (block.first + hi) * dt
-        sums, violation = np.zeros(6), 0.0
-        # A march that is kept in memory may have far more samples than a block.
-        for at in range(lo, hi, BLOCK_SIZE):
-            steps = slice(at, min(at + BLOCK_SIZE, hi))
-            part, slides = whole[at - lo : steps.stop - lo], block.d[steps] != 0
-            n = np.flatnonzero(part & slides) + at
-            d, after = block.d.take(n).astype(np.float64), n + 1
-            starts = block.x_r.take(n), block.v_r.take(n), d, u_dd.take(n)
-            sliding = WholeSteps(*starts, block.v_r.take(after), u_dd.take(after), d)
-            found, turning = integrate_whole_steps(self.plant, 0.0, dt, sliding, law.F_fk)
-            sums[:5] += found
-            whole[n[turning] - lo] = False
-            n = np.flatnonzero(part & ~slides) + at
-            x_r, u_0, u_1 = block.x_r[n], u_dd[n], u_dd[n + 1]
-            x2, u_dd2 = (x_r * x_r).sum(), (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
-            sums[[0, 2, 5]] += dt * np.array([x2, u_dd2, len(n)])
-            limits = law.F_fs, law.F_fs
-            violation = max(violation, rest_violation(self.plant, limits, x_r, u_0, u_1))
-        divided, worst = self._divided_steps(
-            block, np.flatnonzero(~whole) + lo, events, (begin, end)
-        )
-        return sums + divided, max(violation, worst)
-
-    def _divided_steps(
-        self, block: SampleBlock, n: Any, events: Any, window: tuple[float, float]
-    ) -> tuple[Floats, float]:
-        """Integrate steps, divided at the events in them, within a window [s].
-
-        Returns as `_sum_steps`.
-        """
-        log = EventLog(*(column[events] for column in block.log))
-        zeros, still, d = np.zeros(len(n)), np.zeros(len(log.n)), np.sign(log.kind)
-        segments = divide_steps(
-            Segments(n, zeros, block.x_r[n], block.v_r[n], zeros, block.d[n]),
-            Segments(log.n, log.s, log.x_r, still, still, d),
-        )
-        # Time counts from the first sample of the block.
-        dt, law = self.march.motion.dt, self.law
-        t = block.first * dt
-        phase = law.phase + math.tau * (law.omega * t / math.tau % 1.0)
-        waves = make_waves(self.march.motion, law._replace(phase=phase))
-        base = as_engine_array(block.u_dd)
-        solution = Solution(Scene(self.plant, law, waves, base, dt), segments)
-        sums = integrate_coulomb_segments(solution, window[0] - t, window[1] - t)
-        return np.array(sums[:6]), sums.violation
+        known = None if self.law.variation else peak
+        return totals._replace(violation=violation, x_dd_peak=known)
 
 
 # March over samples, block by block.
@@ -447,6 +384,10 @@ class SampleBlock(NamedTuple):
     log: EventLog
 
 
+CODES = np.array([encode_mode(mode_of(d, d, APART, 0)) for d in (0, 1, -1)])
+"""Encoded modes by direction of sliding, which serves as index."""
+
+
 @dataclass(frozen=True, eq=False)
 class CoulombMarch(BlockwiseMarch):
     """March with Coulomb friction.
@@ -472,6 +413,22 @@ class CoulombMarch(BlockwiseMarch):
             found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
             found.d[here] = block.d[there]
         return found
+
+    def solution(self, block: SampleBlock) -> SampledSolution:
+        """Return a block as the kernels that measure it take it."""
+        dt, law, log = self.motion.dt, self.law, block.log
+        # Time counts from the first sample of the block.
+        phase = law.phase + math.tau * (law.omega * block.first * dt / math.tau % 1.0)
+        law = law._replace(phase=phase)
+        waves = make_waves(self.motion, law)
+        base = as_engine_array(block.u_dd)
+        scene = Scene(self.plant, coulomb_kernel_law(self.plant, law, waves), waves, base, dt)
+        still = np.zeros(len(log.n))
+        v_r = still.copy()
+        v_r[0] = block.v_r[0]
+        modes = CODES[np.sign(log.kind)]
+        rows = Segments(log.n, log.s, log.x_r, v_r, still, modes)
+        return SampledSolution(scene, SampledMotion(block.x_r, block.v_r, block.d), rows)
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
         """March through a block; return the state at its end and the closest decision [-]."""

@@ -37,7 +37,6 @@ from drysim.approach.scene import (
     check_progress,
     count_grid_points,
     count_intervals,
-    divide_steps,
     empty_columns,
     empty_log,
     empty_motion,
@@ -48,7 +47,6 @@ from drysim.approach.scene import (
     last_interval,
     make_waves,
     points_of_trajectory,
-    rest_violation,
     run_duration,
     write_first_row,
 )
@@ -82,6 +80,7 @@ from drysim.core.march import (
     Scene,
     march_modes,
 )
+from drysim.core.measure import SampledSolution, measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -103,17 +102,12 @@ from drysim.core.model import (
 from drysim.core.modes import (
     APART,
     ARRIVAL,
-    AT_REST,
-    CHATTERING,
     FREE,
-    HOLD,
-    REGULAR,
     KernelLaw,
     Mode,
     SegmentBase,
     Side,
     decode_mode,
-    encode_mode,
     initial_piecewise_state,
     mode_forces,
     origin_of,
@@ -123,11 +117,9 @@ from drysim.core.sampled import CHUNK, SampledMotion
 from drysim.core.trajectory import (
     Columns,
     Solution,
-    WholeSteps,
     evaluate_segments,
     fill_segments,
     integrate_segments,
-    integrate_whole_steps,
     peak_bumper_force,
 )
 from drysim.core.variational import Deviations, propagate_deviations
@@ -258,14 +250,6 @@ class PiecewiseBlock:
         count = fill_segments(rows, self.samples, begin, (first, last), out)
         segments = Segments(*(np.asarray(column[:count]) for column in out))
         return segments, count - int(segments.n[-1] == last)
-
-    @cached_property
-    def modes(self) -> Any:
-        """Modes of the rows, as from `lasting_mode`."""
-        kinds = np.flatnonzero(np.bincount(self.rows.d + 1))
-        modes = np.zeros(int(kinds[-1]) + 1, dtype=np.int64)
-        modes[kinds] = [lasting_mode(kind - 1) for kind in kinds.tolist()]
-        return modes[self.rows.d + 1]
 
     def rows_of_samples(self, first: int, last: int) -> Any:
         """Return the indices of the rows whose modes hold at samples `first` to `last` - 1."""
@@ -630,13 +614,24 @@ class PiecewiseTrajectory(EventDriven):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
-        sums = np.zeros(9)
+        parts, peaks = [], [0.0]
         first, last = self.steps_at(np.array([begin, end])).tolist()
         for block in self.march.blocks(first, last + 1):
             t = block.first * self.dt
-            more = self._sum_steps(block, begin - t, end - t)
-            add_sums(sums, more)
-        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = sums.tolist()
+            window, count = (begin - t, end - t), len(block.u_dd) - 1
+            if block.samples is None:
+                segments = Segments(*map(as_engine_array, block.rows))
+                more, peak = integrate_segments(Solution(block.scene, segments), *window, 0.0)
+            else:
+                steps = max(first - block.first, 0), min(last + 1 - block.first, count)
+                solution = SampledSolution(block.scene, block.samples, block.rows)
+                more, peak = measure(solution, steps, window)
+            parts.append(more)
+            peaks.append(peak)
+        x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = total_of(
+            parts
+        )
+        known = isinstance(self.motion, Samples) and not self.law.varies
         stops = self.law.stops
         if stops is not None and stops.rigid:
             t, v_r = self.hits()
@@ -644,7 +639,9 @@ class PiecewiseTrajectory(EventDriven):
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.march.waves, begin, end)
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
-        totals = totals._replace(stop_work=stop_work, violation=violation)
+        totals = totals._replace(
+            stop_work=stop_work, violation=violation, x_dd_peak=max(peaks) if known else None
+        )
         if law.compression is not None:
             loss = max(law.F_fk, law.compression[0]) * distance
             totals = totals._replace(friction_loss=loss)
@@ -695,130 +692,12 @@ class PiecewiseTrajectory(EventDriven):
             forces.append(peak_bumper_force(solution, begin - part.t, end - part.t))
         return max(forces)
 
-    def _sum_steps(self, block: PiecewiseBlock, begin: float, end: float) -> Floats:
-        """Integrate a block within a window [s]; time counts from its first sample.
-
-        Whole steps at rest, or in motion apart from the stops, are summed as quadratic forms of
-        the states at their ends. The others are integrated one by one, and so is a motion under
-        sines or under a normal force that varies.
-
-        Returns
-        -------
-        ndarray, shape (9,)
-            As `SegmentSums`.
-        """
-        rows, samples, dt = block.rows, block.samples, self.dt
-        scene, count = block.scene, len(block.u_dd) - 1
-        if samples is None or self.law.varies:
-            segments = map(as_engine_array, block.segments(0, count)[0])
-            return np.array(
-                integrate_segments(Solution(scene, Segments(*segments)), begin, end)
-            )
-        first, last = max(int(begin / dt), 0), min(math.ceil(end / dt), count)
-        if first >= last:
-            return np.zeros(9)
-        at = block.rows_of_samples(first, last)
-        inside = (rows.n >= first) & (rows.n < last)
-        starts = inside & (rows.s == 0.0)
-        whole, has_row = np.ones((2, last - first), dtype=bool)
-        has_row[:] = False
-        has_row[rows.n[starts] - first] = True
-        # A step with two rows is divided even where the first of them takes no time: alone
-        # among the others, that one would last the whole step.
-        twice = inside & np.append(False, rows.n[1:] == rows.n[:-1])
-        whole[rows.n[twice | (inside & (rows.s > 0.0))] - first] = False
-        # An impact at a sample: the velocity there is that after it.
-        hits = rows.n[(rows.d == ARRIVAL) & (rows.s == 0.0)] - 1 - first
-        whole[hits[(hits >= 0) & (hits < last - first)]] = False
-        whole[0] &= begin <= first * dt
-        whole[-1] &= end >= last * dt
-        sums, codes = np.zeros(9), block.modes[at]
-        for code in np.flatnonzero(np.bincount(codes + 1)).tolist():
-            steps = np.flatnonzero(whole & (codes == code - 1))
-            found, left = self._sum_whole_steps(
-                block, decoded(code - 1), steps + first, rows.x_0[at[steps]]
-            )
-            whole[steps[left]] = False
-            add_sums(sums, found)
-        steps = np.flatnonzero(~whole & ~has_row)
-        modes, n = at[steps], steps + first
-        x_r, v_r = np.asarray(samples.x_r)[n], np.asarray(samples.v_r)[n]
-        parts = inside.copy()
-        parts[inside] = ~whole[rows.n[inside] - first]
-        divided = divide_steps(
-            Segments(n, np.zeros(len(n)), x_r, v_r, rows.x_0[modes], rows.d[modes]),
-            Segments(*(column[parts] for column in rows)),
-        )
-        more = np.array(integrate_segments(Solution(scene, divided), begin, end))
-        add_sums(sums, more)
-        return sums
-
-    def _sum_whole_steps(
-        self, block: PiecewiseBlock, mode: Mode, n: Any, x_0: Floats
-    ) -> tuple[Floats, Any]:
-        """Integrate whole steps n in one mode.
-
-        Returns `SegmentSums` as an array, and the indices of those that are not included.
-        """
-        sums, law, samples, dt = np.zeros(9), self.march.kernel_law, block.samples, self.dt
-        assert samples is not None, "only called for samples"
-        slides = law.k_t == 0.0 or mode.contact != HOLD
-        if mode.end_stop != APART or mode.entry == CHATTERING or not len(n):
-            return sums, np.arange(len(n))
-        x_r = np.asarray(samples.x_r)[n] + origin_of(law, mode.origin)
-        u_0, u_1 = block.u_dd[n], block.u_dd[n + 1]
-        if mode.direction == AT_REST:
-            if (
-                law.k_t > 0.0
-                or mode.contact != HOLD
-                or (mode.origin != 0 and law.k_s[0] == 0.0)
-            ):
-                return sums, np.arange(len(n))
-            u_dd2 = (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum() / 3.0
-            sums[[0, 2, 5]] = dt * np.array([(x_r * x_r).sum(), u_dd2, len(n)])
-            limits = law.down.F_fs, law.up.F_fs
-            sums[8] = rest_violation(self.plant, limits, x_r, u_0, u_1)
-            return sums, np.arange(0)
-        if slides and mode.contact != mode.direction:
-            return sums, np.arange(len(n))
-        (m, k_x, _), reference = self.plant, max(law.up.F_fk, law.down.F_fk)
-        k_t, share = 0.0, np.full(len(n), float(mode.contact))
-        if mode.contact == HOLD:
-            k_t, share = law.k_t, law.k_t / reference * (x_r - x_0)
-            size = reference + law.k_t * (np.abs(x_r) + np.abs(x_0))
-            sums[8] = (reference * (np.abs(share) - 1.0) / size).max(initial=0.0)
-        elif reference > 0.0:
-            share *= (law.up if mode.contact > 0 else law.down).F_fk / reference
-        b = (law.up if mode.direction > 0 else law.down).b
-        v_r, d = np.asarray(samples.v_r), np.full(len(n), mode.direction)
-        steps = WholeSteps(x_r, v_r[n], share, u_0, v_r[n + 1], u_1, d)
-        sums[:5], turning = integrate_whole_steps(Plant(m, k_x, b), k_t, dt, steps, reference)
-        sums[7] = b * sums[1]
-        return sums, turning
-
-
-def add_sums(sums: Floats, more: Floats) -> None:
-    """Add `SegmentSums` to others in place; the larger of two violations counts."""
-    violation = max(sums[-1], more[-1])
-    sums += more
-    sums[-1] = violation
-
 
 @cache
 def decoded(code: int) -> Mode:
     """Return an encoded mode."""
     mode: Mode = decode_mode(code)
     return mode
-
-
-@cache
-def lasting_mode(code: int) -> int:
-    """Return an encoded mode without what only the start of its segment has."""
-    if code == ARRIVAL:
-        return code
-    mode = decoded(code)
-    entry = CHATTERING if mode.entry == CHATTERING else REGULAR
-    return int(encode_mode(mode._replace(poised=0, entry=entry)))
 
 
 class ModeColumns(NamedTuple):

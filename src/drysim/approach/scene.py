@@ -28,7 +28,6 @@ from drysim.core.compile import as_engine_array, engine
 from drysim.core.events import (
     MAX_EVENTS_PER_STEP,
     EventLog,
-    Segments,
     initial_direction,
 )
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
@@ -146,33 +145,6 @@ def base_square_integrals(
     return u_dd2 * (end - begin), u2 * (end - begin)
 
 
-def rest_violation(
-    plant: Plant, limits: tuple[float, float], x_r: Floats, *u_dd: Floats
-) -> float:
-    """Return the largest excess of F_L over its limits at rest, relative to the forces [-].
-
-    Parameters
-    ----------
-    plant : Plant
-    limits : (float, float)
-        Largest F_L and largest -F_L that friction carries [N].
-    x_r : ndarray
-        Displacements at which the mass rests for a step [m].
-    *u_dd : ndarray
-        ü at both ends of the steps, linear in between [m/s²].
-    """
-    worst, spring = 0.0, plant.k_x * x_r
-    if not len(x_r):
-        return worst
-    for one in u_dd:
-        base = plant.m * one
-        size = float(np.abs(base).max() + np.abs(spring).max()) + max(limits)
-        F_L = base + spring
-        excess = max(float(F_L.max()) - limits[0], float(-F_L.min()) - limits[1])
-        worst = max(worst, excess / size if excess > 0.0 else 0.0)
-    return worst
-
-
 def run_duration(motion: Sines | Samples, duration: float | None) -> float:
     """Return the duration of a run [s]: the given one, or the length of the samples."""
     if duration is not None:
@@ -267,13 +239,6 @@ def empty_log(size: int) -> EventLog:
     )
     s, x_r, F_L = as_engine_array(np.empty((3, size)))
     return EventLog(n, s, kind, x_r, F_L)
-
-
-def divide_steps(steps: Segments, changes: Segments) -> Segments:
-    """Return whole steps, divided at changes within them, as kernels take them."""
-    both = [np.concatenate(columns) for columns in zip(steps, changes, strict=True)]
-    order = np.lexsort((both[1], both[0]))
-    return Segments(*(as_engine_array(column[order]) for column in both))
 
 
 def write_first_row(columns: Any, values: Iterable[Any]) -> None:

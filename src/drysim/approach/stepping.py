@@ -171,7 +171,10 @@ class FixedStepTrajectory:
         x2, v2, x_dd2, power, sliding_distance, still, u_dd2 = (
             float(total) * span for total in sums
         )
-        return Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
+        totals = Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
+        # Both ends of the window count.
+        peak = float(np.abs(self.x_dd[part.start : part.stop + 1]).max(initial=0.0))
+        return totals._replace(x_dd_peak=peak)
 
     def jacobian(self) -> tuple[float, float] | None:
         """Return None: the derivative of the motion is not known in closed form."""

@@ -74,6 +74,15 @@ def merged(function: Kernel) -> Kernel:
     return function if is_plain() else jit(function, inline="always")
 
 
+def summed(function: Kernel) -> Kernel:
+    """Compile a kernel whose sums and maxima are formed in any order, several at a time.
+
+    Nothing else in it may depend on the order: differences are formed in kernels it calls.
+    """
+    fastmath = {"nnan", "nsz", "reassoc"}
+    return function if is_plain() else jit(function, forceinline=False, fastmath=fastmath)
+
+
 def jit(function: Kernel, **options: Any) -> Kernel:
     """Compile a kernel and keep it in the cache folder of this source."""
     numba = import_numba()

@@ -434,6 +434,8 @@ class Totals(NamedTuple):
     violation : float or None
         Largest violation of the laws of friction and stops, relative to the forces, or for a
         penetration to the position of the stop [-]; None where it is not known.
+    x_dd_peak : float or None
+        Largest |x_dd| [m/s²], both sides of every jump included; None where it is not known.
     """
 
     x2: float
@@ -448,6 +450,7 @@ class Totals(NamedTuple):
     friction_loss: float | None = None
     damper_work: float | None = None
     violation: float | None = None
+    x_dd_peak: float | None = None
 
 
 # The motion of the base.

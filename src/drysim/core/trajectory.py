@@ -28,10 +28,7 @@ ascending times.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import record_segment, sign
@@ -86,10 +83,15 @@ from drysim.core.modes import (
     wall_side,
 )
 from drysim.core.oscillator import (
-    flow,
+    SERIES_SEGMENT,
     free_response,
+    series_distance,
+    series_factors,
+    series_velocity,
     sine_response,
+    velocity_series,
 )
+from drysim.core.peak import Decay, bend, peak_of_segment
 from drysim.core.roots import (
     MAX_BISECTIONS,
     NEVER,
@@ -615,8 +617,8 @@ def add_segment_sums(one, other):
 
 
 @compiled
-def integrate_segments(solution, begin, end):
-    """Integrate segments over their parts between two times.
+def integrate_segments(solution, begin, end, peak):
+    """Integrate segments over their parts between two times, and find the peak of |x_dd|.
 
     Parameters
     ----------
@@ -624,12 +626,16 @@ def integrate_segments(solution, begin, end):
         It need not be complete: a segment ends with its step, or where the next one begins.
     begin, end : float
         Window of integration [s].
+    peak : float
+        Largest |x_dd| known so far [m/s²].
 
     Returns
     -------
-    SegmentSums
+    sums : SegmentSums
         `sliding_distance` is the energy dissipated in the contact divided by the larger F_fk;
         `stop_work` does not include the energy lost in rigid impacts, which have no duration.
+    peak : float
+        The larger of `peak` and |x_dd| in the segments; `peak` where waves act.
     """
     (plant, law, waves, _, dt), segments = solution
     sums = NO_SUMS
@@ -646,7 +652,28 @@ def integrate_segments(solution, begin, end):
             t = segments.n[i] * dt + segments.s[i]
             more = integrate_motion(law, waves, part, t, lo, hi)
         sums = add_segment_sums(sums, more)
-    return sums
+        if waves.size == 0:
+            peak = peak_in_segment(waves, part, lo, hi, peak)
+    return sums, peak
+
+
+@compiled
+def peak_in_segment(waves, part, lo, hi, peak):
+    """Return the larger of `peak` and |x_dd| between two times of a segment without waves."""
+    u_0, u_1 = part.u_0 + part.slope * lo, part.u_0 + part.slope * hi
+    if part.mode.direction == AT_REST:
+        return max(peak, abs(u_0), abs(u_1))
+    c, w, g, r = part.equation
+    xi, v_r = motion_in_segment(waves, part, lo)
+    e, length = g + r * lo - c * v_r - w * xi, hi - lo
+    decay = Decay(c, w, u_0, part.slope, e, r - c * e - w * v_r)
+    highest = abs(u_0 + e)
+    # Where even this bound is below the peak, the other end need not be known.
+    if highest + length * (abs(part.slope) + abs(decay.e_1) + length * bend(decay)) <= peak:
+        return peak
+    xi, v_r = motion_in_segment(waves, part, hi)
+    highest = max(highest, abs(u_1 + g + r * hi - c * v_r - w * xi))
+    return peak_of_segment(decay, highest, length, max(peak, highest))
 
 
 @compiled
@@ -661,22 +688,6 @@ def integrate_events(solution, begin, end):
         part = resume_event(solution, i)
         lo, hi = max(begin - t[i], 0.0), until - t[i]
         sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, t[i], lo, hi))
-    return sums
-
-
-@compiled
-def integrate_coulomb_segments(solution, begin, end):
-    """Integrate a sampled `Solution` with Coulomb friction; as `integrate_segments`."""
-    (plant, law, waves, u_dd, dt), segments = solution
-    kernel_law, sums = coulomb_kernel_law(plant, law, waves), NO_SUMS
-    for i in range(len(segments.n)):
-        lo, hi = segment_window(segments, dt, i, begin, end)
-        if hi > lo:
-            base = segment_base(u_dd, dt, segments, i)
-            state, d = (segments.x_r[i], segments.v_r[i]), sign(segments.d[i])
-            part = resume_slip_or_stick(plant, law, waves, d, state, base)
-            more = integrate_slip_or_stick(kernel_law, waves, part, base.t, lo, hi)
-            sums = add_segment_sums(sums, more)
     return sums
 
 
@@ -749,23 +760,39 @@ def integrate_rest(law, waves, part, lo, hi):
 @compiled
 def integrate_motion(law, waves, part, t, lo, hi):
     """Integrate a segment in motion, which begins at t [s], by Gauss quadrature on panels."""
-    c, w, _, _ = part.equation
+    c, w, g, r = part.equation
     longest, rule = panel_length(c, w, waves, lo), TWELVE
     if hi - lo <= SIX_NODE_PANELS * longest:
         rule = FOUR if hi - lo <= FOUR_NODE_PANELS * longest else SIX
     starts = part.v_r == 0.0 and is_rigid_slip(law, part.mode)
     early = early_slip(law, waves, part, t) if starts else 0.0
+    # A power series is cheaper than the flow at each node.
+    short, series = waves.size == 0 and (c + math.sqrt(w)) * hi <= SERIES_SEGMENT, NO_SERIES
+    if short:
+        a = g - c * part.v_r - w * part.xi
+        j = r - c * a - w * part.v_r
+        series = velocity_series(series_factors(c, w), part.v_r, a, j)
     sums, s = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, early), lo
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
-        sums = add_segment_sums(sums, integrate_panel(law, waves, part, rule, s, length))
+        panel = rule, s, length
+        sums = add_segment_sums(sums, integrate_panel(law, waves, part, short, series, panel))
         s = s + length if length < hi - s else hi
     return sums
 
 
+NO_SERIES = (0.0,) * 12
+"""Coefficients in place of those of `velocity_series`."""
+
+
 @merged
-def integrate_panel(law, waves, part, rule, s, length):
-    """Integrate one panel, which begins at time s [s], by one of the rules."""
+def integrate_panel(law, waves, part, short, series, panel):
+    """Integrate one panel by one of the rules.
+
+    `series` is the velocity in a segment that is short, as from `velocity_series`; the panel is
+    its rule, its start and its length [s].
+    """
+    rule, s, length = panel
     (m, k_x, b), k_t, x_0, F, k_s, offset, b_s, reference = part.forces
     x2, v2, x_dd2, power, loss, stop_work, distance = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     damper_work, violation = 0.0, 0.0
@@ -773,7 +800,10 @@ def integrate_panel(law, waves, part, rule, s, length):
     lag = part.mode.contact * law.up.F_fk / law.k_t if yields else 0.0
     for k in range(rule[0], rule[1]):
         at, weight = s + length * NODES[k], length * WEIGHTS[k]
-        xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
+        if short:
+            xi, v = part.xi + series_distance(series, at), series_velocity(series, at)
+        else:
+            xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
         u = base_motion(waves, part.u_0, part.slope, at)[0]
         load, load_d = load_at(law, waves, part.ramp, at)
         load = max(load, 0.0)
@@ -854,190 +884,6 @@ def early_slip(law, waves, part, t):
     drift = TIME_ROUNDING * t * (abs(m * u_d) + hold * abs(load_d))
     shortfall = hold * max(load, 0.0) + d * (m * u + pull) - drift
     return relative(shortfall, abs(m * u) + abs(pull) + hold)
-
-
-# Integrals over whole sampled steps: quadratic forms of their end values.
-
-
-def step_variables(c, w, f, x_r, v_r, u_0, u_1):
-    """Return the variables of sampled slip steps in which the integrals do not cancel.
-
-    Parameters
-    ----------
-    c, w : float
-        b/m [1/s] and k_x/m [1/s²].
-    f : array, shape (steps,)
-        Friction force per mass, d F_fk/m [m/s²].
-    x_r, v_r, u_0, u_1 : array, shape (steps,)
-        State at the start of the steps [m, m/s], and ü at both ends [m/s²].
-
-    Returns
-    -------
-    ndarray, shape (6, steps)
-        x_r; v_r; ü + w x_r + f at the start; the increment of ü; ü at the start; and
-        -x_dd = c v_r + w x_r + f at the start, with x_dd the absolute acceleration.
-
-    Notes
-    -----
-    Spring force and friction may nearly balance. Then x_dd and the displacement increment are
-    far smaller than either, and expanding their squares would cancel. The differences are
-    therefore formed once, here, and integrated as variables of their own.
-    """
-    rows = np.empty((6, len(x_r)))
-    rows[0] = x_r
-    rows[1] = v_r
-    contact = w * x_r
-    contact += f
-    np.add(u_0, contact, out=rows[2])
-    np.subtract(u_1, u_0, out=rows[3])
-    rows[4] = u_0
-    np.multiply(v_r, c, out=rows[5])
-    rows[5] += contact
-    return rows
-
-
-@lru_cache(maxsize=64)
-def step_quadratic_forms(c, w, dt):
-    """Return the quadratic forms that integrate a whole slip step in its `step_variables`.
-
-    Parameters
-    ----------
-    c, w, dt : float
-        b/m [1/s], k_x/m [1/s²] and length of the step [s].
-
-    Returns
-    -------
-    squares : ndarray, shape (4, 6, 6)
-        Quadratic forms of the integrals of x_r², v_r², x_dd² and ü v_r.
-    distance : ndarray, shape (6,)
-        Linear form of the integral of v_r, the distance slid.
-
-    Notes
-    -----
-    Cached: the cases of an ensemble share oscillator and step.
-    """
-    squares = np.zeros((4, 6, 6))
-    begin = 0.0
-    while begin < dt:
-        rate = fastest_rate(c, w, begin)
-        length = min(PANEL_RADIANS / rate, dt - begin) if rate > 0.0 else dt - begin
-        for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
-            s = begin + length * node
-            y, y_d, Y, YY = flow(c, w, s)
-            x = np.array([1.0, y, -Y, -YY / dt, 0.0, 0.0])
-            v = np.array([0.0, y_d, -y, -Y / dt, 0.0, 0.0])
-            u_dd = np.array([0.0, 0.0, 0.0, s / dt, 1.0, 0.0])
-            x_dd = np.array([0.0, -w * y, 0.0, (c * Y + w * YY) / dt, c * y + w * Y, -y_d])
-            for square, one, other in zip(
-                squares, (x, v, x_dd, u_dd), (x, v, x_dd, v), strict=True
-            ):
-                square += weight * length * np.outer(one, other)
-        begin = begin + length if length < dt - begin else dt
-    y, _, Y, YY = flow(c, w, dt)
-    distance = np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
-    squares.flags.writeable = distance.flags.writeable = False  # shared by all callers
-    return squares, distance
-
-
-STEPS_PER_CHUNK = 6_000
-"""Steps integrated at a time: OpenBLAS starts threads for products of matrices from 7,282 steps
-on, which takes longer than the products themselves."""
-
-
-class WholeSteps(NamedTuple):
-    """Whole sampled steps in motion, without a change of mode: arrays of shape (steps,).
-
-    Attributes
-    ----------
-    x_r, v_r, share, u_0 : array of float
-        State [m, m/s], friction force over a reference [-] and ü [m/s²] at their starts.
-    v_end, u_1 : array of float
-        v_r and ü at their ends [m/s, m/s²].
-    d : array of float
-        Direction of motion; of a contact that slides, the sign of `share`.
-    """
-
-    x_r: Any
-    v_r: Any
-    share: Any
-    u_0: Any
-    v_end: Any
-    u_1: Any
-    d: Any
-
-
-MIN_DIVISOR = 0.25
-"""Divisor of the bound in `keep_direction` below which a step is too long for it."""
-
-
-def keep_direction(c, w, dt, steps):
-    """Return in which whole steps v_r provably keeps the direction d, shape (steps,).
-
-    Notes
-    -----
-    With |v_r"| <= M within a step v_r falls at most M dt²/8 below its lower end. The equation
-    of motion, v_r" = -(ü' + c v_r' + w v_r), bounds M by |Δü|/dt + c (v/dt + M dt) + w (v + M
-    dt²/8), with v the larger |v_r| of both ends.
-    """
-    divisor = 1.0 - c * dt - w * dt * dt / 8.0
-    if divisor < MIN_DIVISOR:
-        return np.zeros(len(steps.v_r), dtype=bool)
-    before, after = steps.d * steps.v_r, steps.d * steps.v_end
-    factor = dt / 8.0 / divisor
-    change = steps.u_1 - steps.u_0
-    np.abs(change, out=change)
-    change *= factor
-    dip = np.maximum(before, after)
-    dip *= factor * (c + w * dt)
-    dip += change
-    return np.minimum(before, after, out=before) > dip
-
-
-def integrate_whole_steps(plant, k_t, dt, steps, reference):
-    """Integrate whole sampled steps in which the contact holds throughout, or slides.
-
-    Steps in which v_r may leave the direction d contribute nothing: the distance slid is that
-    between their ends only where v_r keeps it.
-
-    Parameters
-    ----------
-    plant : Plant
-        Oscillator, with the damper of the direction of motion.
-    k_t : float
-        Stiffness of the contact that holds, 0 for one that slides [N/m].
-    dt : float
-        Length of a step [s].
-    steps : WholeSteps
-    reference : float
-        Friction force [N] by which those of the steps are divided. Without friction it is 0,
-        and `share` is the direction of motion.
-
-    Returns
-    -------
-    sums : ndarray, shape (5,)
-        x2, v2, x_dd2, power and sliding_distance as in `SegmentSums`.
-    turning : ndarray of int
-        Numbers of the steps in which v_r may leave the direction d.
-    """
-    m, k_x, b = plant
-    c, w = b / m, (k_x + k_t) / m
-    squares, distance = step_quadratic_forms(c, w, dt)
-    products, pull, turning = np.zeros((6, 6)), np.zeros(6), []
-    for at in range(0, len(steps.x_r), STEPS_PER_CHUNK):
-        chunk = WholeSteps(*(column[at : at + STEPS_PER_CHUNK] for column in steps))
-        x_r, v_r, share, u_0, _, u_1, _ = chunk
-        rows = step_variables(c, k_x / m, share * (reference / m), x_r, v_r, u_0, u_1)
-        turns = np.flatnonzero(~keep_direction(c, w, dt, chunk))
-        rows[:, turns] = 0.0
-        turning.append(turns + at)
-        products += rows @ rows.T
-        pull += rows @ share
-    sums = np.empty(5)
-    sums[:4] = np.einsum("kij,ij->k", squares, products)
-    sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
-    # A contact that holds does not slide.
-    sums[4] = distance @ pull if k_t == 0.0 else 0.0
-    return sums, np.concatenate(turning or [np.empty(0, int)])
 
 
 # Peak force of a bumper.

@@ -483,8 +483,6 @@ def measure(
         End of the run [s], up to which peaks, violations and contacts count; default: the end
         of the window.
     """
-    from drysim.metrics.acceleration import peak_acceleration  # needs the solvers
-
     (begin, end), law, repeats = window, trajectory.law, closure is not None
     last = end if run_end is None else run_end
     inside = path_in_window(trajectory, window)
@@ -495,6 +493,10 @@ def measure(
     if hourly is not None:
         by_side = [hourly_stroke(peaks, end - begin, 1) for peaks in peaks_by_side(inside)]
     states = trajectory.state(begin), trajectory.state(end)
+    totals = trajectory.totals(begin, end)
+    x_dd_peak = totals.x_dd_peak
+    if x_dd_peak is not None and last > end:
+        x_dd_peak = max(x_dd_peak, trajectory.totals(end, last).x_dd_peak or 0.0)
     stops = law.stops
     if hourly is not None and stops is not None and stops.rigid:  # these bound the stroke
         hourly = min(hourly, max(stops.limits))
@@ -507,7 +509,7 @@ def measure(
             trajectory.plant,
             law.F_fk,
             end - begin,
-            trajectory.totals(begin, end),
+            totals,
             *states,
             lowest=min(float(counted.min()), 0.0),
             highest=max(float(counted.max()), 0.0),
@@ -516,7 +518,7 @@ def measure(
             upcrossings=count_upcrossings(inside),
             chatter=trajectory.chatter(begin, end),
             closure=closure,
-            x_dd_peak=peak_acceleration(trajectory, begin, last),
+            x_dd_peak=x_dd_peak,
             hourly=hourly,
             hourly_by_side=(by_side[0], by_side[1]),
             limits=limits,
