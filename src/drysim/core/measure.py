@@ -253,12 +253,11 @@ class Peaks(NamedTuple):
     between: Any
 
 
-@compiled
-def run_forces(solution, row):
-    """Return the `RunForces` of runs in the mode of a row."""
-    (plant, law, _, _, _), _, rows = solution
-    mode = decode_mode(rows.d[row])
-    forces, m = mode_forces(plant, law, mode, rows.x_0[row]), plant.m
+@inlined
+def run_forces(plant, law, code, x_0):
+    """Return the `RunForces` of an encoded mode; `x_0` as in `mode_forces`."""
+    mode = decode_mode(code)
+    forces, m = mode_forces(plant, law, mode, x_0), plant.m
     share = float(mode.contact)
     if forces.reference > 0.0:
         share = forces.F / forces.reference
@@ -340,18 +339,18 @@ def sum_runs_compiled(solution, runs, peaks, sums, rest, turns):
     turns : (array, array)
         Written: row and number of the steps in which v_r may turn.
     """
-    (_, _, _, u_dd, dt), samples, _ = solution
+    (plant, law, _, u_dd, dt), samples, rows = solution
     count = int(ZERO)
     for i in range(len(runs.row)):
         row, begin, end = runs.row[i], runs.begin[i], runs.end[i]
-        forces = run_forces(solution, row)
+        forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
         if forces.d == 0.0:
             x_r = forces.origin + samples.x_r[begin]
             u2, low, high = sum_rest(u_dd, begin, end)
             rest[0] += x_r * x_r * (end - begin)
             rest[1] += u2
             rest[2] += end - begin
-            rest[3] = max(rest[3], rest_violation(solution, x_r, low, high))
+            rest[3] = max(rest[3], rest_violation(plant, law, x_r, low, high))
             peaks.at_samples[i], peaks.between[i] = max(-low, high), 0.0
             continue
         bound, group = turning_bound(forces, dt), group_of(forces)
@@ -368,7 +367,7 @@ def sum_runs_compiled(solution, runs, peaks, sums, rest, turns):
                     count += 1
         if forces.hold > 0.0:
             for n in range(begin, end):
-                excess = hold_violation(solution, forces, samples.x_r[n])
+                excess = hold_violation(law, forces, samples.x_r[n])
                 rest[3] = max(rest[3], excess)
     return count
 
@@ -457,13 +456,12 @@ def sum_rest(u_dd, begin, end):
     return u2 / 3.0, low, high
 
 
-@compiled
-def rest_violation(solution, x_r, low, high):
+@inlined
+def rest_violation(plant, law, x_r, low, high):
     """Return the largest excess of F_L over its limits at rest, relative to the forces [-].
 
     `low` and `high` are the extremes of ü [m/s²].
     """
-    plant, law = solution.scene.plant, solution.scene.law
     up, down = law.up.F_fs, law.down.F_fs
     spring = plant.k_x * x_r
     excess = max(plant.m * high + spring - down, -(plant.m * low + spring) - up)
@@ -471,10 +469,9 @@ def rest_violation(solution, x_r, low, high):
     return excess / size if excess > 0.0 else 0.0
 
 
-@compiled
-def hold_violation(solution, forces, xi):
+@inlined
+def hold_violation(law, forces, xi):
     """Return by how much an elastic contact that holds exceeds its limit [-]."""
-    law = solution.scene.law
     limit, x_r = max(law.up.F_fk, law.down.F_fk), forces.origin + xi
     excess = law.k_t * abs(x_r - forces.x_0) - limit
     return excess / (limit + law.k_t * (abs(x_r) + abs(forces.x_0))) if excess > 0.0 else 0.0
@@ -484,7 +481,7 @@ def sum_runs_plain(
     solution: SampledSolution, runs: Runs, peaks: Peaks, sums: Any, rest: Any, turns: Any
 ) -> int:
     """As `sum_runs_compiled`, by numpy."""
-    (_, law, _, u_dd, dt), (xi, v_r, _), rows = solution
+    (plant, law, _, u_dd, dt), (xi, v_r, _), rows = solution
     u_dd, xi, v_r = np.asarray(u_dd), np.asarray(xi), np.asarray(v_r)
     count, codes = 0, np.asarray(rows.d)[runs.row]
     for code in np.unique(codes).tolist():
@@ -492,7 +489,7 @@ def sum_runs_plain(
         row, begin, end = (column[chosen] for column in runs)
         n, index = steps_of_runs(begin, end)
         starts, x_0 = np.searchsorted(index, np.arange(len(row))), np.asarray(rows.x_0)[row]
-        forces = run_forces(solution, int(row[0]))
+        forces = run_forces(plant, law, code, float(x_0[0]))
         if forces.d == 0.0:
             x_r, u_0, u_1 = forces.origin + xi[begin], u_dd[n], u_dd[n + 1]
             low = np.minimum(np.minimum.reduceat(u_0, starts), u_dd[end])
@@ -501,7 +498,7 @@ def sum_runs_plain(
             rest[1] += float(u_0 @ u_0 + u_0 @ u_1 + u_1 @ u_1) / 3.0
             rest[2] += len(n)
             cases = zip(x_r.tolist(), low.tolist(), high.tolist(), strict=True)
-            rest[3] = max(rest[3], *(rest_violation(solution, *case) for case in cases))
+            rest[3] = max(rest[3], *(rest_violation(plant, law, *case) for case in cases))
             peaks.at_samples[chosen], peaks.between[chosen] = np.maximum(-low, high), 0.0
             continue
         at_step, at_end = forces._replace(x_0=x_0[index]), forces._replace(x_0=x_0)
@@ -587,14 +584,15 @@ def step_forms(c: float, w: float, dt: float) -> Any:
 @compiled
 def peak_of_runs(solution, runs, peaks):
     """Return the largest |x_dd| in runs, between the samples too [m/s²]."""
-    (_, _, _, u_dd, dt), samples, _ = solution
+    (plant, law, _, u_dd, dt), samples, rows = solution
     peak = 0.0
     for i in range(len(runs.row)):
         peak = max(peak, peaks.at_samples[i])
     for i in range(len(runs.row)):
         if peaks.at_samples[i] + peaks.between[i] <= peak:
             continue
-        forces = run_forces(solution, runs.row[i])
+        row = runs.row[i]
+        forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
         c, w = forces.c, forces.spring + forces.hold
         for n in range(runs.begin[i], runs.end[i]):
             x_r, v_r, u_0 = samples.x_r[n], samples.v_r[n], u_dd[n]
