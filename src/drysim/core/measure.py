@@ -115,9 +115,7 @@ def divide_steps(solution, steps, window, runs, segments):
     """
     (_, law, _, u_dd, dt), samples, rows = solution
     first, last = steps
-    # The state at the last sample of all may be that in the mode which begins there.
-    lowest = first + int(window[0] > first * dt)
-    highest = min(last - int(window[1] < last * dt), len(u_dd) - 2)
+    lowest, highest = first + int(window[0] > first * dt), last - int(window[1] < last * dt)
     varies = load_varies(law)
     i = last_row_before(rows.n, first)
     count, used = int(ZERO), int(ZERO)
@@ -126,15 +124,22 @@ def divide_steps(solution, steps, window, runs, segments):
         followed = i + 1 < len(rows.n) and rows.n[i + 1] < last
         until = rows.n[i + 1] if followed else last
         after = rows.s[i + 1] if followed else 0.0
-        if n >= first:
+        mode = decode_mode(d)
+        summed = not varies and d != ARRIVAL and is_summed(law, mode)
+        rests = summed and mode.direction == AT_REST
+        if n < first:
+            n = first
+        elif not (rests and rows.s[i] == 0.0 and until > n):
             state = rows.x_r[i], rows.v_r[i], x_0
             used = record_segment(segments, used, (n, rows.s[i]), state, d)
-        n = max(n + 1, first)
+            n += 1
         begin = end = until
-        if not varies and d != ARRIVAL and is_summed(law, decode_mode(d)):
+        if summed:
+            # Where the next mode begins at a sample, the motion there is that after it; at the
+            # last sample of all it may be.
+            stop = until - int((followed and after == 0.0) or until == len(u_dd) - 1)
             begin = min(max(n, lowest), until)
-            # Where the next mode begins at a sample, the state there is that after it.
-            end = max(min(until - int(followed and after == 0.0), highest), begin)
+            end = max(min(until if rests else stop, highest), begin)
         for k in range(n, begin):
             state = samples.x_r[k], samples.v_r[k], x_0
             used = record_segment(segments, used, (k, 0.0), state, d)
