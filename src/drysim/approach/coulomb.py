@@ -47,6 +47,7 @@ from drysim.approach.scene import (
     last_sample_indices,
     make_waves,
     run_duration,
+    to_kernel,
     wave_values,
     write_first_row,
 )
@@ -61,7 +62,7 @@ from drysim.approach.solution import (
     Response,
 )
 from drysim.core import orbit
-from drysim.core.compile import as_engine_array
+from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
 from drysim.core.forcing import (
     SCENE_COLUMNS,
@@ -91,13 +92,12 @@ from drysim.core.model import (
     integrate_base_squares,
     limit_force,
 )
-from drysim.core.modes import APART, SegmentBase, encode_mode, mode_of
+from drysim.core.modes import APART, REGULAR, Mode, SegmentBase, encode_mode
 from drysim.core.oscillator import flow
 from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.trajectory import (
     EventSolution,
-    coulomb_kernel_law,
     integrate_events,
     motion_in_segment,
     resume_slip_or_stick,
@@ -384,7 +384,7 @@ class SampleBlock(NamedTuple):
     log: EventLog
 
 
-CODES = np.array([encode_mode(mode_of(d, d, APART, 0)) for d in (0, 1, -1)])
+CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
 """Encoded modes by direction of sliding, which serves as index."""
 
 
@@ -422,7 +422,7 @@ class CoulombMarch(BlockwiseMarch):
         law = law._replace(phase=phase)
         waves = make_waves(self.motion, law)
         base = as_engine_array(block.u_dd)
-        scene = Scene(self.plant, coulomb_kernel_law(self.plant, law, waves), waves, base, dt)
+        scene = Scene(self.plant, to_kernel(self.plant, law.as_piecewise()), waves, base, dt)
         still = np.zeros(len(log.n))
         v_r = still.copy()
         v_r[0] = block.v_r[0]

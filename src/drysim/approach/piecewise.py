@@ -48,6 +48,7 @@ from drysim.approach.scene import (
     make_waves,
     points_of_trajectory,
     run_duration,
+    to_kernel,
     write_first_row,
 )
 from drysim.approach.solution import (
@@ -84,12 +85,9 @@ from drysim.core.measure import SampledSolution, measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
-    MAX_STAGES,
-    NO_LIMITS,
     AnyState,
     ContactState,
     CoulombLaw,
-    EndStops,
     PiecewiseLaw,
     Plant,
     Samples,
@@ -106,7 +104,6 @@ from drysim.core.modes import (
     KernelLaw,
     Mode,
     SegmentBase,
-    Side,
     decode_mode,
     initial_piecewise_state,
     mode_forces,
@@ -123,7 +120,7 @@ from drysim.core.trajectory import (
     peak_bumper_force,
 )
 from drysim.core.variational import Deviations, propagate_deviations
-from drysim.errors import SolverError, UsageError
+from drysim.errors import SolverError
 
 ROWS_PER_CALL, STEPS_PER_CALL = 16_384, 1 << 18
 """Segments or events, and steps, per kernel call; between calls Python can handle an interrupt.
@@ -729,33 +726,3 @@ class ModeColumns(NamedTuple):
 def keeps_anchor(monodromy: Floats) -> bool:
     """Return whether an elastic contact never yields, from a derivative by `monodromy`."""
     return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())
-
-
-def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
-    """Return a law, with the damper of the plant, as its kernels take it.
-
-    Raises
-    ------
-    UsageError
-        For a combination that is not modelled: an elastic contact would yield while its mass
-        rests against a rigid stop.
-    """
-    if law.is_elastic and law.varies and law.stops is not None and law.stops.rigid:
-        raise UsageError(
-            "an elastic contact under a varying normal force does not go with rigid stops",
-            "use bumpers",
-        )
-    record, step = as_engine_array(np.ones(2)), 0.0
-    if law.force_record is not None:
-        record, step = law.force_record.kernel_input, law.force_record.step
-    stops = law.stops or EndStops(NO_LIMITS)
-    stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
-    if not stops.stages:
-        stages[0] = 0.0, 0.0
-    (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
-    b_up, b_down = law.damping or (plant.b, plant.b)
-    up = Side(law.F_fk, law.F_fs, b_up, stops.limits.up)
-    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.limits.down)
-    wave = law.variation, law.omega, law.phase
-    k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
-    return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)

@@ -32,8 +32,11 @@ from drysim.core.events import (
 )
 from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
+    MAX_STAGES,
+    NO_LIMITS,
     AnyState,
     CoulombLaw,
+    EndStops,
     PiecewiseLaw,
     Plant,
     Samples,
@@ -41,6 +44,7 @@ from drysim.core.model import (
     integrate_base_squares,
     max_abs,
 )
+from drysim.core.modes import KernelLaw, Side
 from drysim.core.sampled import SampledMotion
 from drysim.core.status import Status
 from drysim.core.trajectory import Columns
@@ -190,6 +194,39 @@ def speed_floor(plant: Plant, motion: Sines | Samples, start: AnyState) -> float
     return max(
         SPEED_FLOOR_RATIO * base, SPEED_FLOOR_RATIO * free, abs(start.v_r), np.finfo(float).tiny
     )
+
+
+# The law as kernels take it.
+
+
+def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
+    """Return a law, with the damper of the plant, as its kernels take it.
+
+    Raises
+    ------
+    UsageError
+        For a combination that is not modelled: an elastic contact would yield while its mass
+        rests against a rigid stop.
+    """
+    if law.is_elastic and law.varies and law.stops is not None and law.stops.rigid:
+        raise UsageError(
+            "an elastic contact under a varying normal force does not go with rigid stops",
+            "use bumpers",
+        )
+    record, step = as_engine_array(np.ones(2)), 0.0
+    if law.force_record is not None:
+        record, step = law.force_record.kernel_input, law.force_record.step
+    stops = law.stops or EndStops(NO_LIMITS)
+    stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
+    if not stops.stages:
+        stages[0] = 0.0, 0.0
+    (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
+    b_up, b_down = law.damping or (plant.b, plant.b)
+    up = Side(law.F_fk, law.F_fs, b_up, stops.limits.up)
+    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.limits.down)
+    wave = law.variation, law.omega, law.phase
+    k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
+    return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
 
 
 # Buffers for segments and events.

@@ -83,6 +83,11 @@ def summed(function: Kernel) -> Kernel:
     return function if is_plain() else jit(function, forceinline=False, fastmath=fastmath)
 
 
+def python_of(kernel: Any) -> Any:
+    """Return a kernel as plain Python, for a few calls that are not worth to compile it."""
+    return getattr(kernel, "py_func", kernel)
+
+
 def jit(function: Kernel, **options: Any) -> Kernel:
     """Compile a kernel and keep it in the cache folder of this source."""
     numba = import_numba()

@@ -35,6 +35,7 @@ import numpy as np
 
 from drysim.core.compile import ZERO, as_engine_array, compiled, inlined, is_plain, summed
 from drysim.core.events import Segments, record_segment
+from drysim.core.model import TWELVE_NODES, TWELVE_WEIGHTS
 from drysim.core.modes import (
     APART,
     ARRIVAL,
@@ -45,15 +46,12 @@ from drysim.core.modes import (
     load_varies,
     mode_forces,
     origin_of,
-    side_of,
 )
 from drysim.core.oscillator import flow
 from drysim.core.peak import Decay, peak_of_segment
 from drysim.core.trajectory import (
     NO_SUMS,
     PANEL_RADIANS,
-    TWELVE_NODES,
-    TWELVE_WEIGHTS,
     SegmentSums,
     Solution,
     fastest_rate,
@@ -232,15 +230,15 @@ class RunExtremes(NamedTuple):
     ----------
     turned : float
         Number of steps in which v_r may turn.
-    x_dd, v_r, relative, increment : float
+    x_dd, v_r, relative, increment : float or ndarray
         Of x_dd [m/s²], v_r [m/s], x_r" [m/s²] and the increment of ü in a step [m/s²].
     """
 
     turned: float
-    x_dd: float
-    v_r: float
-    relative: float
-    increment: float
+    x_dd: Any
+    v_r: Any
+    relative: Any
+    increment: Any
 
 
 class Peaks(NamedTuple):
@@ -651,7 +649,7 @@ def measure(
     for group in range(GROUPS):
         if not sums[group].any():
             continue
-        side, holds = side_of(law, 2 * (group // 2) - 1), group % 2 == 1
+        side, holds = (law.down, law.up)[group // 2], group % 2 == 1
         w = (plant.k_x + (law.k_t if holds else 0.0)) / plant.m
         squares, distance = step_forms(side.b / plant.m, w, dt)
         x2, v2, x_dd2, power = (squares @ sums[group][:PRODUCTS]).tolist()
@@ -681,7 +679,7 @@ def divided(
     runs = Runs(*np.empty((3, size), dtype=np.int64))
     columns = np.empty((4, last - first + 2 * size))
     d, n = np.empty((2, last - first + 2 * size), dtype=np.int64)
-    segments = Segments(n, *columns, d)
+    segments = Segments(n, columns[0], columns[1], columns[2], columns[3], d)
     count, used = divide_steps(solution, steps, window, runs, segments)
     runs = Runs(*(column[:count] for column in runs))
     return runs, Segments(*(as_engine_array(column[:used]) for column in segments))
