@@ -638,7 +638,6 @@ def integrals(trajectory, begin, end):
 @pytest.mark.parametrize("F", [(15.0, 15.0), (30.0, 36.0), (0.0, 0.0), (500.0, 500.0)])
 @pytest.mark.parametrize("window", [(0.0, 0.9975), (0.2811, 0.92)])
 def test_integrals_over_samples_are_those_of_the_motion(plant, F, window, monkeypatch):
-    monkeypatch.setattr("drysim.core.trajectory.STEPS_PER_CHUNK", 97)
     monkeypatch.setattr(coulomb, "BLOCK_SIZE", 256)
     noise = np.random.Generator(np.random.PCG64(9)).normal(size=400)
     motion = Samples(0.2 * np.convolve(noise, np.hanning(41), mode="same"), 2.5e-3)

@@ -497,8 +497,8 @@ def sum_runs_plain(
             x_r, u_0, u_1 = forces.origin + xi[begin], u_dd[n], u_dd[n + 1]
             low = np.minimum(np.minimum.reduceat(u_0, starts), u_dd[end])
             high = np.maximum(np.maximum.reduceat(u_0, starts), u_dd[end])
-            rest[0] += float((x_r * x_r) @ (end - begin))
-            rest[1] += float(u_0 @ u_0 + u_0 @ u_1 + u_1 @ u_1) / 3.0
+            rest[0] += float((x_r * x_r * (end - begin)).sum())
+            rest[1] += float((u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum()) / 3.0
             rest[2] += len(n)
             cases = zip(x_r.tolist(), low.tolist(), high.tolist(), strict=True)
             rest[3] = max(rest[3], *(rest_violation(plant, law, *case) for case in cases))
@@ -521,7 +521,7 @@ def sum_runs_plain(
         count += len(left)
         table, group = np.array(variables) * kept, sums[group_of(forces)]
         for k in range(PRODUCTS):
-            group[k] += float(table[FIRST[k]] @ table[SECOND[k]])
+            group[k] += float((table[FIRST[k]] * table[SECOND[k]]).sum())
         group[PRODUCTS:] += forces.share * table[1:4].sum(axis=1)
         if forces.hold > 0.0:
             limit, size = max(law.up.F_fk, law.down.F_fk), x + np.abs(at_step.x_0)
