@@ -219,7 +219,7 @@ MAX_CACHED_BLOCKS = 64
 """Blocks kept in memory, about 80 MB; marching another one again takes about 1 µs per step."""
 
 
-class Checkpoint(NamedTuple):
+class SeriesCheckpoint(NamedTuple):
     """Beginning of a block.
 
     Attributes
@@ -261,7 +261,7 @@ class TaylorMarch:
         The scene as kernels take it, with the first two values of ü without the waves.
     until : tuple of (int, float)
         Last interval, and time within it at which the motion ends [s].
-    checkpoints : list of Checkpoint
+    checkpoints : list of SeriesCheckpoint
         Beginning of each block, and the end of the last.
     block_starts : list of float
         Times at which the blocks begin and the last ends [s].
@@ -278,7 +278,7 @@ class TaylorMarch:
     motion: Sines | Samples
     scene: Scene
     until: tuple[int, float]
-    checkpoints: list[Checkpoint]
+    checkpoints: list[SeriesCheckpoint]
     block_starts: list[float] = field(default_factory=lambda: [0.0])
     scales: list[tuple[float, ...]] = field(default_factory=list)
     cached: dict[int, TaylorBlock] = field(default_factory=dict)
@@ -301,7 +301,7 @@ class TaylorMarch:
 
     def march_block(
         self, number: int, until: tuple[int, float]
-    ) -> tuple[Checkpoint, TaylorBlock, EventLog]:
+    ) -> tuple[SeriesCheckpoint, TaylorBlock, EventLog]:
         """March through a block; return the checkpoint at its end, its steps and its events.
 
         `until` is the last interval, and the time [s] within it to which to march.
@@ -399,14 +399,14 @@ def workspace(law: DynamicLaw, scale: float = 0.0) -> TaylorSeries:
     return series
 
 
-def make_checkpoint(state: SeriesState, series: TaylorSeries) -> Checkpoint:
+def make_checkpoint(state: SeriesState, series: TaylorSeries) -> SeriesCheckpoint:
     """Return the checkpoint of a state and of the hysteresis in the workspace."""
     reversals = tuple(float(z) for z in series.reversals[: series.branch[COUNT]])
     branch = tuple(int(value) for value in series.branch)
-    return Checkpoint(state, float(series.scale[0]), reversals, branch)
+    return SeriesCheckpoint(state, float(series.scale[0]), reversals, branch)
 
 
-def initial_checkpoint(scene: Scene, start: AnyState, speed: float) -> Checkpoint:
+def initial_checkpoint(scene: Scene, start: AnyState, speed: float) -> SeriesCheckpoint:
     """Return the checkpoint at t = 0; `speed` is one [m/s] typical of the motion."""
     plant, law, waves, u_dd, dt = scene
     x_r, v_r = start[:2]

@@ -119,8 +119,8 @@ def level_crossing_time(
     return float(t)
 
 
-class Impacts(NamedTuple):
-    """Contacts with the end stops."""
+class StopLoads(NamedTuple):
+    """Number and severity of the contacts with the end stops."""
 
     up: int
     down: int
@@ -133,7 +133,7 @@ class Impacts(NamedTuple):
     """Largest impulse of an impact [N·s]; None for bumpers."""
 
 
-def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) -> Impacts:
+def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) -> StopLoads:
     """Return number and severity of the contacts with the end stops in a window.
 
     Parameters
@@ -155,7 +155,7 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
         inside |= t == 0.0
     fastest = float(np.abs(v_r[inside]).max(initial=0.0))
     up = int(np.count_nonzero(~np.signbit(v_r[inside])))
-    return Impacts(
+    return StopLoads(
         up,
         int(inside.sum()) - up,
         fastest,

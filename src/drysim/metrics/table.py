@@ -22,7 +22,7 @@ from drysim.metrics.comfort import Weighted
 from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
     Excursions,
-    Impacts,
+    StopLoads,
     count_limit_entries,
     count_upcrossings,
     excursions,
@@ -84,7 +84,7 @@ class Measured:
     """How often x_r reaches a limit in the window."""
     excursions: Excursions | None = None
     """To the limits, from the start to the end of the run."""
-    impacts: Impacts | None = None
+    impacts: StopLoads | None = None
     """On the end stops in the window and the ring-down."""
     bumper_energies: tuple[float, float] = (0.0, 0.0)
     """Elastic energy of the end stops at both ends of the window [J]."""

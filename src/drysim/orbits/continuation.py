@@ -6,12 +6,12 @@ Problem
     (branches). They turn back at folds and have unstable parts, which no march in time reaches.
 
 Method
-    Pseudo-arclength continuation: predict along the tangent, correct by Newton's method in the
-    plane normal to it (Keller 1977). The maps march the motion itself and find all events, so a
-    branch passes from sliding to sticking without declared sequences of events. Orbits that
-    are symmetric, x_r(t + n T/2) = -x_r(t) with an odd number n of periods T, are fixed points
-    of the negative half map, in which folds and symmetry breaking are different eigenvalues
-    (+1 and -1).
+    Pseudo-arclength continuation: the predictor goes along the tangent, the corrector is
+    Newton's method in the plane normal to it (Keller 1977). The maps march the motion itself
+    and find all events, so a branch passes from sliding to sticking without declared sequences
+    of events. Orbits that are symmetric, x_r(t + n T/2) = -x_r(t) with an odd number n of
+    periods T, are fixed points of the negative half map, in which folds and symmetry breaking
+    are different eigenvalues (+1 and -1).
 
 Section
     The states are taken at one phase of the excitation, the Poincaré section. In a stick it
@@ -514,7 +514,7 @@ class Continuation:
         direction = (found[1] - found[0]) / (h * scale)
         direction /= np.linalg.norm(direction)
         repetition = point.repetition.delayed(time)
-        moved = self.correct(found[0] / scale, direction, scale, repetition)
+        moved = self.corrector(found[0] / scale, direction, scale, repetition)
         return point if moved is None else moved[0].along(direction)
 
     def placed(self, point: Point) -> Point:
@@ -535,7 +535,7 @@ class Continuation:
         change = np.abs(point.image.state - point.state) / self.scale_at(point)[:-1]
         return float(change.max())
 
-    def correct(
+    def corrector(
         self, guess: Floats, normal: Floats, scale: Floats, repetition: Repetition
     ) -> tuple[Point, int] | None:
         """Return the fixed point in the plane through a guess, and the Newton steps taken.
@@ -590,7 +590,7 @@ class Continuation:
     ) -> tuple[Image, Floats] | None:
         """Return the image of a state, and the scaled matrix of the bordered system.
 
-        Parameters as in `correct`, with the scaled coordinates z.
+        Parameters as in `corrector`, with the scaled coordinates z.
         """
         n = len(z) - 1
         p, y = float(z[n]), z[:n] * scale[:n]
@@ -627,7 +627,7 @@ class Continuation:
         n = len(state)
         scale = self.scale(p, peak, n)
         guess = np.append(state, p) / scale
-        found = self.correct(guess, np.eye(n + 1)[n], scale, repetition)
+        found = self.corrector(guess, np.eye(n + 1)[n], scale, repetition)
         return None if found is None else found[0]._replace(p=p)
 
     def follow(self, seed: Point) -> Branch:
@@ -707,6 +707,40 @@ class Continuation:
             point.p == high and point.tangent[-1] > 0.0
         )
 
+    def predictor(
+        self, last: Point, ds: float, begin: Floats
+    ) -> tuple[Floats, Floats, float | None]:
+        """Return the point of the tangent at an arclength from the last point of a branch.
+
+        Parameters
+        ----------
+        last : Point
+        ds : float
+            Arclength, scaled.
+        begin : ndarray, shape (n + 1,)
+            Scaled coordinates of the last point.
+
+        Returns
+        -------
+        guess, normal : ndarray, shape (n + 1,)
+            Scaled coordinates, and the normal of the plane for the corrector.
+        limit : float or None
+            p at the end of a range that the arclength crosses. The ends of the range are
+            points, at which the branch is cut.
+        """
+        n = len(last.state)
+        guess = begin + ds * last.tangent
+        crossed = [
+            p
+            for p in (*self.limits, 0.0, 1.0)
+            if min(last.p, guess[n]) < p < max(last.p, guess[n])
+        ]
+        if not crossed:
+            return guess, last.tangent, None
+        limit = min(crossed, key=lambda p: abs(p - last.p))
+        guess = begin + (limit - last.p) / (guess[n] - last.p) * ds * last.tangent
+        return guess, np.eye(n + 1)[n], limit
+
     def step(self, last: Point, ds: float) -> tuple[Point, int] | None:
         """Return the next point of a branch and its Newton steps; None if it is not found.
 
@@ -716,29 +750,19 @@ class Continuation:
         ds : float
             Arclength of the step, scaled.
         """
-        n, scale = len(last.state), self.scale_at(last)
-        begin, normal = last.coordinates / scale, last.tangent
-        guess = begin + ds * last.tangent
-        # The ends of the range are points, at which the branch is cut.
-        crossed = [
-            p
-            for p in (*self.limits, 0.0, 1.0)
-            if min(last.p, guess[n]) < p < max(last.p, guess[n])
-        ]
-        if crossed:
-            limit = min(crossed, key=lambda p: abs(p - last.p))
-            guess = begin + (limit - last.p) / (guess[n] - last.p) * ds * last.tangent
-            normal = np.eye(n + 1)[n]
-        corrected = self.correct(guess, normal, scale, last.repetition)
+        scale = self.scale_at(last)
+        begin = last.coordinates / scale
+        guess, normal, limit = self.predictor(last, ds, begin)
+        corrected = self.corrector(guess, normal, scale, last.repetition)
         if corrected is None:
             return None
         point, newton_steps = corrected
-        if crossed:
+        if limit is not None:
             point = point._replace(p=limit)
         move = point.coordinates / scale - begin
         length = float(np.linalg.norm(move))
         least, most = (ratio * ds for ratio in STEP_RATIOS)
-        if not (crossed or least < length < most) or not self.is_within(point.p):
+        if (limit is None and not least < length < most) or not self.is_within(point.p):
             return None
         point = point.along(move)
         cosines = [float(move @ one.tangent) for one in (last, point)]
@@ -774,7 +798,7 @@ class Continuation:
             if not keeps_sense(last, ahead):
                 direction = -direction
             guess = begin + size * direction
-            corrected = self.correct(guess, direction, scale, last.repetition)
+            corrected = self.corrector(guess, direction, scale, last.repetition)
             if corrected is None or not self.is_within(corrected[0].p):
                 continue
             point, newton_steps = corrected
@@ -873,7 +897,7 @@ class Continuation:
         def slope(point: Point) -> float:
             scale = self.scale_at(point)
             guess = point.coordinates / scale + 1e-6 * point.tangent
-            found = self.correct(guess, point.tangent, scale, point.repetition)
+            found = self.corrector(guess, point.tangent, scale, point.repetition)
             return math.nan if found is None else det_J_plus_I(found[0]) - det_J_plus_I(point)
 
         for one, other in ((first, middle), (middle, last)):
@@ -895,7 +919,7 @@ class Continuation:
 
         def value(share: float) -> float:
             if share not in best:
-                found = self.correct(a + share * (b - a), chord, scale, repetition)
+                found = self.corrector(a + share * (b - a), chord, scale, repetition)
                 if found is None:
                     raise ArithmeticError
                 best[share] = found[0].along(chord)
@@ -969,7 +993,7 @@ class Continuation:
         direction /= np.linalg.norm(direction)
         for offset in SWITCH_OFFSETS:
             guess, repetition = begin + offset * direction, bifurcation.repetition.doubled
-            found = self.correct(guess, direction, scale, repetition)
+            found = self.corrector(guess, direction, scale, repetition)
             if found is None or not self.is_within(found[0].p):
                 continue
             away = (found[0].state - bifurcation.state) / scale[:n]
