@@ -169,10 +169,9 @@ def find_orbit_by_marching(
 
     Notes
     -----
-    The motion is followed as it is in two cases. A contact that holds throughout a repetition
-    keeps the position at which it last yielded, which no step determines; so the motion is
-    marched again until the contact holds, without steps. Where steps lead to no orbit, the
-    motion is marched from the start without them.
+    A contact that holds throughout a repetition keeps the position at which it last yielded,
+    which no step determines; so the motion is marched again until the contact holds, without
+    steps.
     """
     convergence = OrbitConvergence(closure_tolerance(law))
     orbit, events = march_to_orbit(plant, law, motion, start, period, convergence)
@@ -180,9 +179,6 @@ def find_orbit_by_marching(
         convergence = OrbitConvergence(
             closure_tolerance(law), quiet_repetitions=CHANGES_PER_EXTRAPOLATION
         )
-        orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
-    if convergence.moved and not orbit.settled:
-        convergence = OrbitConvergence(closure_tolerance(law), quiet_repetitions=math.inf)
         orbit, _ = march_to_orbit(plant, law, motion, start, period, convergence)
     return orbit
 
@@ -492,11 +488,11 @@ class OrbitConvergence:
     ----------
     closed : float
         Scaled change over a repetition that counts as zero [-].
-    quiet_repetitions : float, optional
-        Repetitions without events required before a step; infinite for none.
+    quiet_repetitions : int, optional
+        Repetitions without events required before a step.
     """
 
-    def __init__(self, closed: float, quiet_repetitions: float = 0.0) -> None:
+    def __init__(self, closed: float, quiet_repetitions: int = 0) -> None:
         self.closed = closed
         self.quiet_repetitions, self.moved = quiet_repetitions, False
         self.eventless_periods = 0
