@@ -293,7 +293,7 @@ def step_variables(forces, xi, v_r, u_0, u_1):
 
 @inlined
 def turning_bound(forces, dt):
-    """Return two factors of a bound on the dip of |v_r| within a step; infinite for none.
+    """Return two factors of a bound on the dip of |v_r| within a step; 1 for none.
 
     Notes
     -----
@@ -305,7 +305,7 @@ def turning_bound(forces, dt):
     c, w = forces.c, forces.spring + forces.hold
     divisor = 1.0 - c * dt - w * dt * dt / 8.0
     if divisor < MIN_DIVISOR:
-        return math.inf, math.inf
+        return 1.0, 1.0
     factor = dt / 8.0 / divisor
     return factor * (c + w * dt), factor
 
@@ -315,7 +315,8 @@ def keeps_direction(bound, d, v_0, v_1, increment):
     """Return whether v_r provably keeps the direction d between the values at both ends."""
     before, after, rest = d * v_0, d * v_1, bound[1] * abs(increment)
     by_before, by_after = bound[0] * before + rest, bound[0] * after + rest
-    return (before > by_before) & (before > by_after) & (after > by_before) & (after > by_after)
+    above = (before > by_before) & (before > by_after)
+    return (bound[0] < 1.0) & above & (after > by_before) & (after > by_after)
 
 
 @inlined

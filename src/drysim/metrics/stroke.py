@@ -185,23 +185,17 @@ def count_limit_entries(path: Floats, limits: StrokeLimits) -> int:
 
 
 def half_cycle_peaks(path: Floats) -> Floats:
-    """Return the largest |x_r| [m] between consecutive zero crossings, in order.
+    """Return x_r farthest from zero [m] between consecutive zero crossings, in order.
 
     `path` has the extreme points of x_r in order [m].
     """
     moved: Floats = path[path != 0.0]
     if not len(moved):
         return moved
-    changes = np.flatnonzero(np.sign(moved[1:]) != np.sign(moved[:-1])) + 1
+    changes = np.flatnonzero((moved[1:] > 0.0) != (moved[:-1] > 0.0)) + 1
     first = np.concatenate(([0], changes))
-    return np.asarray(np.maximum.reduceat(np.abs(moved), first), dtype=np.float64)
-
-
-def peaks_by_side(path: Floats) -> tuple[Floats, Floats]:
-    """Return the `half_cycle_peaks` of x_r > 0 and of x_r < 0, which alternate [m]."""
-    heights, moved = half_cycle_peaks(path), path[path != 0.0]
-    first, second = heights[::2], heights[1::2]
-    return (first, second) if len(moved) and moved[0] > 0.0 else (second, first)
+    heights = np.maximum.reduceat(np.abs(moved), first)
+    return np.asarray(np.copysign(heights, moved[first]), dtype=np.float64)
 
 
 def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | None:

@@ -30,7 +30,6 @@ from drysim.metrics.stroke import (
     hourly_stroke,
     impacts,
     path_in_window,
-    peaks_by_side,
 )
 
 Metrics = Mapping[str, float | int | None]
@@ -488,10 +487,14 @@ def measure(
     inside = path_in_window(trajectory, window)
     counted = inside if last == end else path_in_window(trajectory, (begin, last))
     whole = path_in_window(trajectory, (0.0, last)) if begin else counted
-    hourly = hourly_stroke(half_cycle_peaks(inside), end - begin) if stationary else None
+    hourly: float | None = None
     by_side: list[float | None] = [None, None]
-    if hourly is not None:
-        by_side = [hourly_stroke(peaks, end - begin, 1) for peaks in peaks_by_side(inside)]
+    if stationary:
+        peaks = half_cycle_peaks(inside)
+        hourly = hourly_stroke(np.abs(peaks), end - begin)
+        if hourly is not None:
+            heights = peaks[peaks > 0.0], -peaks[peaks < 0.0]
+            by_side = [hourly_stroke(one_side, end - begin, 1) for one_side in heights]
     states = trajectory.state(begin), trajectory.state(end)
     totals = trajectory.totals(begin, end)
     x_dd_peak = totals.x_dd_peak

@@ -1,0 +1,163 @@
+"""Integrals of a motion over samples: sums over runs of steps against quadrature of all."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from drysim.approach.scene import empty_columns
+from drysim.approach.stick_slip import StickSlip
+from drysim.core import measure
+from drysim.core.compile import as_engine_array
+from drysim.core.events import Segments
+from drysim.core.measure import GROUPS, SUMS, SampledSolution, divided
+from drysim.core.model import (
+    CoulombLaw,
+    EndStops,
+    PiecewiseLaw,
+    Plant,
+    Samples,
+    State,
+    StrokeLimits,
+)
+from drysim.core.sampled import SampledMotion
+from drysim.core.trajectory import Solution, fill_segments, integrate_segments
+
+STOPS = StrokeLimits(0.02, 0.03)
+
+
+def drawn_law(rng: np.random.Generator) -> CoulombLaw | PiecewiseLaw:
+    """Draw a law of one of the kinds that are solved in closed form."""
+    F = 5.0 * rng.choice([0.0, 0.1, 0.5, 1.0])
+    coulomb = CoulombLaw(F, F * rng.choice([1.0, 1.3]))
+    rigid = coulomb.as_piecewise()
+    soft, e = ((0.0, 4e3), (0.005, 1e4)), rng.uniform(0.0, 0.9)
+    k_t = 10 ** rng.uniform(2.0, 4.5)
+    kinds = (
+        coulomb,
+        rigid._replace(damping=(30.0, 10.0)),
+        rigid._replace(compression=(0.5 * F, 0.6 * F)),
+        rigid._replace(stops=EndStops(STOPS, soft, 20.0)),
+        rigid._replace(stops=EndStops(STOPS, (), 0.0, e)),
+        PiecewiseLaw(F + 1.0, F + 1.0, k_t),
+        PiecewiseLaw(F + 1.0, F + 1.0, k_t)._replace(stops=EndStops(STOPS, soft, 20.0)),
+    )
+    return kinds[rng.integers(len(kinds))]
+
+
+def drawn_trajectory(rng: np.random.Generator, samples: int):
+    """Draw a scene, steps of up to two radians and silent bases included, and solve it."""
+    f_0, xi = 10 ** rng.uniform(-0.5, 1.0), rng.choice([0.0, 0.02, 0.3, 2.0])
+    plant = Plant(5.0, 5.0 * (2 * pi * f_0) ** 2, 2.0 * xi * 5.0 * 2 * pi * f_0)
+    dt = 10 ** rng.uniform(-2.0, 0.3) / (2 * pi * f_0)
+    u_dd = np.convolve(rng.standard_normal(samples), np.ones(rng.integers(1, 9)) / 2.0, "same")
+    u_dd[rng.integers(samples) :] *= rng.choice([0.0, 1.0])
+    start = State(0.01, rng.choice([0.0, 0.1]))
+    law, motion = drawn_law(rng), Samples(u_dd, dt)
+    solved = StickSlip().trajectory(plant, law, motion, start)
+    return getattr(solved, "unstopped", solved)
+
+
+def sampled_solution(trajectory) -> SampledSolution:
+    """Return a trajectory in one block as kernels take it."""
+    block = trajectory.march.block(0)
+    if isinstance(trajectory.law, CoulombLaw):
+        return trajectory.march.solution(block)
+    return SampledSolution(block.scene, block.samples, block.rows)
+
+
+def every_segment(solution: SampledSolution) -> Solution:
+    """Return all segments of a solution, one or more for each step."""
+    scene, samples, rows = solution
+    count = len(scene.u_dd) - 1
+    segments = empty_columns(Segments, count + len(rows.n) + 1)
+    rows = Segments(*map(as_engine_array, rows))
+    samples = SampledMotion(*map(as_engine_array, samples))
+    used = fill_segments(rows, samples, 0, (0, count), segments)
+    return Solution(scene, Segments(*(column[:used] for column in segments)))
+
+
+def compare_with_quadrature(rng: np.random.Generator, samples: int) -> None:
+    """Measure a drawn motion in drawn windows both ways."""
+    trajectory = drawn_trajectory(rng, samples)
+    solution, count, dt = sampled_solution(trajectory), samples - 1, trajectory.motion.dt
+    ends = rng.uniform(0.0, trajectory.end, 2), dt * rng.integers(0, samples, 2)
+    whole, _ = integrate_segments(every_segment(solution), 0.0, trajectory.end, 0.0)
+    for begin, end in ((0.0, trajectory.end), *(np.sort(window).tolist() for window in ends)):
+        steps = min(int(begin / dt), count - 1), min(int(np.ceil(end / dt)), count)
+        sums, peak = measure.measure(solution, steps, (begin, end))
+        expected, highest = integrate_segments(every_segment(solution), begin, end, 0.0)
+        # What is left of a motion that dies out has the rounding of all of it.
+        for one, other, total in zip(sums, expected, whole, strict=True):
+            assert abs(one - other) <= 1e-12 * abs(other) + 1e-13 * abs(total) + 1e-18
+        assert peak == pytest.approx(highest, rel=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_sums_over_runs_are_the_quadrature_of_all_segments(seed):
+    compare_with_quadrature(np.random.default_rng(seed), 150)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 600))
+def test_sums_over_runs_are_the_quadrature_of_all_segments_of_long_motions(seed):
+    compare_with_quadrature(np.random.default_rng(seed), 1500)
+
+
+def sums_by(core, solution: SampledSolution, steps: tuple[int, int]):
+    """Return all that a sum over runs by one of the engines writes."""
+    runs, _ = divided(solution, steps, (0.0, steps[1] * solution.scene.dt))
+    sums, rest, peaks = np.zeros((GROUPS, SUMS)), np.zeros(4), np.empty((2, len(runs.row)))
+    turns = np.empty((2, steps[1]), dtype=np.int64)
+    peaks_of_runs = core.measure.Peaks(*peaks)
+    count = core.measure.sum_runs(solution, runs, peaks_of_runs, sums, rest, tuple(turns))
+    order = np.argsort(turns[1][:count])
+    return sums, rest, peaks, turns[:, :count][:, order]
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_numpy_and_the_kernel_sum_the_same(plain, fast, seed):
+    samples = 150
+    solution = sampled_solution(drawn_trajectory(np.random.default_rng(seed), samples))
+    steps = 0, samples - 1
+    by_numpy, by_kernel = (sums_by(core, solution, steps) for core in (plain, fast))
+    for one, other in zip(by_numpy, by_kernel, strict=True):
+        scale = np.abs(other).max(initial=0.0)
+        assert one == pytest.approx(other, rel=1e-12, abs=1e-13 * scale)
+
+
+def test_a_wrong_state_at_one_sample_changes_the_sums():
+    rng = np.random.default_rng(1)
+    u_dd, plant = rng.standard_normal(150), Plant(5.0, 2000.0, 20.0)
+    trajectory = StickSlip().trajectory(
+        plant, CoulombLaw(0.5, 0.5), Samples(u_dd, 2e-3), State(0.01, 0.0)
+    )
+    solution = sampled_solution(trajectory)
+    window = 0.0, trajectory.end
+    before, _ = measure.measure(solution, (0, 149), window)
+    runs, _ = divided(solution, (0, 149), window)
+    solution.samples.v_r[int(runs.begin[0])] *= 1.001
+    after, _ = measure.measure(solution, (0, 149), window)
+    assert after.v2 != pytest.approx(before.v2, rel=1e-7)
+
+
+def test_only_the_products_that_are_summed_are_needed():
+    """A scene in which every variable of a step differs gives the integrals of its flow."""
+    c, w, dt = 3.0, 400.0, 0.01
+    squares, distance = measure.step_forms(c, w, dt)
+    rng = np.random.default_rng(5)
+    x_r, v_r, f, u_0, u_1 = rng.standard_normal(5)
+    forces = measure.RunForces(1.0, 0.0, 0.0, c, w, 0.0, f, 1.0)
+    variables = np.array(measure.step_variables(forces, x_r, v_r, u_0, u_1))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    s, weights = 0.5 * dt * (nodes + 1.0), 0.5 * dt * weights
+    y, y_d, Y, YY = np.array([measure.flow(c, w, at) for at in s]).T
+    p, r = -u_0 - f - w * x_r, (u_0 - u_1) / dt
+    x, v = x_r + v_r * y + p * Y + r * YY, v_r * y_d + p * y + r * Y
+    u, x_dd = u_0 - r * s, -(c * v + w * x + f)
+    expected = [weights @ product for product in (x * x, v * v, x_dd * x_dd, u * v)]
+    products = variables[list(measure.FIRST)] * variables[list(measure.SECOND)]
+    assert squares @ products == pytest.approx(expected, rel=1e-12)
+    assert distance @ variables[1:4] == pytest.approx(weights @ v, rel=1e-12)
