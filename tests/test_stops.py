@@ -176,8 +176,8 @@ def test_no_work_is_done_on_stops_that_are_not_there():
     assert totals.stop_work == 0.0
 
 
-@pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
-def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
+def test_stops_beyond_reach_leave_every_bit_of_a_motion_under_sines_as_it_is():
+    motion = sine(2.5, 1.6)
     bare = solved(CoulombLaw(45.0, 54.0), motion, duration=2.9)
     law = stopped_law(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
     far = solved(law, motion, duration=2.9)
@@ -185,6 +185,19 @@ def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
     assert (far.x_dd == bare.x_dd).all()
     assert far.numerics.core == bare.numerics.core
     assert "never reached" in far.numerics.why
+    assert not far.F_stop.any()
+    assert measure(far.trajectory, (0.0, 2.9), far.law.stops.limits)["contacts"] == 0
+
+
+@pytest.mark.parametrize("law", [{"e": 0.5}, {"k_s": 3e4, "b_s": 40.0}], ids=["rigid", "soft"])
+def test_stops_beyond_reach_change_a_motion_over_samples_by_rounding_only(law):
+    bare = solved(CoulombLaw(45.0, 54.0), NOISE)
+    peak = float(np.abs(bare.x_r).max())
+    far = solved(stopped_law(45.0, 54.0, 1.01 * peak, **law), NOISE)
+    assert np.abs(far.x_r - bare.x_r).max() < 1e-14 * peak
+    assert np.abs(far.x_dd - bare.x_dd).max() < 1e-12 * float(np.abs(bare.x_dd).max())
+    assert (far.events.kind == bare.events.kind).all()
+    assert np.abs(far.events.t - bare.events.t).max() < 1e-11
     assert not far.F_stop.any()
     assert measure(far.trajectory, (0.0, 2.9), far.law.stops.limits)["contacts"] == 0
 

@@ -1,8 +1,8 @@
 """Exact solution of a scene by the algorithm that `SOLVERS` has for it.
 
-A scene with end stops is first solved without them, which is faster. If x_r stays between the
-stops, this solution is exact for the scene with stops as well. x_r is compared at the extreme
-points of the path, so that no contact is missed.
+Under sines a scene with end stops is first solved without them, which is faster. If x_r stays
+between the stops, this solution is exact for the scene with stops as well. x_r is compared at
+the extreme points of the path, so that no contact is missed.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def compute_trajectory(
     Parameters and errors as in `solve`.
     """
     scene = plant, law, motion, start, duration
-    if isinstance(law, PiecewiseLaw) and law.stops is not None:
+    if isinstance(motion, Sines) and isinstance(law, PiecewiseLaw) and law.stops is not None:
         unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
         if not reaches_stops(unstopped, law.stops):
             return UnreachedStopsTrajectory(law, unstopped)

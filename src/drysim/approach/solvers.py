@@ -75,7 +75,7 @@ SOLVERS = (
     ),
     Solver(
         "bounded",
-        "end stops: closed form from event to event; solved without stops if none is hit",
+        "end stops: closed form from event to event",
         "piecewise",
         SHAW_HOLMES,
         lambda law, _: law.stops is not None,

@@ -1132,9 +1132,9 @@ def advance_whole_steps(scene, until, state, constants, steps, samples):
     if mode.direction == AT_REST:
         rest = resting_mass(plant, law, mode, x_0, xi)
         samples.x_r[n] = xi
-        if wall_side(law, mode, xi) != 0:
-            return advance_rest(rest, u_dd, (n, until), samples, 0.0)[0], closest
-        return advance_rest(rest, u_dd, (n, until), samples, closest)
+        decides = wall_side(law, mode, xi) == 0
+        n, least = advance_rest(rest, u_dd, (n, until), samples, closest if decides else 0.0)
+        return n, least if decides else closest
     if not moves_freely(law, mode, v_r):
         return n, closest
     index, f, contact, end_stop, grazing = constants
