@@ -414,8 +414,11 @@ def friction_and_stop_forces(plant, law, state, u_dd, load):
 
 LIMIT_TOLERANCE = 1e-14
 """Relative distance from its limit below which a contact that starts is at its limit: some 50
-units of rounding of x_r - x_0, which is a difference of two numbers of a file or of an orbit.
-Unlike `RATE_TOLERANCE` it compares positions."""
+units of rounding of x_r - x_0, a difference of two numbers of a file or of an orbit."""
+
+REACHED_TOLERANCE = 1e-12
+"""The same for a contact that a march has brought to its limit: x_0 was reset at an event,
+whose place is a sum over waves and has lost some more digits."""
 
 
 @compiled
@@ -464,7 +467,7 @@ def initial_piecewise_state(plant, law, waves, base, x_r, v_r, x_0):
 def limit_side(law, stretch, load):
     """Return the side at whose limit an elastic contact is, to within rounding, or 0."""
     x_limit = law.up.F_fk * load / law.k_t
-    return sign(stretch) if abs(stretch) >= x_limit * (1.0 - RATE_TOLERANCE) else 0
+    return sign(stretch) if abs(stretch) >= x_limit * (1.0 - REACHED_TOLERANCE) else 0
 
 
 @inlined
@@ -538,8 +541,7 @@ def rest_margin(law, mode, xi, F_L, load):
 
 RATE_TOLERANCE = 1e-12
 """Relative difference of two rates, those of stretch and limit, that counts as rounding: a
-contact at its limit stays there. A rate is a sum over waves and loses more digits than a
-position."""
+contact at its limit stays there. A rate is a sum over waves that may cancel."""
 
 
 class Hold(NamedTuple):
