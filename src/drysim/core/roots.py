@@ -708,7 +708,7 @@ def stick_exit_time(stuck, waves, side, begin, h):
         elif curvature == 0.0:
             step = NEVER if G_d >= 0.0 else 0.0
         else:
-            step = step_off_zero(G_d, G_dd, curvature, third)
+            step = safe_step_from_zero(G_d, G_dd, curvature, third)
         if s + step > h:
             margin = margin_until(stuck, waves, side, (s, G, G_d, curvature), h)
             return NEVER, min(low, margin), h if margin < low else near
@@ -723,7 +723,7 @@ def stick_exit_time(stuck, waves, side, begin, h):
             low = 0.0
             if break_away_margin(stuck, waves, side, s + step)[0] < 0.0:
                 break
-            step += step_off_zero(0.0, G_dd, curvature, third)
+            step += safe_step_from_zero(0.0, G_dd, curvature, third)
         last, rate = s, G_d
         s += step
     if waves.base > 0 and G_d < 0.0 < G_dd:
@@ -850,10 +850,10 @@ def one_sine_exit_time(stuck, waves, side, h):
 
 
 @compiled
-def step_off_zero(rate, curvature, curvature_bound, third_bound):
-    """Return half a step within which a function that is zero now provably stays above zero.
+def safe_step_from_zero(rate, curvature, curvature_bound, third_bound):
+    """Return a step up to which a function that is 0 at 0 is proved positive after 0.
 
-    Zero or less if the function does not increase.
+    It is half the bound; 0 or less if the function does not increase.
     """
     by_rate = rate / curvature_bound if rate > 0.0 else 0.0
     by_curvature = 0.0
