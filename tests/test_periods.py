@@ -210,3 +210,36 @@ def test_branches_of_a_motion_that_swings_are_one_stable_branch():
     # By an integrator of high order with events, and central differences.
     expected = pytest.approx([-0.76551403, -0.75157517], abs=1e-7)
     assert sorted(branch.multipliers[0].real) == expected
+
+
+# A scene that begins later, and as a row of numbers.
+
+
+def forcing(scene: PeriodicScene, t: np.ndarray) -> np.ndarray:
+    """Return ü [m/s²] and the relative normal force [-] at some times [s]."""
+    u_dd = sum(
+        A * np.sin(math.tau * f * t + phase) for A, f, phase in zip(*scene.motion, strict=True)
+    )
+    law = scene.law
+    load = law.variation and law.variation * np.sin(law.omega * t + law.phase)
+    return np.array([u_dd, load + np.zeros_like(t)])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_delay_of_whole_periods_changes_nothing_and_of_a_part_shifts_the_forcing(kind):
+    for seed in range(8):
+        scene = draw_steady_scene(kind, seed).scene
+        assert scene.delayed(3.0) == scene
+        share = float(np.random.default_rng(seed).uniform(-2.0, 2.0))
+        t = np.linspace(0.0, scene.period, 9)
+        later = forcing(scene, t + share * scene.period)
+        size = sum(scene.motion.A) + scene.law.variation
+        assert np.abs(forcing(scene.delayed(share), t) - later).max() < 1e-13 * size
+
+
+@pytest.mark.parametrize("kind", ["coulomb", "load"])
+def test_a_row_of_numbers_is_the_scene_it_was_made_of(kind):
+    for seed in range(8):
+        scene, start = draw_steady_scene(kind, seed)
+        row = coulomb.scene_row(scene.plant, scene.law, scene.motion, start, scene.period)
+        assert PeriodicScene.from_row(row) == scene
