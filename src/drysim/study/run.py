@@ -6,7 +6,7 @@ unless they are frequency-weighted.
 
 A scenario that measures the steady state needs a periodic orbit. The exact approach computes
 it directly (`core.orbit`). A fixed-step approach has an orbit of its own nearby: it marches
-from the exact one until its motion repeats (`march_to_orbit`).
+from the exact one until its motion repeats (`fixed_step_orbit`).
 """
 
 from __future__ import annotations
@@ -473,13 +473,15 @@ def periodic_orbit(case: Case, start: AnyState) -> tuple[Orbit, float]:
         return find_orbit(case.plant, law, motion, start, period), case.step
     step = dividing_step(case.step, period)
     exact = find_orbit(case.plant, case.law, motion, start, period)
-    return march_to_orbit(
+    return fixed_step_orbit(
         case, exact.state, step, period, max(PERIODS_PER_BURST, exact.periods)
     ), step
 
 
-def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst: int) -> Orbit:
-    """March from the exact orbit to the periodic orbit of a fixed-step approach.
+def fixed_step_orbit(
+    case: Case, state: AnyState, dt: float, period: float, burst: int
+) -> Orbit:
+    """Return the periodic orbit of a fixed-step approach, marched from the exact orbit.
 
     Parameters
     ----------
