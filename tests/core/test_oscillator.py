@@ -69,6 +69,50 @@ def test_flow_and_wave_are_right_to_rounding_in_every_regime(
     assert cosine == pytest.approx(math.cos(omega * s), abs=1e-15 * turns)
 
 
+def derivative_of_exponential(A: mp.matrix, E: mp.matrix) -> mp.matrix:
+    """Return the derivative of exp(A) in direction E: a block of a larger exponential."""
+    n = A.rows
+    both = mp.matrix(2 * n)
+    for i in range(n):
+        for j in range(n):
+            both[i, j] = both[n + i, n + j] = A[i, j]
+            both[i, n + j] = E[i, j]
+    return mp.expm(both)[:n, n:]
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("s", LENGTHS)
+def test_derivatives_of_flow_and_wave_are_right_in_every_regime(
+    kernel: SimpleNamespace, regime: str, s: float
+) -> None:
+    c, w = REGIMES[regime]
+    if (c + math.sqrt(w)) * s > 300.0:
+        pytest.skip("the reference itself would take minutes")
+    omega = math.sqrt(w) or 3.0
+    *flow, z, z_d, Z, ZZ = kernel.oscillator.flow_and_slope(c, w, s)
+    assert tuple(flow) == kernel.oscillator.flow(c, w, s)
+    found = kernel.oscillator.wave_response(c, w, omega, s)
+    with mp.workdps(40):
+        A, by_w = mp.matrix(4), mp.matrix(4)
+        A[0, 1], A[1, 0], A[1, 1], A[1, 2], A[2, 3] = s, -w * s, -c * s, s, s
+        by_w[1, 0] = -s
+        slope = derivative_of_exponential(A, by_w)
+        expected = [slope[0, 1], slope[1, 1], slope[0, 2], slope[0, 3]]
+        A[2, 3], A[2, 2] = 0, mp.mpc(0, omega * s)
+        by_omega = mp.matrix(4)
+        by_omega[2, 2] = mp.mpc(0, s)
+        for matrix in (
+            mp.expm(A),
+            derivative_of_exponential(A, by_w),
+            derivative_of_exponential(A, by_omega),
+        ):
+            expected += [matrix[0, 2], matrix[1, 2]]
+    sizes = [s**3, s**2, s**4, s**5, s**2, s, s**4, s**3, s**3, s**2]
+    for value, right, size in zip((z, z_d, Z, ZZ, *found), expected, sizes, strict=True):
+        error = abs(complex(value) - complex(right))
+        assert error <= 1e-11 * abs(complex(right)) + 1e-15 * size
+
+
 def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
     c, w, s = 6.7, 100.0, 0.37
     y, y_d, Y, _ = kernel.oscillator.flow(c, w, s)

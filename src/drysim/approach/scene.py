@@ -208,7 +208,7 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
         For a combination that is not modelled: an elastic contact would yield while its mass
         rests against a rigid stop.
     """
-    if law.is_elastic and law.varies and law.stops is not None and law.stops.rigid:
+    if law.stops is not None and law.stops.rigid and law.is_elastic and law.varies:
         raise UsageError(
             "an elastic contact under a varying normal force does not go with rigid stops",
             "use bumpers",

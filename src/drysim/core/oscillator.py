@@ -112,6 +112,68 @@ def flow(c, w, s):
 
 
 @compiled
+def flow_and_slope(c, w, s):
+    """Return `flow` and its derivative with respect to w.
+
+    Parameters
+    ----------
+    c, w, s : float
+        As in `flow`.
+
+    Returns
+    -------
+    y, y_d, Y, YY : float
+        As from `flow`.
+    z, z_d, Z, ZZ : float
+        Their derivatives [s³, s², s⁴, s⁵].
+
+    Notes
+    -----
+    Every line of `flow` is differentiated. z'' + c z' + w z = -y, so that z_d is also the slope
+    of z. Derivatives with respect to c need no more: those of y, y_d, Y and YY are z_d, its
+    slope -(y + c z_d + w z), z and Z.
+    """
+    rate = (c + math.sqrt(w)) * s
+    doublings = 0
+    h = s
+    while rate > SHORT_SEGMENT:
+        rate *= 0.5
+        h *= 0.5
+        doublings += 1
+    ch = c * h
+    wh = w * h * h
+    q_before, q, p_before, p = 0.0, 1.0, 0.0, 0.0
+    second, third, second_w, third_w = 0.0, 0.0, 0.0, 0.0
+    for n in range(1, series_terms(rate)):
+        second += q * INVERSE_FACTORIAL[n + 2]
+        third += q * INVERSE_FACTORIAL[n + 3]
+        second_w += p * INVERSE_FACTORIAL[n + 2]
+        third_w += p * INVERSE_FACTORIAL[n + 3]
+        p, p_before = -(ch * p + q_before + wh * p_before), p
+        q, q_before = -(ch * q + wh * q_before), q
+    # Derivatives of the series are with respect to w h².
+    square = h * h
+    YY, ZZ = second * h * h * h, second_w * square * square * h
+    Y = square * (0.5 - ch * second - wh * third)
+    Z = -square * square * (ch * second_w + third + wh * third_w)
+    y, z = h - c * Y - w * YY, -(c * Z + YY + w * ZZ)
+    y_d, z_d = 1.0 - c * y - w * Y, -(c * z + Y + w * Z)
+    for _ in range(doublings):
+        if c * y > OVERDAMPED_CY:
+            x_x, x_w = 1.0 - w * Y, -(Y + w * Z)
+        else:
+            x_x, x_w = y_d + c * y, z_d + c * z
+        ZZ = ZZ * (1.0 + x_x) + YY * x_w + Z * (h + y) + Y * z
+        YY = YY * (1.0 + x_x) + Y * (h + y)
+        Z = Z * (1.0 + x_x) + Y * x_w + 2.0 * y * z
+        Y = Y * (1.0 + x_x) + y * y
+        z_d, z = 2.0 * (y_d * z_d - w * y * z) - y * y, z * (x_x + y_d) + y * (x_w + z_d)
+        y_d, y = y_d * y_d - w * y * y, y * (x_x + y_d)
+        h *= 2.0
+    return y, y_d, Y, YY, z, z_d, Z, ZZ
+
+
+@compiled
 def series_terms(rate):
     """Return the number of series terms for double precision at (c + √w)·length = rate.
 
@@ -182,6 +244,82 @@ def sine_response(c, w, omega, s, y, y_d):
         phasor.imag / omega,
         phasor.real,
     )
+
+
+class WaveResponse(NamedTuple):
+    """Response from rest to exp(i omega s) as force per mass, and its derivatives.
+
+    Attributes
+    ----------
+    x, v : complex
+        Displacement [s²] and velocity [s].
+    x_w, v_w : complex
+        Their derivatives with respect to w [s⁴, s³]; those with respect to c are v_w and its
+        slope, -(x + c v_w + w x_w).
+    x_omega, v_omega : complex
+        Their derivatives with respect to omega [s³, s²].
+    """
+
+    x: complex
+    v: complex
+    x_w: complex
+    v_w: complex
+    x_omega: complex
+    v_omega: complex
+
+
+@compiled
+def wave_response(c, w, omega, s):
+    """Return the `WaveResponse` at s [s]; parameters as in `sine_response`.
+
+    Notes
+    -----
+    As in `flow`, a short segment is summed as a power series; a long one is halved until it is
+    short, and rebuilt: the response over both halves is the free motion over the second half
+    after the response over the first, plus this response again, turned by the phase.
+    """
+    rate = (c + math.sqrt(w) + omega) * s
+    doublings = 0
+    h = s
+    while rate > SHORT_SEGMENT:
+        rate *= 0.5
+        h *= 0.5
+        doublings += 1
+    x, v = complex(0.0, 0.0), complex(0.0, 0.0)
+    x_w, v_w, x_omega, v_omega = x, v, x, v
+    # Derivatives of order n and n + 1: of the response and of its derivatives, at 0.
+    a, b, a_w, b_w, a_omega, b_omega = x, v, x, v, x, v
+    push, push_omega, power = complex(1.0, 0.0), complex(0.0, 0.0), 1.0
+    for n in range(series_terms(rate) + 2):
+        factor = power * INVERSE_FACTORIAL[n]
+        x, v = x + a * factor, v + b * factor
+        x_w, v_w = x_w + a_w * factor, v_w + b_w * factor
+        x_omega, v_omega = x_omega + a_omega * factor, v_omega + b_omega * factor
+        a_w, b_w = b_w, -(a + c * b_w + w * a_w)
+        a, b = b, push - (c * b + w * a)
+        a_omega, b_omega = b_omega, push_omega - (c * b_omega + w * a_omega)
+        push, push_omega = (
+            complex(-omega * push.imag, omega * push.real),
+            complex(-push.imag - omega * push_omega.imag, push.real + omega * push_omega.real),
+        )
+        power *= h
+    for _ in range(doublings):
+        y, y_d, Y, _, z, z_d, Z, _ = flow_and_slope(c, w, h)
+        x_x, v_x = 1.0 - w * Y, -w * y
+        x_xw, v_xw = -(Y + w * Z), -(y + w * z)
+        turn = complex(math.cos(omega * h), math.sin(omega * h))
+        turned = complex(0.0, h) * turn
+        x_w, v_w = (
+            x_xw * x + z * v + x_x * x_w + y * v_w + turn * x_w,
+            v_xw * x + z_d * v + v_x * x_w + y_d * v_w + turn * v_w,
+        )
+        x_omega, v_omega = (
+            x_x * x_omega + y * v_omega + turn * x_omega + turned * x,
+            v_x * x_omega + y_d * v_omega + turn * v_omega + turned * v,
+        )
+        x, v = x_x * x + y * v + turn * x, v_x * x + y_d * v + turn * v
+        h *= 2.0
+    return WaveResponse(x, v, x_w, v_w, x_omega, v_omega)
 
 
 @compiled
