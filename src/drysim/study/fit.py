@@ -13,8 +13,8 @@ Method
        change while each parameter varies by a step; over these the residuals are smooth. The
        step shrinks from 3 % to the uncertainty of the parameters.
     4. `scipy.optimize.least_squares` does each fit, robust against outliers at first. The
-       derivatives are central differences: the motion is exact to rounding, and so their error
-       is about 1e-9 at a step of 1e-5.
+       derivatives are those of the variational equation (`core.variational`), in one pass over
+       the motion. Those of a law without a closed form are central differences.
     5. Where another value of one parameter has a lower sum of squares, or the residuals exceed
        the noise of the signals, fits from neighbouring values look for a better solution.
     6. Intervals from the covariance at the solution, and from the profile: the parameter is
@@ -35,7 +35,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,7 @@ from drysim.study.fit_model import (
     FreeParameter,
     Measurement,
     Prediction,
+    Solved,
     build_model,
     fitted_end,
     is_decay,
@@ -70,6 +71,8 @@ from drysim.system import map_in_order, worker_count
 from drysim.wording import format_number, format_unit, join_words
 
 Mask = NDArray[np.bool_]
+
+Found = TypeVar("Found")
 
 COARSE_STEP = 1e-2
 """Relative step of the derivatives in the coarse fit."""
@@ -424,16 +427,82 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def jacobian(
-    function: Callable[[Floats], Floats], x: Floats, h: float, bounds: Bounds
+class Differentiable(NamedTuple):
+    """Function of scaled parameters, and its derivatives where they are known.
+
+    Attributes
+    ----------
+    value : callable
+        Returns an array of shape (n,).
+    slopes : callable
+        Returns the derivatives, shape (n, p); None where they are not known in closed form.
+    """
+
+    value: Callable[[Floats], Floats]
+    slopes: Callable[[Floats], Floats | None]
+
+    def of(self, x: Floats, part: list[int]) -> Differentiable:
+        """Return the function of some of the parameters; the others are those of x."""
+
+        def complete(some: Floats) -> Floats:
+            whole = x.copy()
+            whole[part] = some
+            return whole
+
+        def slopes(some: Floats) -> Floats | None:
+            found = self.slopes(complete(some))
+            return None if found is None else found[:, part]
+
+        return Differentiable(lambda some: self.value(complete(some)), slopes)
+
+    def jacobian(self, x: Floats, h: float, bounds: Bounds) -> Floats:
+        """Return the derivatives, if need be by differences with a relative step.
+
+        Differences also replace what is negligible: at its bound the effect of a parameter may
+        begin with the square, as that of a static limit equal to kinetic friction.
+        """
+        slopes, every = self.slopes(x), np.arange(len(x))
+        if slopes is None:
+            slopes = differences(self.value, x, h, bounds, every)
+        elif len(null := negligible_columns(slopes)):
+            slopes[:, null] = differences(self.value, x, h, bounds, null)
+        slopes[:, negligible_columns(slopes)] = 0.0  # rounding, which would move them far
+        return slopes
+
+
+def negligible_columns(slopes: Floats) -> NDArray[np.intp]:
+    """Return the indices of derivatives that are 0 or rounding."""
+    norms = np.linalg.norm(slopes, axis=0)
+    return np.flatnonzero(norms <= NULL_SHARE * norms.max())
+
+
+def remember_last(function: Callable[[Floats], Found]) -> Callable[[Floats], Found]:
+    """Return a function that keeps its last result: `least_squares` asks for it once more."""
+    latest: list[tuple[Floats, Found]] = []
+
+    def remembered(x: Floats) -> Found:
+        if not latest or not np.array_equal(latest[0][0], x):
+            latest[:] = [(x.copy(), function(x))]
+        return latest[0][1]
+
+    return remembered
+
+
+def differences(
+    function: Callable[[Floats], Floats],
+    x: Floats,
+    h: float,
+    bounds: Bounds,
+    parameters: NDArray[np.intp],
 ) -> Floats:
-    """Return the derivatives by central differences with a relative step, within bounds.
+    """Return the derivatives by some parameters, as central differences within bounds.
 
     The motion jumps where a stop is just made or just missed. With such a jump on one side of
     x the derivative is that of the other side.
     """
     columns, here = [], function(x)
-    for j, step in enumerate(h * sizes(x)):
+    for j in parameters.tolist():
+        step = h * float(sizes(x)[j])
         ends = np.array([x, x])
         ends[:, j] = min(x[j] + step, bounds[1][j]), max(x[j] - step, bounds[0][j])
         up, down = ends[0, j] - x[j], x[j] - ends[1, j]
@@ -445,14 +514,11 @@ def jacobian(
             if max(squares) > JUMP**2 * min(squares):
                 slope = sides[int(np.argmin(squares))]
         columns.append(slope)
-    slopes = np.stack(columns, axis=1)
-    norms = np.linalg.norm(slopes, axis=0)
-    slopes[:, norms <= NULL_SHARE * norms.max()] = 0.0  # rounding, which would move them far
-    return slopes
+    return np.stack(columns, axis=1)
 
 
 def minimise(
-    function: Callable[[Floats], Floats],
+    function: Differentiable,
     x: Floats,
     h: float,
     bounds: Bounds,
@@ -464,12 +530,12 @@ def minimise(
 
     Parameters
     ----------
-    function : callable
-        Residuals at scaled parameters.
+    function : Differentiable
+        Residuals.
     x : ndarray, shape (p,)
         Start.
     h : float
-        Relative step of the derivatives.
+        Relative step of differences.
     bounds : tuple of ndarray
     calls : int
         Largest number of evaluations, without those for derivatives.
@@ -482,30 +548,24 @@ def minimise(
 
     margin = 1e-10 * np.maximum(1.0, np.abs(x))
     x = np.clip(x, bounds[0] + margin, bounds[1] - margin)
-    first = jacobian(function, x, h, bounds)
+    first = function.jacobian(x, h, bounds)
     # A parameter without effect makes the problem singular and its steps short.
     active = np.flatnonzero(first.any(axis=0))
     if not len(active):
         return x
-
-    def complete(some: Floats) -> Floats:
-        whole = x.copy()
-        whole[active] = some
-        return whole
+    start, few = x[active], function.of(x, active.tolist())
+    few_bounds = bounds[0][active], bounds[1][active]
 
     def derivatives(some: Floats) -> Floats:
-        at = complete(some)
-        slopes = first if np.array_equal(at, x) else jacobian(function, at, h, bounds)
-        return slopes[:, active]
-
-    def residuals(some: Floats) -> Floats:
-        return function(complete(some))
+        if np.array_equal(some, start):
+            return first[:, active]
+        return few.jacobian(some, h, few_bounds)
 
     found = least_squares(
-        residuals,
-        x[active],
+        few.value,
+        start,
         jac=derivatives,
-        bounds=(bounds[0][active], bounds[1][active]),
+        bounds=few_bounds,
         loss="linear" if robust is None else "cauchy",
         f_scale=robust or 1.0,
         max_nfev=calls,
@@ -513,7 +573,9 @@ def minimise(
         ftol=tolerance,
         gtol=1e-15,
     )
-    return complete(found.x)
+    solution = x.copy()
+    solution[active] = found.x
+    return solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -569,15 +631,37 @@ class LeastSquares:
         low, high = self.model.bounds
         return low / self.scale, high / self.scale
 
+    def solve(self, x: Floats) -> Solved | None:
+        """Return the motion at scaled parameters."""
+        return self.model.solve(np.clip(x * self.scale, *self.model.bounds), self.end)
+
     def predict(self, x: Floats) -> Prediction | None:
         """Return the computed channels at scaled parameters."""
-        return self.model.predict(np.clip(x * self.scale, *self.model.bounds), self.end)
+        solved = self.solve(x)
+        return None if solved is None else solved.prediction(self.model.compared)
+
+    def slopes(self, solved: Solved | None, names: tuple[str, ...]) -> dict[str, Floats] | None:
+        """Return the derivatives of channels by the scaled parameters, shape (p, n).
+
+        None where they are not known in closed form, or not finite.
+        """
+        if solved is None:
+            return None
+        found = solved.slopes(sizes(solved.values / self.scale) * self.scale, names)
+        if found is None or not all(np.isfinite(one).all() for one in found.values()):
+            return None
+        covers = solved.places.covers
+        return {name: one * self.scale[:, None] * covers for name, one in found.items()}
 
     def differences(self, x: Floats) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
-        found = self.predict(x)
-        if found is None:
+        return self.differences_of(self.solve(x))
+
+    def differences_of(self, solved: Solved | None) -> dict[str, Floats]:
+        """Return `differences` of a motion."""
+        if solved is None:
             return {name: 10.0 * np.abs(one) + 1.0 for name, one in self.measured.items()}
+        found = solved.prediction(self.model.compared)
         return {
             name: np.where(found.covers, found.channels[name] - one, 0.0)
             for name, one in self.measured.items()
@@ -589,20 +673,59 @@ class LeastSquares:
 
     def residuals(self, x: Floats, mask: Mask) -> Floats:
         """Return the residuals of the selected samples in units of the noise."""
-        differences = self.differences(x).items()
+        return self.residuals_of(self.solve(x), mask)
+
+    def residuals_of(self, solved: Solved | None, mask: Mask) -> Floats:
+        """Return `residuals` of a motion."""
+        differences = self.differences_of(solved).items()
         return np.concatenate(
             [self.centred(one, mask)[mask] / self.noise[name] for name, one in differences]
         )
 
-    def integrated(self, x: Floats) -> Floats:
-        """Return residuals without jumps: of velocities instead of accelerations.
+    def over(self, mask: Mask) -> Differentiable:
+        """Return the residuals of the selected samples as a function."""
+        solve = remember_last(self.solve)
 
-        They are relative to the signal, and of fewer samples, as velocities are smooth.
+        def slopes(x: Floats) -> Floats | None:
+            found = self.slopes(solve(x), self.model.compared)
+            if found is None:
+                return None
+            columns = []
+            for name, rows in found.items():
+                chosen = rows[:, mask]
+                if self.model.has_offset:
+                    chosen -= chosen.mean(axis=1, keepdims=True)
+                columns.append(chosen / self.noise[name])
+            return np.concatenate(columns, axis=1).T
+
+        return Differentiable(lambda x: self.residuals_of(solve(x), mask), slopes)
+
+    @property
+    def integrated(self) -> Differentiable:
+        """Residuals without jumps: of velocities instead of accelerations.
+
+        They are relative to the signal, and of fewer samples, as velocities are smooth. The
+        derivatives of velocities contain what the shifts of the jumps contribute.
         """
-        differences = self.differences(x).items()
-        return np.concatenate(
-            [self.smoothed(one, name) / self.smooth_sizes[name] for name, one in differences]
-        )
+        solve, names = remember_last(self.solve), self.model.compared
+        sources = {name: "v_r" if name == "x_dd" else name for name in names}
+
+        def value(x: Floats) -> Floats:
+            found = self.differences_of(solve(x))
+            smooth = {name: self.smoothed(one, name) for name, one in found.items()}
+            return np.concatenate([smooth[name] / self.smooth_sizes[name] for name in names])
+
+        def slopes(x: Floats) -> Floats | None:
+            found = self.slopes(solve(x), tuple(sources.values()))
+            if found is None:
+                return None
+            columns = []
+            for name in names:
+                rows = [self.smoothed(row, name, True) for row in found[sources[name]]]
+                columns.append(np.array(rows) / self.smooth_sizes[name])
+            return np.concatenate(columns, axis=1).T
+
+        return Differentiable(value, slopes)
 
     @cached_property
     def smooth_sizes(self) -> dict[str, float]:
@@ -613,12 +736,16 @@ class LeastSquares:
             found[name] = float(self.smoothed(relative, name).std()) or 1.0
         return found
 
-    def smoothed(self, values: Floats, name: str) -> Floats:
-        """Return a series of a channel at fewer samples, an acceleration as a velocity."""
+    def smoothed(self, values: Floats, name: str, integrated: bool = False) -> Floats:
+        """Return a series of a channel at fewer samples, an acceleration as a velocity.
+
+        `integrated` says that the values are velocities already.
+        """
         dt = self.model.measurement.dt
         every = max(1, round(COARSE_TIME / dt))
         if name == "x_dd":
-            return remove_drift(integrate(values, dt)[::every], every * dt)
+            velocity = values - values[0] if integrated else integrate(values, dt)
+            return remove_drift(velocity[::every], every * dt)
         few = values[::every]
         return few - few.mean() if self.model.has_offset else few
 
@@ -672,8 +799,8 @@ class LeastSquares:
             mask = self.unchanged(x, h * sizes(x))
             if mask.sum() < 10 * len(x):
                 continue
-            smooth = partial(self.residuals, mask=mask)
-            robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(smooth(x)))))
+            smooth = self.over(mask)
+            robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(smooth.value(x)))))
             rough = 1e-6 if h > STEPS[-1] else 1e-15
             x = minimise(smooth, x, min(h / 10, 1e-4), self.bounds, FINE_CALLS, robust, rough)
         return x
@@ -728,9 +855,8 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
         if smooth.sum() < 10 * len(x):
             smooth = squares.unchanged(x, SMALLEST_STEP * sizes(x))
         mask = trimmed(squares, x, smooth)
-        residuals_at = partial(squares.residuals, mask=mask)
         robust = squares.robust_level() if i < 2 else None
-        x = minimise(residuals_at, x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
+        x = minimise(squares.over(mask), x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
         found = squares.differences(x)
         noise = {}
         for name, difference in found.items():
@@ -740,7 +866,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
             known = getattr(given, name, None)
             noise[name] = known or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
         squares = replace(squares, noise=noise)
-        slopes = jacobian(partial(squares.residuals, mask=mask), x, DIFFERENCE, squares.bounds)
+        slopes = squares.over(mask).jacobian(x, DIFFERENCE, squares.bounds)
         covariance = np.asarray(np.linalg.pinv(slopes.T @ slopes, rcond=1e-14))
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         new = np.clip(SIGMAS * deviations, SMALLEST_STEP * sizes(x), LARGEST_STEP)
@@ -819,7 +945,7 @@ def gain_of_start(solution: Solution, keys: Sequence[str]) -> float:
     p = len(solution.x)
     steps = np.append(np.zeros(p), np.full(len(keys), START_STEP))
     mask = solution.smooth & wide.unchanged(x, steps)
-    slopes = jacobian(partial(wide.residuals, mask=mask), x, DIFFERENCE, wide.bounds)
+    slopes = wide.over(mask).jacobian(x, DIFFERENCE, wide.bounds)
     residuals = wide.residuals(x, mask)
     left = [
         float(np.sum((residuals - some @ np.linalg.lstsq(some, residuals, rcond=None)[0]) ** 2))
@@ -979,22 +1105,16 @@ def _profile_point(solution: Solution, others: list[int], j: int, at: float) -> 
     squares, x, variance = solution.squares, solution.x.copy(), solution.covariance[j, j]
     x[j] = at
 
-    def with_others(rest: Floats) -> Floats:
-        whole = x.copy()
-        whole[others] = rest
-        return whole
-
-    def residuals(rest: Floats) -> Floats:
-        return squares.residuals(with_others(rest), solution.mask)
-
+    residuals = squares.over(solution.mask).of(x, others)
     best = x[others]
     if others:
         if variance > 0.0:
             best += solution.covariance[others, j] / variance * (at - solution.x[j])
         bounds = squares.bounds[0][others], squares.bounds[1][others]
         best = minimise(residuals, np.clip(best, *bounds), DIFFERENCE, bounds, PROFILE_CALLS)
-    rise = float(np.sum(residuals(best) ** 2)) - solution.sum_of_squares
-    return ProfilePoint(at, rise, with_others(best))
+    rise = float(np.sum(residuals.value(best) ** 2)) - solution.sum_of_squares
+    x[others] = best
+    return ProfilePoint(at, rise, x)
 
 
 # The fit of one law

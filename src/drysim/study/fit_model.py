@@ -2,26 +2,27 @@
 
 `read_measurement` reads the channels and places them on the time axis of the base motion.
 `FitModel.predict` solves the scenario with other values of its free keys and returns the same
-channels. A friction rig has no dynamics: its motion is imposed, which is the motion of a mass
-so heavy that no friction force accelerates it, so that every friction law is evaluated by the
-same exact solution.
+channels; `FitModel.slopes` returns their derivatives. A friction rig has no dynamics: its
+motion is imposed, which is the motion of a mass so heavy that no friction force accelerates it,
+so that every friction law is evaluated by the same exact solution.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from math import ceil, floor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.approach.solution import Response
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Input, Plant, Samples, Sines, State
-from drysim.errors import ScenarioError, SolverError, WarningMessage
+from drysim.core.model import AnyLaw, DynamicLaw, Input, Plant, Samples, Sines, State
+from drysim.errors import SolverError, WarningMessage
 from drysim.records import SI
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
@@ -42,7 +43,6 @@ from drysim.study.case import (
     assemble,
     base_motion,
     case_error,
-    check_effort,
     memory_shortage,
     shortage_message,
 )
@@ -62,6 +62,10 @@ RIG_MASS = 1e15
 
 GRID_TOLERANCE = 1e-3
 """Largest distance of a measured sample from the grid of the base motion, in steps."""
+
+NUMBER_STEP = 1e-7
+"""Step of the derivatives of the numbers of a scene by the values of its keys, relative to
+these. The numbers are products, ratios and roots of few values: its error is of this size."""
 
 SLOW = 0.1
 """Share of the largest velocity of a rig below which the sign of its friction is uncertain."""
@@ -138,6 +142,182 @@ class Prediction(NamedTuple):
         return inside
 
 
+class Scene(NamedTuple):
+    """Plant, friction law and start of a motion."""
+
+    plant: Plant
+    law: AnyLaw
+    start: State
+
+
+def agree(law: AnyLaw, start: State) -> bool:
+    """Return whether values that are within their bounds agree, as a scenario demands."""
+    one, other = (law.F_fk, law.F_fs), law.compression or (law.F_fk, law.F_fs)
+    if one[1] < one[0] or other[1] < other[0] or (one[0] == 0.0) != (other[0] == 0.0):
+        return False
+    if law.F_fk == 0.0 and (isinstance(law, DynamicLaw) or law.is_elastic):
+        return False
+    if law.stops is None:
+        return True
+    begins, (up, down) = [begin for begin, _ in law.stops.stages], law.stops.limits
+    if min(up, down) <= 0.0 or any(b <= a for a, b in pairwise(begins)):
+        return False
+    within, moves = -down <= start.x_r <= up, law.is_elastic and law.varies
+    return not law.stops.rigid or (within and not moves)
+
+
+class Places(NamedTuple):
+    """Places of the measured instants on the grid of a response.
+
+    Attributes
+    ----------
+    low : slice or ndarray of int
+        Grid point at or before each instant.
+    share : ndarray or None
+        Part of the step from there; None where all instants are grid points.
+    mode : ndarray of int8
+        As in `Prediction`.
+    step : float
+        Step of the grid [s].
+    """
+
+    low: Any
+    share: Floats | None
+    mode: NDArray[np.int8]
+    step: float
+
+    @classmethod
+    def at_points(cls, response: Response, first: int, stride: int, count: int) -> Places:
+        """Return the places of grid points, of which the last may be one too many."""
+        last = first + stride * (count - 1)
+        at: Any = slice(first, last + 1, stride)
+        if last >= len(response):
+            at = np.minimum(first + stride * np.arange(count), len(response) - 1)
+        return cls(at, None, response.d[at], response.dt)
+
+    @classmethod
+    def between_points(cls, response: Response, place: Floats) -> Places:
+        """Return places by their number of steps from the first grid point."""
+        last = len(response) - 1.0
+        inside = (place >= -GRID_TOLERANCE) & (place <= last + GRID_TOLERANCE)
+        place = np.clip(place, 0.0, last)
+        low = np.minimum(place.astype(np.int64), len(response) - 2)
+        same = response.d[low] == response.d[low + 1]
+        mode = np.where(same, response.d[low], UNCERTAIN)
+        mode = np.where(inside, mode, OUTSIDE).astype(np.int8)
+        return cls(low, place - low, mode, response.dt)
+
+    @property
+    def covers(self) -> NDArray[np.bool_]:
+        """Whether an instant lies within the motion."""
+        inside: NDArray[np.bool_] = self.mode != OUTSIDE
+        return inside
+
+    def sample(self, values: Floats) -> Floats:
+        """Return the values on the grid, along the last axis, at the instants."""
+        first: Floats = values[..., self.low]
+        if self.share is None:
+            return first
+        return first + self.share * (values[..., self.low + 1] - first)
+
+    def rate(self, values: Floats) -> Floats:
+        """Return the derivative of `sample` by a delay of the instants [1/s]."""
+        rate: Floats = (values[self.low] - values[self.low + 1]) / self.step
+        return rate
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The motion with some values of the free keys.
+
+    Attributes
+    ----------
+    model : FitModel
+    values : ndarray, shape (p,)
+    scene : Scene
+    response : Response
+    places : Places
+        Of the measured instants.
+    """
+
+    model: FitModel
+    values: Floats
+    scene: Scene
+    response: Response
+    places: Places
+
+    @cached_property
+    def with_spring(self) -> bool:
+        """Whether the force of a rig contains those of spring and damper."""
+        return self.model.fit.measured.is_rig and self.model.spring_in_force
+
+    def prediction(self, names: tuple[str, ...]) -> Prediction:
+        """Return the computed channels."""
+        arrays = {name: getattr(self.response, name) for name in names}
+        if self.with_spring:
+            _, k_x, b = self.scene.plant
+            arrays["F_f"] = arrays["F_f"] + k_x * self.response.x_r + b * self.response.v_r
+        places = self.places
+        return Prediction({k: places.sample(v) for k, v in arrays.items()}, places.mode)
+
+    def slopes(self, sizes: Floats, names: tuple[str, ...]) -> dict[str, Floats] | None:
+        """Return the derivatives of channels by the values, shape (p, n).
+
+        None if they are not known in closed form.
+
+        Parameters
+        ----------
+        sizes : ndarray, shape (p,)
+            Sizes of the values.
+        names : tuple of str
+        """
+        if isinstance(self.scene.law, DynamicLaw):
+            return None
+        from drysim.approach.sensitivity import linearise
+        from drysim.core.variational import VARIATION
+
+        rates, springs = self.rates(sizes)
+        if self.scene.law.variation == 0.0 and rates[VARIATION].any():
+            return None  # an event more than the motion has
+        found, response, places = linearise(self.response, rates), self.response, self.places
+        arrays = {name: getattr(found, name) for name in names}
+        if self.with_spring:
+            _, k_x, b = self.scene.plant
+            arrays["F_f"] += k_x * found.x_r + b * found.v_r
+            arrays["F_f"] += springs[:1].T * response.x_r + springs[1:].T * response.v_r
+        slopes = {name: places.sample(array) for name, array in arrays.items()}
+        for j, p in enumerate(self.model.parameters):
+            if p.key == DELAY_KEY:
+                for name in names:
+                    slopes[name][j] = places.rate(getattr(response, name))
+        return slopes
+
+    def rates(self, sizes: Floats) -> tuple[Floats, Floats]:
+        """Return the derivatives of the numbers of the scene, and of stiffness and damping.
+
+        They are forward differences: the numbers are simple functions of the values.
+        """
+        from drysim.approach.sensitivity import numbers_of
+
+        count, high = len(self.values), self.model.bounds[1]
+        steps = NUMBER_STEP * sizes
+        steps = np.where(self.values + steps <= high, steps, -steps)
+        near = self.values[:, None] + np.append(np.diag(steps), np.zeros((count, 1)), axis=1)
+        steps = np.diagonal(near) - self.values
+        scene = self.model.scene(near)
+        numbers = numbers_of(*self.model.moved(scene), count + 1)
+        springs = as_rows(scene.plant[1:], count + 1)
+        with np.errstate(invalid="ignore"):
+            rates = (numbers[:, :-1] - numbers[:, -1:]) / steps
+        rates[~np.isfinite(rates)] = 0.0  # stops and stages that there are not
+        return rates, (springs[:, :-1] - springs[:, -1:]) / steps
+
+
+def as_rows(values: Iterable[Any], count: int) -> Floats:
+    """Return numbers, or arrays of so many numbers, as the rows of a matrix."""
+    return np.array([np.broadcast_to(value, count) for value in values])
+
+
 @dataclass(frozen=True)
 class FreeParameter:
     """A key that is fitted, with its unit and bounds."""
@@ -207,15 +387,18 @@ class FitModel:
         """Whether each channel has an unknown offset."""
         return OFFSET_KEY in self.fit.free
 
-    def point(self, values: Floats) -> dict[str, float]:
+    def point(self, values: Floats) -> dict[str, Any]:
         """Return values by key; the static limit is kept at or above kinetic friction."""
-        point = dict(zip((one.key for one in self.parameters), values.tolist(), strict=True))
+        each = values.tolist() if values.ndim == 1 else [*values]
+        point = dict(zip((one.key for one in self.parameters), each, strict=True))
         for under, over in STATIC_KEYS.items():
             if over in point:
                 kinetic = under.partition(".")[2]
                 least = point.get(under, getattr(self.scenario.friction, kinetic, None))
                 if isinstance(least, float):
                     point[over] = max(point[over], least)
+                elif isinstance(least, np.ndarray):
+                    point[over] = np.maximum(point[over], least)
         return point
 
     def at(self, values: Floats) -> Scenario:
@@ -223,19 +406,21 @@ class FitModel:
         point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
         return self.scenario.at(point) if point else self.scenario
 
-    def case_at(self, values: Floats) -> Case:
-        """Return the case with these values, on the grid and over the time of the file.
+    def scene(self, values: Floats) -> Scene:
+        """Return the scene with these values, which are not validated.
 
-        Raises
-        ------
-        ScenarioError
-            If a value is none that a scenario may have, or takes too much memory or time.
+        Values may be arrays of one length, those of several scenes.
         """
-        scenario = self.at(values)
-        plant, law, start = scenario.oscillator.plant(), scenario.law(), scenario.start.state()
-        case = replace(self.case, scenario=scenario, plant=plant, law=law, start=start)
-        check_effort(case)
-        return case
+        point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
+        scenario = self.scenario.with_values(point)
+        return Scene(scenario.oscillator.plant(), scenario.law(), scenario.start.state())
+
+    def moved(self, scene: Scene) -> Scene:
+        """Return the scene whose motion is computed: a rig has no dynamics."""
+        if not self.fit.measured.is_rig:
+            return scene
+        start = self._imposed_start(scene.start.x_r)
+        return scene._replace(plant=Plant(RIG_MASS, 0.0, 0.0), start=start)
 
     def predict(
         self, values: Floats, end: float | None = None, names: tuple[str, ...] = ()
@@ -251,47 +436,34 @@ class FitModel:
         names : tuple of str, optional
             Channels to return; default: those that are compared.
         """
-        try:
-            case = self.case_at(values)
-            delay = self.point(values).get(DELAY_KEY)
-            return self._solve(case, delay, end, names or self.compared)
-        except (ScenarioError, SolverError):
-            return None
+        solved = self.solve(values, end)
+        return None if solved is None else solved.prediction(names or self.compared)
 
-    def _solve(
-        self, case: Case, delay: float | None, end: float | None, names: tuple[str, ...]
-    ) -> Prediction:
-        """Return the channels of a case at the measured instants."""
-        found, rig = self.measurement, self.fit.measured.is_rig
+    def solve(self, values: Floats, end: float | None = None) -> Solved | None:
+        """Return the motion with these values; parameters and None as in `predict`."""
+        scene = self.scene(values)
+        if not agree(scene.law, scene.start):
+            return None
+        found, step = self.measurement, self.case.step
         t = found.t if end is None else found.t[found.t <= end * (1.0 + 1e-12)]
-        plant, start = case.plant, case.start
-        if rig:
-            plant, start = Plant(RIG_MASS, 0.0, 0.0), self._imposed_start(case.start.x_r)
-        step = case.step
+        delay = self.point(values).get(DELAY_KEY)
+        stated = delay is None
         if delay is None:
             delay = self.fit.measured.delay
         end_of_motion = np.inf
         if isinstance(self.motion, Samples):
             end_of_motion = (len(self.motion.u_dd) - 1) * self.motion.dt
         length = min(float(t[-1]) + max(0.0, -delay), end_of_motion)
-        response = case.approach.solve(plant, case.law, self.motion, start, step, length)
-        arrays = {name: getattr(response, name) for name in names}
-        if rig and self.spring_in_force:
-            _, k_x, b = case.plant
-            arrays["F_f"] = arrays["F_f"] + k_x * response.x_r + b * response.v_r
-        if delay == 0.0 and not rig:
-            at = found.first + found.stride * np.arange(len(t))
-            at = np.minimum(at, len(response) - 1)
-            return Prediction({k: v[at] for k, v in arrays.items()}, response.d[at])
-        place = (t - delay) / step
-        inside = (place >= -GRID_TOLERANCE) & (place <= len(response) - 1.0 + GRID_TOLERANCE)
-        place = np.clip(place, 0.0, len(response) - 1.0)
-        grid = np.arange(len(response))
-        low = np.minimum(place.astype(np.int64), len(response) - 2)
-        same = response.d[low] == response.d[low + 1]
-        mode = np.where(same, response.d[low], UNCERTAIN)
-        mode = np.where(inside, mode, OUTSIDE).astype(np.int8)
-        return Prediction({k: np.interp(place, grid, v) for k, v in arrays.items()}, mode)
+        plant, law, start = self.moved(scene)
+        try:
+            response = self.case.approach.solve(plant, law, self.motion, start, step, length)
+        except SolverError:
+            return None
+        if delay == 0.0 and stated and not self.fit.measured.is_rig:
+            places = Places.at_points(response, found.first, found.stride, len(t))
+        else:
+            places = Places.between_points(response, (t - delay) / step)
+        return Solved(self, values, scene, response, places)
 
     def _imposed_start(self, x_r: float) -> State:
         """Return the first state of a rig; `x_r` where its velocity is imposed."""
