@@ -56,7 +56,7 @@ def test_command_draws_whatever_the_settings_of_libraries_say(seat, process):
 @pytest.fixture
 def environment(monkeypatch):
     """Return the environment, restored after the test."""
-    for name in ("MPLBACKEND", "MPLCONFIGDIR", "NUMBA_DISABLE_JIT"):
+    for name in ("MPLBACKEND", "MPLCONFIGDIR", "NUMBA_DISABLE_JIT", "OPENBLAS_NUM_THREADS"):
         monkeypatch.setenv(name, "")
     private_folder.cache_clear()
     yield os.environ
