@@ -241,7 +241,7 @@ def test_steps_left_out_never_hold_the_peak(radians):
 
 def peak_of_every_segment(trajectory, begin: float, end: float) -> float:
     """Return the peak of a motion in one block, from all segments, each searched."""
-    solution = trajectory.march.solution(trajectory.march.block(0))
+    solution = trajectory.march.block(0).solution
     scene, samples, rows = solution
     count = len(scene.u_dd) - 1
     segments = empty_columns(Segments, count + len(rows.n) + 1)

@@ -12,7 +12,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core import measure
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
-from drysim.core.measure import GROUPS, SUMS, SampledSolution, divided
+from drysim.core.measure import GROUPS, SUMS, divided
 from drysim.core.model import (
     CoulombLaw,
     EndStops,
@@ -23,7 +23,7 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.core.sampled import SampledMotion
-from drysim.core.trajectory import Solution, fill_segments, integrate_segments
+from drysim.core.trajectory import SampledSolution, Solution, fill_segments, integrate_segments
 
 STOPS = StrokeLimits(0.02, 0.03)
 
@@ -62,10 +62,7 @@ def drawn_trajectory(rng: np.random.Generator, samples: int):
 
 def sampled_solution(trajectory) -> SampledSolution:
     """Return a trajectory in one block as kernels take it."""
-    block = trajectory.march.block(0)
-    if isinstance(trajectory.law, CoulombLaw):
-        return trajectory.march.solution(block)
-    return SampledSolution(block.scene, block.samples, block.rows)
+    return trajectory.march.block(0).solution
 
 
 def every_segment(solution: SampledSolution) -> Solution:

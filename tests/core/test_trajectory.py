@@ -65,9 +65,12 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
     for _ in range(20):
         u_0, slope = rng.normal(), rng.normal() * rate
         x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
-        base = kernel.modes.SegmentBase(0.0, u_0, slope)
-        part = kernel.trajectory.resume_slip_or_stick(plant, law, waves, d, (x_r, v_r), base)
-        scene = kernel.trajectory.coulomb_kernel_law(plant, law, waves), waves, part, 0.0
+        u_dd = np.array([u_0, u_0 + slope * h])
+        kernel_law = kernel.trajectory.coulomb_kernel_law(plant, law, waves)
+        code = kernel.modes.encode_mode(kernel.modes.mode_of(d, d, 0, 0))
+        moving = kernel.march.Scene(plant, kernel_law, waves, u_dd, h)
+        part = kernel.trajectory.resume_mode(moving, (0, 0.0), (x_r, v_r, 0.0), code)
+        scene = kernel_law, waves, part, 0.0
         whole = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, h)
         early = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, 0.3 * h)
         late = kernel.trajectory.integrate_slip_or_stick(*scene, 0.3 * h, h)

@@ -27,7 +27,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +63,7 @@ from drysim.approach.solution import (
 )
 from drysim.core import orbit
 from drysim.core.compile import as_engine_array, python_of
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, sign
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments
 from drysim.core.forcing import (
     SCENE_COLUMNS,
     V_R,
@@ -78,7 +78,7 @@ from drysim.core.march import (
     march_sines_from_start,
     march_varying_limits,
 )
-from drysim.core.measure import SampledSolution, measure, total_of
+from drysim.core.measure import measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -92,17 +92,17 @@ from drysim.core.model import (
     integrate_base_squares,
     limit_force,
 )
-from drysim.core.modes import APART, REGULAR, Mode, SegmentBase, encode_mode
+from drysim.core.modes import APART, REGULAR, Mode, encode_mode
 from drysim.core.oscillator import flow
 from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.trajectory import (
     EventSolution,
+    SampledSolution,
     integrate_events,
-    motion_in_segment,
-    resume_slip_or_stick,
     sample_coulomb_grid,
     state_at,
+    state_in_step,
     table_shape,
 )
 from drysim.core.variational import event_monodromy
@@ -279,20 +279,10 @@ class SampledTrajectory(MarchedTrajectory):
         n += (n + 1) * dt <= t and n + 1 <= last
         block = self.march.block_at(n)
         at = n - block.first
-        start, x_r, v_r, d = 0.0, float(block.x_r[at]), float(block.v_r[at]), int(block.d[at])
         if n * dt >= t:
-            return State(x_r, v_r)
-        events = self.turning_points
-        i = int(np.searchsorted(events.t, t, side="right")) - 1
-        # Also where the mass breaks away at the sample itself.
-        if i > 0 and events.t[i] >= n * dt:
-            start, x_r, v_r = float(events.t[i]) - n * dt, float(events.x_r[i]), 0.0
-            d = sign(int(events.kind[i]))
-        slope = (float(block.u_dd[at + 1]) - float(block.u_dd[at])) / dt
-        base = SegmentBase(n * dt + start, float(block.u_dd[at]) + slope * start, slope)
-        waves = self.march.waves
-        part = resume_slip_or_stick(self.plant, self.law, waves, d, (x_r, v_r), base)
-        return State(*motion_in_segment(waves, part, t - n * dt - start))
+            return State(float(block.x_r[at]), float(block.v_r[at]))
+        first = block.first * dt
+        return State(*state_in_step(block.solution, at, t - first)[:2])
 
     def crossing_time(self, level: float, lo: float, hi: float, d: int) -> float:
         """Return the time at which x_r, moving in direction d, passes a level [m].
@@ -329,7 +319,7 @@ class SampledTrajectory(MarchedTrajectory):
         for block in self.march.blocks(first, min(last, len(motion.u_dd) - 1)):
             steps = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
             t = block.first * motion.dt
-            more, highest = measure(self.march.solution(block), steps, (begin - t, end - t))
+            more, highest = measure(block.solution, steps, (begin - t, end - t))
             parts.append(more)
             peak = max(peak, highest)
         squares = integrate_base_squares(motion, begin, end)
@@ -369,13 +359,21 @@ def march_blocks(
     return made, Events(t, kind.astype(np.int8), x_r, F_L), closest_decision
 
 
-class SampleBlock(NamedTuple):
+CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
+"""Encoded modes by direction of sliding, which serves as index."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampleBlock:
     """Solution from sample `first` on: one value per sample, shape (n,), and the events.
 
     The last sample is the first one of the next block. Step numbers of `log` count from
     `first`, and its first row is the state there.
     """
 
+    plant: Plant
+    law: CoulombLaw
+    motion: Samples
     first: int
     u_dd: Floats
     x_r: Floats
@@ -383,9 +381,18 @@ class SampleBlock(NamedTuple):
     d: Int8Array
     log: EventLog
 
-
-CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
-"""Encoded modes by direction of sliding, which serves as index."""
+    @cached_property
+    def solution(self) -> SampledSolution:
+        """The block as kernels take it; time counts from its first sample."""
+        dt, law, log = self.motion.dt, self.law, self.log
+        phase = law.phase + math.tau * (law.omega * self.first * dt / math.tau % 1.0)
+        law = law._replace(phase=phase)
+        waves, base = make_waves(self.motion, law), as_engine_array(self.u_dd)
+        scene = Scene(self.plant, to_kernel(self.plant, law.as_piecewise()), waves, base, dt)
+        v_r, x_0 = np.zeros((2, len(log.n)))
+        v_r[0] = self.v_r[0]
+        rows = Segments(log.n, log.s, log.x_r, v_r, x_0, CODES[np.sign(log.kind)])
+        return SampledSolution(scene, SampledMotion(self.x_r, self.v_r, self.d), rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,22 +420,6 @@ class CoulombMarch(BlockwiseMarch):
             found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
             found.d[here] = block.d[there]
         return found
-
-    def solution(self, block: SampleBlock) -> SampledSolution:
-        """Return a block as the kernels that measure it take it."""
-        dt, law, log = self.motion.dt, self.law, block.log
-        # Time counts from the first sample of the block.
-        phase = law.phase + math.tau * (law.omega * block.first * dt / math.tau % 1.0)
-        law = law._replace(phase=phase)
-        waves = make_waves(self.motion, law)
-        base = as_engine_array(block.u_dd)
-        scene = Scene(self.plant, to_kernel(self.plant, law.as_piecewise()), waves, base, dt)
-        still = np.zeros(len(log.n))
-        v_r = still.copy()
-        v_r[0] = block.v_r[0]
-        modes = CODES[np.sign(log.kind)]
-        rows = Segments(log.n, log.s, log.x_r, v_r, still, modes)
-        return SampledSolution(scene, SampledMotion(block.x_r, block.v_r, block.d), rows)
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
         """March through a block; return the state at its end and the closest decision [-]."""
@@ -461,5 +452,7 @@ class CoulombMarch(BlockwiseMarch):
         points = np.asarray(out.x_r), np.asarray(out.v_r), np.asarray(out.d, dtype=np.int8)
         log = EventLog(*(np.asarray(column[: state.events]) for column in log))
         self.cached.clear()
-        self.cached[number] = SampleBlock(first, u_dd, *points, log)
+        self.cached[number] = SampleBlock(
+            self.plant, self.law, self.motion, first, u_dd, *points, log
+        )
         return (state.x_r, state.v_r, state.d, state.a), state.closest

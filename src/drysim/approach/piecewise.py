@@ -81,7 +81,7 @@ from drysim.core.march import (
     Scene,
     march_modes,
 )
-from drysim.core.measure import SampledSolution, measure, total_of
+from drysim.core.measure import measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -113,11 +113,13 @@ from drysim.core.oscillator import STEP_COLUMNS
 from drysim.core.sampled import CHUNK, SampledMotion
 from drysim.core.trajectory import (
     Columns,
+    SampledSolution,
     Solution,
     evaluate_segments,
     fill_segments,
     integrate_segments,
     peak_bumper_force,
+    state_in_step,
 )
 from drysim.core.variational import Deviations, propagate_deviations
 from drysim.errors import SolverError
@@ -247,6 +249,11 @@ class PiecewiseBlock:
         count = fill_segments(rows, self.samples, begin, (first, last), out)
         segments = Segments(*(np.asarray(column[:count]) for column in out))
         return segments, count - int(segments.n[-1] == last)
+
+    @property
+    def solution(self) -> SampledSolution:
+        """A motion over samples as kernels take it."""
+        return SampledSolution(self.scene, self.samples, self.rows)
 
     def rows_of_samples(self, first: int, last: int) -> Any:
         """Return the indices of the rows whose modes hold at samples `first` to `last` - 1."""
@@ -574,35 +581,24 @@ class PiecewiseTrajectory(EventDriven):
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
         if t not in self.states:
-            found = self._at_once(t)
-            x_r, v_r, z = float(found.x_r[0]), float(found.v_r[0]), float(found.z[0])
+            x_r, v_r, z = self._at_once(t)
             plain = self.law.stops is not None and not self.law.is_elastic
             self.states[t] = State(x_r, v_r) if plain else ContactState(x_r, v_r, z)
         return self.states[t]
 
-    def _at_once(self, t: float) -> Columns:
-        """Return the motion at one time [s]: as `at`, from the only segment that counts."""
+    def _at_once(self, t: float) -> tuple[float, float, float]:
+        """Return x_r [m], v_r [m/s] and z [m] at one time [s]."""
         n = int(t / self.dt)
         n += int((n + 1) * self.dt <= t) - int(n * self.dt > t)
         n = min(max(n, 0), self.march.last - 1)
         block: PiecewiseBlock = self.march.block_at(n)
         if block.samples is None:
-            return self.at(np.array([t]))
-        t, n = t - block.first * self.dt, n - block.first
-        rows, samples = block.rows, block.samples
-        first, last = np.searchsorted(rows.n, (n, n + 1)).tolist()
-        while last > first and n * self.dt + rows.s[last - 1] > t:
-            last -= 1
-        segment = Segments(*(column[last - 1 : last] for column in rows))
-        if last == first:
-            x_r, v_r = np.asarray(samples.x_r[n : n + 1]), np.asarray(samples.v_r[n : n + 1])
-            segment = segment._replace(n=np.array([n]), s=np.zeros(1), x_r=x_r, v_r=v_r)
-        solution, out = (
-            Solution(block.scene, Segments(*map(as_engine_array, segment))),
-            empty_motion(1),
-        )
-        evaluate_segments(solution, as_engine_array(np.array([t])), out)
-        return out
+            found = self.at(np.array([t]))
+            return float(found.x_r[0]), float(found.v_r[0]), float(found.z[0])
+        t -= block.first * self.dt
+        x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
+        k_t = self.march.kernel_law.k_t
+        return x_r, v_r, x_r - F_f / k_t if k_t > 0.0 else 0.0
 
     @cached_property
     def states(self) -> dict[float, AnyState]:
@@ -621,8 +617,7 @@ class PiecewiseTrajectory(EventDriven):
                 more, peak = integrate_segments(Solution(block.scene, segments), *window, 0.0)
             else:
                 steps = max(first - block.first, 0), min(last + 1 - block.first, count)
-                solution = SampledSolution(block.scene, block.samples, block.rows)
-                more, peak = measure(solution, steps, window)
+                more, peak = measure(block.solution, steps, window)
             parts.append(more)
             peaks.append(peak)
         x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = total_of(

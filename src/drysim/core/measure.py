@@ -52,29 +52,13 @@ from drysim.core.peak import Decay, peak_of_segment
 from drysim.core.trajectory import (
     NO_SUMS,
     PANEL_RADIANS,
+    SampledSolution,
     SegmentSums,
     Solution,
     fastest_rate,
     integrate_segments,
+    last_event_index,
 )
-
-
-class SampledSolution(NamedTuple):
-    """Solution over samples.
-
-    Attributes
-    ----------
-    scene : Scene
-        As of `core.march`.
-    samples : SampledMotion
-        xi and v_r at all samples.
-    rows : Segments
-        Starts of the segments, except those that begin at a sample in the mode before.
-    """
-
-    scene: Any
-    samples: Any
-    rows: Any
 
 
 class Runs(NamedTuple):
@@ -115,7 +99,7 @@ def divide_steps(solution, steps, window, runs, segments):
     first, last = steps
     lowest, highest = first + int(window[0] > first * dt), last - int(window[1] < last * dt)
     varies = load_varies(law)
-    i = last_row_before(rows.n, first)
+    i = last_event_index(rows.n, first - 1)
     count, used = int(ZERO), int(ZERO)
     while i < len(rows.n) and rows.n[i] < last:
         n, d, x_0 = rows.n[i], rows.d[i], rows.x_0[i]
@@ -150,19 +134,6 @@ def divide_steps(solution, steps, window, runs, segments):
             used = record_segment(segments, used, (k, 0.0), state, d)
         i += 1
     return count, used
-
-
-@inlined
-def last_row_before(rows, n):
-    """Return the index of the last row before step n, 0 if there is none; by bisection."""
-    low, high = 0, len(rows)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if rows[middle] < n:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @compiled
@@ -647,17 +618,21 @@ def measure(
         found.append(more)
     x2, x_dd2, stuck = (dt * rest[:3]).tolist()
     found.append(SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0, float(rest[3])))
-    for group in range(GROUPS):
-        if not sums[group].any():
-            continue
-        side, holds = (law.down, law.up)[group // 2], group % 2 == 1
-        w = (plant.k_x + (law.k_t if holds else 0.0)) / plant.m
-        squares, distance = step_forms(side.b / plant.m, w, dt)
-        x2, v2, x_dd2, power = (squares @ sums[group][:PRODUCTS]).tolist()
-        # Squares, whatever rounding says.
-        x2, v2, x_dd2 = max(x2, 0.0), max(v2, 0.0), max(x_dd2, 0.0)
-        slid = 0.0 if holds else float(distance @ sums[group][PRODUCTS:])
-        found.append(SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, side.b * v2, 0.0))
+    for holds in (0, 1):
+        pair = []
+        for group, side in ((holds, law.down), (2 + holds, law.up)):
+            if not sums[group].any():
+                continue
+            w = (plant.k_x + law.k_t * holds) / plant.m
+            squares, distance = step_forms(side.b / plant.m, w, dt)
+            x2, v2, x_dd2, power = (squares @ sums[group][:PRODUCTS]).tolist()
+            # Squares, whatever rounding says.
+            x2, v2, x_dd2 = max(x2, 0.0), max(v2, 0.0), max(x_dd2, 0.0)
+            slid = 0.0 if holds else float(distance @ sums[group][PRODUCTS:])
+            loss = side.b * v2
+            pair.append(SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, loss, 0.0))
+        # Both directions first: a mirrored motion exchanges them.
+        found.append(total_of(pair))
     return total_of(found), float(peak)
 
 

@@ -117,6 +117,24 @@ class Solution(NamedTuple):
     segments: Any
 
 
+class SampledSolution(NamedTuple):
+    """Solution over samples.
+
+    Attributes
+    ----------
+    scene : Scene
+        As of `core.march`.
+    samples : SampledMotion
+        xi and v_r at all samples.
+    rows : Segments
+        Starts of the segments, except those that begin at a sample in the mode before.
+    """
+
+    scene: Any
+    samples: Any
+    rows: Any
+
+
 class EventSolution(NamedTuple):
     """Solution with Coulomb friction under waves, stored as its events.
 
@@ -166,7 +184,12 @@ class ResumedSegment(NamedTuple):
 @inlined
 def segment_base(u_dd, dt, segments, i):
     """Return the `SegmentBase` of segment i."""
-    n, s = segments.n[i], segments.s[i]
+    return base_at(u_dd, dt, segments.n[i], segments.s[i])
+
+
+@inlined
+def base_at(u_dd, dt, n, s):
+    """Return the `SegmentBase` at time s [s] of step n."""
     slope = (u_dd[n + 1] - u_dd[n]) / dt
     return SegmentBase(n * dt + s, u_dd[n] + slope * s, slope)
 
@@ -181,7 +204,7 @@ def segment_index(segments, dt, i, t):
 
 @inlined
 def last_event_index(t, at):
-    """Return the index of the last event at or before a time [s], by bisection."""
+    """Return the index of the last event at or before a time, 0 if there is none; bisection."""
     low, high = 0, len(t)
     while high - low > 1:
         middle = (low + high) // 2
@@ -206,15 +229,32 @@ def segment_window(segments, dt, i, begin, end):
     return max(begin - t, 0.0), min(end - t, segment_length(segments, dt, i))
 
 
-@compiled
+@inlined
 def resume_segment(solution, i):
     """Return segment i of a solution, ready for evaluation."""
-    (plant, law, waves, u_dd, dt), segments = solution
-    mode, x_0 = decode_mode(segments.d[i]), segments.x_0[i]
-    base = segment_base(u_dd, dt, segments, i)
+    scene, segments = solution
+    state = segments.x_r[i], segments.v_r[i], segments.x_0[i]
+    return resume_mode(scene, (segments.n[i], segments.s[i]), state, segments.d[i])
+
+
+@compiled
+def resume_mode(scene, time, state, code):
+    """Return a segment, ready for evaluation.
+
+    Parameters
+    ----------
+    scene : Scene
+    time : (int, float)
+        Step, and time since it began [s].
+    state : tuple of float
+        xi [m], v_r [m/s] and x_0 [m] at the start.
+    code : int
+        Encoded mode.
+    """
+    (plant, law, waves, u_dd, dt), (n, s), (xi, v_r, x_0) = scene, time, state
+    base, mode = base_at(u_dd, dt, n, s), decode_mode(code)
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
     forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
-    xi, v_r = segments.x_r[i], segments.v_r[i]
     return ResumedSegment(mode, equation, ramp, forces, x_origin, xi, v_r, base.u_0, base.slope)
 
 
@@ -222,29 +262,12 @@ def resume_segment(solution, i):
 def resume_event(solution, i):
     """Return the segment after event i of an `EventSolution`, ready for evaluation."""
     plant, law, waves, t, kind, x_r, v_first = solution
-    state = x_r[i], v_first if i == 0 else 0.0
-    base = SegmentBase(t[i], 0.0, 0.0)
-    return resume_slip_or_stick(plant, law, waves, sign(kind[i]), state, base)
-
-
-@compiled
-def resume_slip_or_stick(plant, law, waves, d, state, base):
-    """Return a segment of Coulomb friction, ready for evaluation.
-
-    Parameters
-    ----------
-    d : int
-        Direction of sliding, 0 when stuck.
-    state : tuple of float
-        x_r [m] and v_r [m/s] at the start.
-    base : SegmentBase
-    """
-    t, u_0, slope = base
-    set_phases(waves, plant, law, t, d)
-    equation, ramp = slip_equation(plant, law, d, u_0, slope), LoadRamp(1.0, 0.0, NEVER)
+    d, v_r = sign(kind[i]), v_first if i == 0 else 0.0
+    set_phases(waves, plant, law, t[i], d)
+    equation, ramp = slip_equation(plant, law, d, 0.0, 0.0), LoadRamp(1.0, 0.0, NEVER)
     forces = Forces(plant, 0.0, 0.0, d * law.F_fk, 0.0, 0.0, 0.0, law.F_fk)
     mode = mode_of(d, d, APART, 0)
-    return ResumedSegment(mode, equation, ramp, forces, 0.0, state[0], state[1], u_0, slope)
+    return ResumedSegment(mode, equation, ramp, forces, 0.0, x_r[i], v_r, 0.0, 0.0)
 
 
 @compiled
@@ -343,6 +366,29 @@ def evaluate_segments(solution, t, out):
             out.d[k] = 0
         else:
             out.d[k] = -1 if v < 0.0 else 1
+
+
+@compiled
+def state_in_step(solution, n, t):
+    """Return x_r [m], v_r [m/s] and F_f [N] of a `SampledSolution` at a time t [s] in step n.
+
+    Where the state changes at this time, as at an impact, it is that after it.
+    """
+    scene, samples, rows = solution
+    i = last_event_index(rows.n, n)
+    while i > 0 and rows.n[i] == n and n * scene.dt + rows.s[i] > t:
+        i -= 1
+    s, xi, v_r = 0.0, samples.x_r[n], samples.v_r[n]
+    if rows.n[i] == n:
+        s, xi, v_r = rows.s[i], rows.x_r[i], rows.v_r[i]
+    part = resume_mode(scene, (n, s), (xi, v_r, rows.x_0[i]), rows.d[i])
+    s = t - (n * scene.dt + s)
+    xi, v_r = motion_in_segment(scene.waves, part, s)
+    u = base_motion(scene.waves, part.u_0, part.slope, s)[0]
+    load = max(load_at(scene.law, scene.waves, part.ramp, s)[0], 0.0)
+    state = ModeState(part.mode, xi, v_r, part.forces.x_0)
+    F_f, _ = friction_and_stop_forces(scene.plant, scene.law, state, u, load)
+    return part.x_origin + xi, v_r, F_f
 
 
 @compiled
