@@ -98,9 +98,8 @@ def test_mirrored_motion_exchanges_the_sides_exactly(law, motion):
     here = measure(trajectory_of(LAWS[law], MOTIONS[motion]), (0.4, END), LIMITS)
     there = trajectory_of(mirror, mirrored(MOTIONS[motion]))
     found = exchanged(measure(there, (0.4, END), StrokeLimits(0.007, 0.004)))
-    # Integrals under samples are sums by mode, in an order that a mirror image exchanges.
+    # Integrals under samples are matrix products, whose rounding depends on the processor.
     integrals = [name for name in found if name.startswith("energy") or name.endswith("_rms")]
-    integrals += ["a_x", "T_a", "T_x"]
     for name in filter(here.get, integrals):
         assert found.pop(name) == pytest.approx(here.pop(name), rel=1e-12, abs=1e-12)
     assert found == {name: value for name, value in here.items() if name != "crossing_rate"}
