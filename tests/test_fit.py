@@ -16,12 +16,14 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 import drysim
 from drysim.console.fit import describe_interval, show_fit
 from drysim.study.fit import (
+    Differentiable,
     LawFit,
     LeastSquares,
     Parameter,
     continued,
     final_fit,
     profiles_of,
+    sizes,
 )
 from drysim.study.fit_model import build_model, fitted_end
 from test_bad_input import tree
@@ -387,6 +389,68 @@ def test_stated_start_that_the_record_contradicts_is_named(tmp_path):
     assert "does not begin with the stated start.x_r and start.v_r" in only(
         result, "start-differs"
     )
+
+
+# Derivatives in closed form
+
+ALL_CHANNELS = "x_dd: x_dd, v_r: v_r, x_r: x_r"
+STICK_SLIP = (SEAT + STICKY, MASS + COULOMB, FOUR)
+ELASTIC = TWINS["jenkins"][:3]
+
+
+def squares_at_truth(
+    folder: Path, truth: str, known: str, wanted: dict[str, float], rate: float, delay: float
+) -> tuple[LeastSquares, np.ndarray]:
+    """Return the residuals of a twin with free delay and offsets, and where it is true."""
+    write_twin(folder, truth, seconds=2.0, rate=rate)
+    free = keys(*wanted, "measured.delay", "measured.offset")
+    (folder / "twin.yaml").write_text(fit_text(known, free, ALL_CHANNELS))
+    model = build_model(drysim.load(folder / "twin.yaml"))
+    at = wanted | {"measured.delay": delay}
+    values = np.array([at[one.key] for one in model.parameters])
+    squares = LeastSquares.starting_from(model, 2.0, values)
+    return squares, values / squares.scale
+
+
+def errors_of_slopes(function: Differentiable, x: np.ndarray, h: float) -> np.ndarray:
+    """Return relative deviations of derivatives from central differences, one a column."""
+    columns = [
+        (function.value(x + step) - function.value(x - step)) / (2.0 * step.sum())
+        for step in np.diag(h * sizes(x))
+    ]
+    by_differences, slopes = np.stack(columns, axis=1), function.slopes(x)
+    return np.linalg.norm(slopes - by_differences, axis=0) / np.linalg.norm(
+        by_differences, axis=0
+    )
+
+
+@pytest.mark.parametrize("delay", [4.2e-3, -4.2e-3])
+@pytest.mark.parametrize("twin", [STICK_SLIP, ELASTIC], ids=["stick-slip", "elastic"])
+def test_slopes_of_samples_between_events_are_those_of_differences(tmp_path, twin, delay):
+    squares, x = squares_at_truth(tmp_path, *twin, 400.0, delay)
+    h = 1e-4
+    mask = squares.unchanged(x, h * sizes(x))
+    assert mask.mean() > 0.9
+    assert errors_of_slopes(squares.over(mask), x, h).max() < 1e-6
+
+
+@pytest.mark.parametrize("delay", [4.2e-3, -4.2e-3])
+def test_slopes_of_integrals_without_jumps_are_those_of_differences(tmp_path, delay):
+    # Behind a spring the acceleration is continuous: what is left is the error of the
+    # trapezoidal rule, a few times the share of a step in the time scale of the motion.
+    squares, x = squares_at_truth(tmp_path, *ELASTIC, 8000.0, delay)
+    assert errors_of_slopes(squares.integrated, x, 1e-3).max() < 2e-3
+
+
+@pytest.mark.parametrize("delay", [1.3e-4, -1.3e-4])
+def test_slopes_of_integrals_with_jumps_are_those_of_wide_differences(tmp_path, delay):
+    # A jump counts in a sum of samples once it passes one: the step must move it past many.
+    # The static ratio moves few of them, the delay all of the samples at once.
+    squares, x = squares_at_truth(tmp_path, *STICK_SLIP, 20_000.0, delay)
+    errors = errors_of_slopes(squares.integrated, x, 0.04)
+    at_most = {"friction.static_ratio": 0.2, "measured.delay": 1e-3}
+    for one, error in zip(squares.model.parameters, errors, strict=True):
+        assert error < at_most.get(one.key, 0.08)
 
 
 # Noise, delay, offset, other axes

@@ -21,11 +21,11 @@ CHANNELS = {"x_dd": "m/s2", "x_r": "m", "v_r": "m/s", "F_f": "N"}
 """Columns of run.csv with their units, after the time."""
 
 
-def base_motion(seconds: float, seed: int, rms: float = 1.0) -> np.ndarray:
+def base_motion(seconds: float, seed: int, rms: float = 1.0, rate: float = RATE) -> np.ndarray:
     """Return band-limited noise between 0.5 and 10 Hz."""
-    n = round(seconds * RATE) + 1
+    n = round(seconds * rate) + 1
     spectrum = np.fft.rfft(np.random.default_rng(seed).normal(size=n))
-    f = np.fft.rfftfreq(n, 1.0 / RATE)
+    f = np.fft.rfftfreq(n, 1.0 / rate)
     spectrum[(f < 0.5) | (f > 10.0)] = 0.0
     u_dd = np.fft.irfft(spectrum, n)
     return u_dd * (rms / u_dd.std())
@@ -44,6 +44,7 @@ def write_twin(
     seconds: float = 6.0,
     seed: int = 3,
     rms: float = 1.0,
+    rate: float = RATE,
     noise: Mapping[str, float] | None = None,
 ) -> Response:
     """Write base.csv and the motion of a scene, run.csv, into a folder; return the motion.
@@ -53,14 +54,14 @@ def write_twin(
     folder : Path
     truth : str
         Blocks of the scene as YAML; base.csv moves its base unless it has an excitation.
-    seconds, seed, rms : float, int, float
+    seconds, seed, rms, rate : float, int, float, float
         Base motion.
     noise : mapping, optional
         Standard deviation of the noise of channels.
     """
     if "excitation" not in truth:
-        u_dd = base_motion(seconds, seed, rms)
-        t = np.arange(len(u_dd)) / RATE
+        u_dd = base_motion(seconds, seed, rms, rate)
+        t = np.arange(len(u_dd)) / rate
         write_columns(folder / "base.csv", {"t [s]": t, "u_dd [m/s2]": u_dd})
         truth += RECORDED
     (folder / "truth.yaml").write_text(truth)

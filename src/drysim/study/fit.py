@@ -640,18 +640,21 @@ class LeastSquares:
         solved = self.solve(x)
         return None if solved is None else solved.prediction(self.model.compared)
 
-    def slopes(self, solved: Solved | None, names: tuple[str, ...]) -> dict[str, Floats] | None:
-        """Return the derivatives of channels by the scaled parameters, shape (p, n).
+    def slopes(
+        self, solved: Solved | None, integrated: bool = False
+    ) -> dict[str, Floats] | None:
+        """Return the derivatives of the channels by the scaled parameters, shape (p, n).
 
-        None where they are not known in closed form, or not finite.
+        None where they are not known in closed form, or not finite; `integrated` as in
+        `Solved.slopes`.
         """
         if solved is None:
             return None
-        found = solved.slopes(sizes(solved.values / self.scale) * self.scale, names)
+        steps = sizes(solved.values / self.scale) * self.scale
+        found = solved.slopes(steps, self.model.compared, integrated)
         if found is None or not all(np.isfinite(one).all() for one in found.values()):
             return None
-        covers = solved.places.covers
-        return {name: one * self.scale[:, None] * covers for name, one in found.items()}
+        return {name: one * self.scale[:, None] for name, one in found.items()}
 
     def differences(self, x: Floats) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
@@ -687,7 +690,7 @@ class LeastSquares:
         solve = remember_last(self.solve)
 
         def slopes(x: Floats) -> Floats | None:
-            found = self.slopes(solve(x), self.model.compared)
+            found = self.slopes(solve(x))
             if found is None:
                 return None
             columns = []
@@ -704,11 +707,13 @@ class LeastSquares:
     def integrated(self) -> Differentiable:
         """Residuals without jumps: of velocities instead of accelerations.
 
-        They are relative to the signal, and of fewer samples, as velocities are smooth. The
-        derivatives of velocities contain what the shifts of the jumps contribute.
+        They are relative to the signal, and of fewer samples, as velocities are smooth.
+
+        The value is a trapezoidal sum of samples, as of what was measured. The derivatives are
+        those of the exact velocity, on purpose: they contain what the shifts of the jumps
+        contribute, which the sum shows only where a jump passes a sample.
         """
         solve, names = remember_last(self.solve), self.model.compared
-        sources = {name: "v_r" if name == "x_dd" else name for name in names}
 
         def value(x: Floats) -> Floats:
             found = self.differences_of(solve(x))
@@ -716,12 +721,12 @@ class LeastSquares:
             return np.concatenate([smooth[name] / self.smooth_sizes[name] for name in names])
 
         def slopes(x: Floats) -> Floats | None:
-            found = self.slopes(solve(x), tuple(sources.values()))
+            found = self.slopes(solve(x), integrated=True)
             if found is None:
                 return None
             columns = []
             for name in names:
-                rows = [self.smoothed(row, name, True) for row in found[sources[name]]]
+                rows = [self.smoothed(row, name, integrated=True) for row in found[name]]
                 columns.append(np.array(rows) / self.smooth_sizes[name])
             return np.concatenate(columns, axis=1).T
 
@@ -744,7 +749,7 @@ class LeastSquares:
         dt = self.model.measurement.dt
         every = max(1, round(COARSE_TIME / dt))
         if name == "x_dd":
-            velocity = values - values[0] if integrated else integrate(values, dt)
+            velocity = values if integrated else integrate(values, dt)
             return remove_drift(velocity[::every], every * dt)
         few = values[::every]
         return few - few.mean() if self.model.has_offset else few

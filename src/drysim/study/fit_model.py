@@ -260,7 +260,9 @@ class Solved:
         places = self.places
         return Prediction({k: places.sample(v) for k, v in arrays.items()}, places.mode)
 
-    def slopes(self, sizes: Floats, names: tuple[str, ...]) -> dict[str, Floats] | None:
+    def slopes(
+        self, sizes: Floats, names: tuple[str, ...], integrated: bool = False
+    ) -> dict[str, Floats] | None:
         """Return the derivatives of channels by the values, shape (p, n).
 
         None if they are not known in closed form.
@@ -270,6 +272,8 @@ class Solved:
         sizes : ndarray, shape (p,)
             Sizes of the values.
         names : tuple of str
+        integrated : bool
+            Whether x_dd stands for its integral since the first instant.
         """
         if isinstance(self.scene.law, DynamicLaw):
             return None
@@ -280,16 +284,24 @@ class Solved:
         if self.scene.law.variation == 0.0 and rates[VARIATION].any():
             return None  # an event more than the motion has
         found, response, places = linearise(self.response, rates), self.response, self.places
-        arrays = {name: getattr(found, name) for name in names}
         if self.with_spring:
             _, k_x, b = self.scene.plant
-            arrays["F_f"] += k_x * found.x_r + b * found.v_r
-            arrays["F_f"] += springs[:1].T * response.x_r + springs[1:].T * response.v_r
-        slopes = {name: places.sample(array) for name, array in arrays.items()}
-        for j, p in enumerate(self.model.parameters):
-            if p.key == DELAY_KEY:
-                for name in names:
-                    slopes[name][j] = places.rate(getattr(response, name))
+            found.F_f[:] += k_x * found.x_r + b * found.v_r
+            found.F_f[:] += springs[:1].T * response.x_r + springs[1:].T * response.v_r
+        slopes = {}
+        delayed = [j for j, p in enumerate(self.model.parameters) if p.key == DELAY_KEY]
+        for name in names:
+            values = getattr(response, name)
+            if integrated and name == "x_dd":  # x_r' + u', and u does not depend on the values
+                rows = places.sample(found.v_r)
+                for j in delayed:
+                    rows[j] = -places.sample(values)
+                slopes[name] = rows - rows[:, :1]  # constant outside the motion
+            else:
+                rows = places.sample(getattr(found, name))
+                for j in delayed:
+                    rows[j] = places.rate(values)
+                slopes[name] = rows * places.covers
         return slopes
 
     def rates(self, sizes: Floats) -> tuple[Floats, Floats]:
