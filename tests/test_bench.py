@@ -464,6 +464,20 @@ def test_approach_that_takes_too_long_has_failed(tmp_path):
     assert late == "time limit of 1e-5 s exceeded"
 
 
+def test_time_limit_within_any_kernel_ends_in_its_message(tmp_path):
+    """A signal that comes during a kernel raises when Python runs again, not while it boxes."""
+    (tmp_path / "held.yaml").write_text(HARD_HELD)
+    scenario = package.load(tmp_path / "held.yaml")
+    hard_cases.solve_case(scenario, "moreau")
+
+    def endless():
+        while True:
+            hard_cases.solve_case(scenario, "moreau")
+
+    for seconds in np.random.default_rng(3).uniform(1e-5, 5e-3, 300).tolist():
+        assert try_within(endless, seconds).startswith("time limit of")
+
+
 def test_every_point_of_a_swept_hard_case_counts(tmp_path):
     words = HARD_HELD + "sweep: {excitation.rms: [0.33, 0.5]}\nchecks: [T_a > 0.9]\n"
     exact = ordeal(tmp_path, words)["stick-slip"]

@@ -126,7 +126,34 @@ def import_numba() -> Any:
             "remove .numba_config.yaml from this folder, or unset the variables NUMBA_*; "
             f"{ENGINE_VARIABLE}={PLAIN} runs without it, more slowly",
         ) from fault
+    box_named_tuples_without_python()
     return numba
+
+
+def box_named_tuples_without_python() -> None:
+    """Have numba make the named tuples that kernels return without running Python code.
+
+    Numba looks up their class and calls it, both in Python. There a signal that came during the
+    kernel, such as Ctrl-C, raises its exception; numba does not look for it and uses the result
+    that is missing, which ends the process.
+    """
+    from numba.core import types
+    from numba.core.boxing import box_tuple
+    from numba.core.pythonapi import _boxers
+
+    def box_named_tuple(typ: Any, val: Any, c: Any) -> Any:
+        values = box_tuple(typ, val, c)
+        constants = tuple.__new__, typ.instance_class
+        make, kind = (
+            c.env_manager.read_const(c.env_manager.add_const(constant))
+            for constant in constants
+        )
+        made = c.pyapi.call_function_objargs(make, (kind, values))
+        c.pyapi.decref(values)
+        return made
+
+    _boxers.functions[types.NamedTuple] = box_named_tuple
+    _boxers.functions[types.NamedUniTuple] = box_named_tuple
 
 
 def is_compiling() -> bool:
