@@ -90,7 +90,8 @@ def divide_steps(solution, steps, window, runs, segments):
     steps : (int, int)
         First step, and the one after the last.
     window : (float, float)
-        Begin and end [s]. A step that they cut belongs to no run.
+        Begin and end [s], in the first and in the last of these steps. A step that they cut
+        belongs to no run.
     runs, segments : Runs, Segments
         Written. There are no more runs than rows, and no more segments than steps and twice the
         rows. A segment ends where the next one begins, or with its step.
@@ -119,7 +120,9 @@ def divide_steps(solution, steps, window, runs, segments):
         if summed:
             # Where the next mode begins at a sample, the motion there is that after it; at the
             # last sample of all it may be.
-            stop = until - int((followed and after == 0.0) or until == len(u_dd) - 1)
+            goes_on = i + 1 < len(rows.n) and rows.n[i + 1] == until
+            changes = goes_on and rows.s[i + 1] == 0.0
+            stop = until - int(changes or until == len(u_dd) - 1)
             begin = min(max(n, lowest), until)
             end = max(min(until if rests else stop, highest), begin)
         for k in range(n, begin):
@@ -591,7 +594,7 @@ def measure(
     steps : (int, int)
         First step, and the one after the last.
     window : (float, float)
-        Begin and end [s]; time counts from the first sample.
+        Begin and end [s], as in `divide_steps`; time counts from the first sample.
 
     Returns
     -------

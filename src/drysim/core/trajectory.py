@@ -12,8 +12,8 @@ Method
       tabulated once. Every grid point is then a linear combination of table rows and does not
       depend on the point before it.
     - Integrals: Gauss-Legendre quadrature on panels of at most `PANEL_RADIANS` of the fastest
-      rate that is still present, with an error below rounding; quadratic forms of the state for
-      whole sampled steps.
+      rate that is still present, with an error below rounding. Whole sampled steps are
+      summed (`core.measure`).
     - Turning points of x_r: every zero of v_r ends a segment. Between two of them x_r is
       monotone, so peaks, zero crossings and crossings of the stroke limit follow from them and
       none is missed.
