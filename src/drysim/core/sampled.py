@@ -257,7 +257,7 @@ def march(scene, state, out, log, end):
             )
             n, x_r, v_r, d, a, count, closest = state
             if s < dt:
-                return SampledState(n, x_r, v_r, d, a, CROWDED_STEP, closest)
+                return SampledState(n + 1, x_r, v_r, d, a, CROWDED_STEP, closest)
             out.x_r[n] = x_r
             out.v_r[n] = v_r
             out.d[n] = d
