@@ -101,7 +101,7 @@ def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Genera
     else:
         n = int(rng.integers(1, len(d) - 2))
         x_r[n:-1], v_r[n:-1], d[n:-1] = x_r[n + 1 :], v_r[n + 1 :], d[n + 1 :]
-    broken = block._replace(x_r=x_r, v_r=v_r, d=d, log=log)
+    broken = replace(block, x_r=x_r, v_r=v_r, d=d, log=log)
     kind = np.asarray(log.kind, np.int8)
     t = log.n * march.motion.dt + log.s
     points = Events(t, kind, log.x_r, log.F_L)
