@@ -7,13 +7,11 @@ from math import exp, pi, sqrt
 
 import numpy as np
 import pytest
+from segments import every_segment
 
 import drysim
-from drysim.approach.scene import empty_columns
 from drysim.approach.stepping import refine_motion
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.compile import as_engine_array
-from drysim.core.events import Segments
 from drysim.core.model import (
     CoulombLaw,
     EndStops,
@@ -24,14 +22,7 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.core.peak import Decay, interior_peak
-from drysim.core.sampled import SampledMotion
-from drysim.core.trajectory import (
-    Solution,
-    fill_segments,
-    motion_in_segment,
-    resume_segment,
-    segment_window,
-)
+from drysim.core.trajectory import motion_in_segment, resume_segment, segment_window
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output.tables import optional_metrics
 from drysim.plots.sweep import draw_spectra, draw_stroke
@@ -241,15 +232,9 @@ def test_steps_left_out_never_hold_the_peak(radians):
 
 def peak_of_every_segment(trajectory, begin: float, end: float) -> float:
     """Return the peak of a motion in one block, from all segments, each searched."""
-    solution = trajectory.march.block(0).solution
-    scene, samples, rows = solution
-    count = len(scene.u_dd) - 1
-    segments = empty_columns(Segments, count + len(rows.n) + 1)
-    rows = Segments(*map(as_engine_array, rows))
-    samples = SampledMotion(*map(as_engine_array, samples))
-    used = fill_segments(rows, samples, 0, (0, count), segments)
-    whole, peak = Solution(scene, Segments(*(column[:used] for column in segments))), 0.0
-    for i in range(used):
+    whole, peak = every_segment(trajectory.march.block(0).solution), 0.0
+    scene = whole.scene
+    for i in range(len(whole.segments.n)):
         lo, hi = segment_window(whole.segments, scene.dt, i, begin, end)
         if hi < lo or (hi == lo and begin < end):
             continue

@@ -6,12 +6,10 @@ from math import pi
 
 import numpy as np
 import pytest
+from segments import every_segment
 
-from drysim.approach.scene import empty_columns
 from drysim.approach.stick_slip import StickSlip
 from drysim.core import measure
-from drysim.core.compile import as_engine_array
-from drysim.core.events import Segments
 from drysim.core.measure import GROUPS, SUMS, divided
 from drysim.core.model import (
     CoulombLaw,
@@ -22,8 +20,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
-from drysim.core.sampled import SampledMotion
-from drysim.core.trajectory import SampledSolution, Solution, fill_segments, integrate_segments
+from drysim.core.trajectory import SampledSolution, integrate_segments
 
 STOPS = StrokeLimits(0.02, 0.03)
 
@@ -63,17 +60,6 @@ def drawn_trajectory(rng: np.random.Generator, samples: int):
 def sampled_solution(trajectory) -> SampledSolution:
     """Return a trajectory in one block as kernels take it."""
     return trajectory.march.block(0).solution
-
-
-def every_segment(solution: SampledSolution) -> Solution:
-    """Return all segments of a solution, one or more for each step."""
-    scene, samples, rows = solution
-    count = len(scene.u_dd) - 1
-    segments = empty_columns(Segments, count + len(rows.n) + 1)
-    rows = Segments(*map(as_engine_array, rows))
-    samples = SampledMotion(*map(as_engine_array, samples))
-    used = fill_segments(rows, samples, 0, (0, count), segments)
-    return Solution(scene, Segments(*(column[:used] for column in segments)))
 
 
 def compare_with_quadrature(rng: np.random.Generator, samples: int) -> None:
