@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.coulomb import SampledTrajectory, SineTrajectory
+from drysim.approach.coulomb import CODES, SampledTrajectory, SineTrajectory
 from drysim.approach.exact import UnreachedStopsTrajectory
 from drysim.approach.scene import CONSTANT_FRICTION, make_waves, to_kernel
 from drysim.approach.solution import Floats, Response
@@ -20,14 +20,13 @@ from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
 from drysim.core.march import Scene
 from drysim.core.model import AnyLaw, AnyState, CoulombLaw, DynamicLaw, Plant, Samples
-from drysim.core.modes import APART, encode_mode, mode_of
 from drysim.core.trajectory import Solution
 from drysim.core.variational import (
     Deviations,
     MotionResponse,
     Sensitivities,
     Sources,
-    Work,
+    Workspace,
     propagate_sensitivities,
     scene_numbers,
 )
@@ -65,7 +64,7 @@ def linearise(response: Response, rates: Floats) -> Sensitivities:
     sources = Sources(*(as_engine_array(np.zeros(n)) for _ in range(5)))
     responses = MotionResponse(*(as_engine_array(np.empty(points)) for _ in range(4)))
     motion = as_engine_array(response.x_r), as_engine_array(response.v_r)
-    solution, work = solution_on_grid(response), Work(deviations, sources, responses)
+    solution, work = solution_on_grid(response), Workspace(deviations, sources, responses)
     propagate_sensitivities(solution, motion, as_engine_array(rates), work, out)
     return Sensitivities(*map(np.asarray, out))
 
@@ -82,8 +81,7 @@ def solution_on_grid(response: Response) -> Solution:
         t, x_r = events.t, events.x_r
         v_r, x_0 = np.zeros(len(t)), np.zeros(len(t))
         v_r[0] = response.v_r[0]
-        codes = [encode_mode(mode_of(d, d, APART, 0)) for d in (0, 1, -1)]
-        d = np.array(codes)[np.sign(events.kind)]
+        d = CODES[np.sign(events.kind)]
     else:
         rows = trajectory.march.block(0).rows
         t = rows.n * trajectory.dt + rows.s

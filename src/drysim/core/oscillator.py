@@ -54,6 +54,19 @@ of w, so that ω_d keeps its digits to 10 units of rounding, as the doubled seri
 INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(FLOW_TERMS + 4))
 
 
+@inlined
+def halve_until_short(c, w, s):
+    """Return length [s] and radians of a segment halved until short, and the halvings."""
+    rate = (c + math.sqrt(w)) * s
+    doublings = 0
+    h = s
+    while rate > SHORT_SEGMENT:
+        rate *= 0.5
+        h *= 0.5
+        doublings += 1
+    return h, rate, doublings
+
+
 @compiled
 def flow(c, w, s):
     """Return the impulse response, its slope and its first two integrals.
@@ -78,13 +91,7 @@ def flow(c, w, s):
     From x_0, v_0 under the force per mass g_0 + r s, the solution is
     x = x_0 + v_0 y + (g_0 - w x_0) Y + r YY.
     """
-    rate = (c + math.sqrt(w)) * s
-    doublings = 0
-    h = s
-    while rate > SHORT_SEGMENT:
-        rate *= 0.5
-        h *= 0.5
-        doublings += 1
+    h, rate, doublings = halve_until_short(c, w, s)
     ch = c * h
     wh = w * h * h
     q_before = 0.0
@@ -133,13 +140,7 @@ def flow_and_slope(c, w, s):
     of z. Derivatives with respect to c need no more: those of y, y_d, Y and YY are z_d, its
     slope -(y + c z_d + w z), z and Z.
     """
-    rate = (c + math.sqrt(w)) * s
-    doublings = 0
-    h = s
-    while rate > SHORT_SEGMENT:
-        rate *= 0.5
-        h *= 0.5
-        doublings += 1
+    h, rate, doublings = halve_until_short(c, w, s)
     ch = c * h
     wh = w * h * h
     q_before, q, p_before, p = 0.0, 1.0, 0.0, 0.0

@@ -431,7 +431,7 @@ class Sources(NamedTuple):
     F: Any
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """Work space of `propagate_sensitivities`.
 
     Attributes
@@ -461,7 +461,7 @@ def propagate_sensitivities(solution, motion, rates, work, out):
         x_r [m] and v_r [m/s] at the grid points, after the events there.
     rates : array of float, shape (NUMBERS, n)
         Directions: derivatives of the numbers of the scene.
-    work : Work
+    work : Workspace
     out : Sensitivities
         Written.
     """
@@ -594,11 +594,7 @@ def write_point(scene, state, n, rates, work, out):
     plant, law, _, _, dt = scene
     mode, xi, v_r, x_0 = state
     (x, v, anchor), sources = work.deviations, work.sources
-    forces, x_r, t = (
-        mode_forces(plant, law, mode, x_0),
-        origin_of(law, mode.origin) + xi,
-        n * dt,
-    )
+    forces, x_r = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin) + xi
     c, w, f, pull = equation_of(forces)
     t, varies = n * dt, load_varies(law)
     load = load_ramp_at(law, t).load
@@ -615,22 +611,22 @@ def write_point(scene, state, n, rates, work, out):
         elif mode.direction == AT_REST:
             F_f = -(rates[SPRING][k] * x_r + plant.k_x * x[k])
             if rates[MASS][k] != 0.0:
-                F_f -= rates[MASS][k] * base_at(scene, n)
+                F_f -= rates[MASS][k] * base_acceleration_at(scene, n)
         rests = mode.direction == AT_REST
         out.x_r[k][n], out.v_r[k][n] = x[k], 0.0 if rests else v[k]
         out.x_dd[k][n], out.F_f[k][n] = 0.0 if rests else a, F_f
 
 
 @compiled
-def base_at(scene, n):
+def base_acceleration_at(scene, n):
     """Return ü at grid point n [m/s²]."""
     _, _, waves, u_dd, dt = scene
-    found, values = u_dd[n], waves.values
+    total, values = u_dd[n], waves.values
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
         phase = phase_at(values[at + FREQUENCY], values[at + PHASE], n * dt)
-        found += values[at + A] * math.sin(phase)
-    return found
+        total += values[at + A] * math.sin(phase)
+    return total
 
 
 class MotionResponse(NamedTuple):

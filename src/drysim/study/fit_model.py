@@ -150,7 +150,7 @@ class Scene(NamedTuple):
     start: State
 
 
-def agree(law: AnyLaw, start: State) -> bool:
+def is_valid_scene(law: AnyLaw, start: State) -> bool:
     """Return whether values that are within their bounds agree, as a scenario demands."""
     one, other = (law.F_fk, law.F_fs), law.compression or (law.F_fk, law.F_fs)
     if one[1] < one[0] or other[1] < other[0] or (one[0] == 0.0) != (other[0] == 0.0):
@@ -162,8 +162,8 @@ def agree(law: AnyLaw, start: State) -> bool:
     begins, (up, down) = [begin for begin, _ in law.stops.stages], law.stops.limits
     if min(up, down) <= 0.0 or any(b <= a for a, b in pairwise(begins)):
         return False
-    within, moves = -down <= start.x_r <= up, law.is_elastic and law.varies
-    return not law.stops.rigid or (within and not moves)
+    within = -down <= start.x_r <= up
+    return not law.stops.rigid or (within and not (law.is_elastic and law.varies))
 
 
 class Places(NamedTuple):
@@ -454,7 +454,7 @@ class FitModel:
     def solve(self, values: Floats, end: float | None = None) -> Solved | None:
         """Return the motion with these values; parameters and None as in `predict`."""
         scene = self.scene(values)
-        if not agree(scene.law, scene.start):
+        if not is_valid_scene(scene.law, scene.start):
             return None
         found, step = self.measurement, self.case.step
         t = found.t if end is None else found.t[found.t <= end * (1.0 + 1e-12)]
