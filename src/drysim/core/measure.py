@@ -350,23 +350,40 @@ def sum_runs_compiled(solution, runs, peaks, sums, rest, turns):
     return count
 
 
+@inlined
+def larger_bits(bits, value):
+    """Return the larger of |value| and the number that has these bits, as bits.
+
+    Numbers above 0 are in the order of their bits. A loop with the largest of integers is
+    vectorized, with that of numbers it is not.
+    """
+    other = np.float64(abs(value)).view(np.int64)
+    return other if other > bits else bits
+
+
+@inlined
+def float_of_bits(bits):
+    """Return the number that has these bits."""
+    return np.int64(bits).view(np.float64)
+
+
 @summed
 def sum_run(forces, bound, motion, begin, end, sums):
     """Increase the `SUMS` of a group by those of a run; return its `RunExtremes`."""
-    x_r, v_r, u_dd = motion
+    # Slices: an index that may count from the end keeps the loop from being vectorized.
+    x_r, v_r, u_dd = motion[0][begin:end], motion[1][begin:end], motion[2][begin:end]
+    v_after, u_after = motion[1][begin + 1 : end + 1], motion[2][begin + 1 : end + 1]
     xx = xv = xg = xj = vv = vg = vj = gg = gj = jj = 0.0
     vu = vy = ju = jy = uu = uy = yy = gu = 0.0
-    along = force = increase = 0.0
-    turned = x_dd = speed = relative = steep = 0.0
-    for n in range(begin, end):
-        x, v, g, j, u, y = step_variables(forces, x_r[n], v_r[n], u_dd[n], u_dd[n + 1])
-        size_v, size_y, size_j = abs(v), abs(y), abs(j)
-        size_e = abs(g) + forces.c * size_v
-        x_dd = size_y if size_y > x_dd else x_dd
-        speed = size_v if size_v > speed else speed
-        relative = size_e if size_e > relative else relative
-        steep = size_j if size_j > steep else steep
-        kept = 1.0 if keeps_direction(bound, forces.d, v, v_r[n + 1], j) else 0.0
+    along = force = increase = turned = 0.0
+    x_dd = speed = relative = steep = np.int64(0)
+    for n in range(len(x_r)):
+        x, v, g, j, u, y = step_variables(forces, x_r[n], v_r[n], u_dd[n], u_after[n])
+        x_dd = larger_bits(x_dd, y)
+        speed = larger_bits(speed, v)
+        relative = larger_bits(relative, abs(g) + forces.c * abs(v))
+        steep = larger_bits(steep, j)
+        kept = 1.0 if keeps_direction(bound, forces.d, v, v_after[n], j) else 0.0
         turned += 1.0 - kept
         x, v, g, j, u, y = kept * x, kept * v, kept * g, kept * j, kept * u, kept * y
         xx += x * x
@@ -396,7 +413,8 @@ def sum_run(forces, bound, motion, begin, end, sums):
     )  # fmt: skip
     for k in range(SUMS):
         sums[k] += products[k]
-    return RunExtremes(turned, x_dd, speed, relative, steep)
+    largest = float_of_bits(x_dd), float_of_bits(speed), float_of_bits(relative)
+    return RunExtremes(turned, *largest, float_of_bits(steep))
 
 
 @inlined

@@ -468,14 +468,17 @@ def series_factors(c, w):
 
 @compiled
 def series_recursion(c, w, q_3, q_4):
-    """Return q_3 to q_11 from n q_n = -(c q_(n-1) + w q_(n-2)/(n - 1))."""
-    q_5 = -(c * q_4 + w * q_3 / 4.0) / 5.0
-    q_6 = -(c * q_5 + w * q_4 / 5.0) / 6.0
-    q_7 = -(c * q_6 + w * q_5 / 6.0) / 7.0
-    q_8 = -(c * q_7 + w * q_6 / 7.0) / 8.0
-    q_9 = -(c * q_8 + w * q_7 / 8.0) / 9.0
-    q_10 = -(c * q_9 + w * q_8 / 9.0) / 10.0
-    q_11 = -(c * q_10 + w * q_9 / 10.0) / 11.0
+    """Return q_3 to q_11 from n q_n = -(c q_(n-1) + w q_(n-2)/(n - 1)).
+
+    By reciprocals: divisions would take a tenth of the time in which a segment is integrated.
+    """
+    q_5 = -(c * q_4 + w * q_3 * (1.0 / 4.0)) * (1.0 / 5.0)
+    q_6 = -(c * q_5 + w * q_4 * (1.0 / 5.0)) * (1.0 / 6.0)
+    q_7 = -(c * q_6 + w * q_5 * (1.0 / 6.0)) * (1.0 / 7.0)
+    q_8 = -(c * q_7 + w * q_6 * (1.0 / 7.0)) * (1.0 / 8.0)
+    q_9 = -(c * q_8 + w * q_7 * (1.0 / 8.0)) * (1.0 / 9.0)
+    q_10 = -(c * q_9 + w * q_8 * (1.0 / 9.0)) * (1.0 / 10.0)
+    q_11 = -(c * q_10 + w * q_9 * (1.0 / 10.0)) * (1.0 / 11.0)
     return q_3, q_4, q_5, q_6, q_7, q_8, q_9, q_10, q_11
 
 
