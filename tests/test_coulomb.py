@@ -647,24 +647,27 @@ def test_integrals_over_samples_are_those_of_the_motion(plant, F, window, monkey
     assert found == pytest.approx(integrals(trajectory, *window), rel=1e-11, abs=1e-20)
 
 
-def test_time_beyond_a_limit_takes_few_states(monkeypatch):
-    noise = np.random.Generator(np.random.PCG64(9)).normal(size=4000)
-    motion = Samples(0.2 * np.convolve(noise, np.hanning(41), mode="same"), 2.5e-3)
-    scene = Plant(75.0, 7500.0, 500.0), CoulombLaw(15.0, 18.0), motion, State(0.0, 0.0)
-    trajectory = exact.compute_trajectory(*scene, None)
-    limit = 0.5 * float(np.abs(trajectory.turning_points.x_r).max())
-    limits = StrokeLimits(limit, limit)
-    state, calls = type(trajectory).state, []
-
-    def counted(self, t):
-        calls.append(t)
-        return state(self, t)
-
-    monkeypatch.setattr(type(trajectory), "state", counted)
-    found = stroke.excursions(trajectory, limits)
-    times = found.up + found.down
-    assert times > 10
-    assert len(calls) < 2 * times * 10
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("law", LAWS | PIECEWISE)
+def test_excursions_found_block_by_block_are_those_found_by_states(law, seed, motion, small):
+    """Limits are drawn; one is the position of a stop, and one is never left."""
+    law, rng = (LAWS | PIECEWISE)[law], np.random.default_rng(seed)
+    scene = PARTS_PLANT, law, motion, START, 14.0
+    parted, whole = (exact.compute_trajectory(*scene, kept) for kept in (False, True))
+    end = float(whole.state(whole.end).x_r)
+    size = float(np.abs(whole.path.x_r).max())
+    drawn = [StrokeLimits(*(size * rng.uniform(0.01, 1.0, 2)).tolist()) for _ in range(5)]
+    crossed = 0
+    for limits in (*drawn, TIGHT, StrokeLimits(1e-9 * size, 2.0 * size)):
+        found = stroke.excursions(parted, limits)
+        assert found == pytest.approx(stroke.excursions(whole, limits), rel=1e-9)
+        crossings = stroke.crossings_of(whole.path, end, whole.end, limits)
+        by_states = responses.FindsCrossings.crossing_times(whole, crossings)
+        assert parted.crossing_times(crossings) == pytest.approx(by_states, rel=1e-11)
+        assert (by_states >= crossings.low).all()
+        assert (by_states <= crossings.high).all()
+        crossed += len(by_states)
+    assert crossed > 20
 
 
 # Sines on a grid: stepping from point to point gives what the events alone give.

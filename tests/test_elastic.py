@@ -10,6 +10,7 @@ import pytest
 from contacts import at, march_contact
 from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, elastic_law, mirrored, noise, sine, solved
+from paths import measured_path
 from reference import assert_agrees, peak
 
 from drysim.approach import piecewise
@@ -21,6 +22,7 @@ from drysim.core.forcing import Waves
 from drysim.core.march import Course, MarchState, ModesLog, Scene, march_modes
 from drysim.core.model import (
     BRISTLE,
+    NO_LIMITS,
     ContactState,
     CoulombLaw,
     DynamicLaw,
@@ -36,13 +38,7 @@ from drysim.core.model import (
 from drysim.core.modes import APART, HOLD, mode_of
 from drysim.errors import SolverError
 from drysim.metrics.energy import contact_energy
-from drysim.metrics.stroke import (
-    count_limit_entries,
-    count_upcrossings,
-    excursions,
-    half_cycle_peaks,
-    path_in_window,
-)
+from drysim.metrics.stroke import excursions, path_measures
 from drysim.metrics.table import measure
 from drysim.orbits.search import find_orbit
 
@@ -233,21 +229,19 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
     fine = seen(trajectory, grid)
     for window in ((0.0, 1.5), (0.311, 1.107)):
         inside = fine[(grid >= window[0]) & (grid <= window[1])]
-        assert np.abs(path_in_window(trajectory, window)).max() == pytest.approx(
-            np.abs(inside).max(), rel=1e-6
-        )
-        assert count_upcrossings(path_in_window(trajectory, window)) == count_upcrossings(
-            inside
-        )
-        heights = half_cycle_peaks(inside)
-        assert half_cycle_peaks(path_in_window(trajectory, window)) == pytest.approx(
-            heights, rel=1e-3
-        )
+        found, peaks = path_measures(trajectory, (*window, window[1]), NO_LIMITS)
+        expected, heights = measured_path(inside)
+        assert found.lowest == pytest.approx(inside.min(), rel=1e-6)
+        assert found.highest == pytest.approx(inside.max(), rel=1e-6)
+        before = fine[grid <= window[1]]
+        assert found.run_lowest == pytest.approx(before.min(), rel=1e-6)
+        assert found.run_highest == pytest.approx(before.max(), rel=1e-6)
+        assert found.upcrossings == expected.upcrossings
+        assert peaks == pytest.approx(heights, rel=1e-3)
         for level in (levels * np.abs(inside).max()).tolist():
             limits = StrokeLimits(level, level)
-            assert count_limit_entries(
-                path_in_window(trajectory, window), limits
-            ) == count_limit_entries(inside, limits)
+            found = path_measures(trajectory, (*window, window[1]), limits)[0]
+            assert found.entries == measured_path(inside, limits)[0].entries
             beyond = np.abs(fine) >= level
             up, down, _, t_beyond = excursions(trajectory, limits)
             times = up + down
@@ -265,8 +259,8 @@ def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
         Plant(1.0, 4.0, 0.0), law, motion, State(0.0, 0.4), 20.0
     )
     window = (begin, 20.0)
-    heights = half_cycle_peaks(trajectory.at(np.linspace(*window, 400_001))[0])
-    told = half_cycle_peaks(path_in_window(trajectory, window))
+    heights = measured_path(trajectory.at(np.linspace(*window, 400_001))[0])[1]
+    told = path_measures(trajectory, (*window, window[1]), NO_LIMITS)[1]
     assert told == pytest.approx(heights, rel=1e-5)
 
 

@@ -6,15 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from paths import measured_path
 
 import drysim
 from drysim.core.model import StrokeLimits
-from drysim.metrics.stroke import (
-    count_limit_entries,
-    count_upcrossings,
-    half_cycle_peaks,
-    hourly_stroke,
-)
+from drysim.metrics.stroke import hourly_stroke
 from drysim.scenario.model import scene_period
 
 # The window of the metrics: its default, its periods, and what repeats.
@@ -76,18 +72,19 @@ PATH = np.array([0.0, 1.0, -2.0, -1.5, -3.0, 0.0, 2.0, 1.0, 1.5, -1.0])
 
 
 def test_passages_of_zero_are_counted_upwards_and_a_rest_on_zero_is_none():
-    assert count_upcrossings(PATH) == 1
-    assert count_upcrossings(np.array([-1.0, 0.0, -1.0, 0.0, 1.0])) == 1
+    assert measured_path(PATH)[0].upcrossings == 1
+    assert measured_path(np.array([-1.0, 0.0, -1.0, 0.0, 1.0]))[0].upcrossings == 1
 
 
 def test_each_half_cycle_has_one_peak():
-    assert half_cycle_peaks(PATH).tolist() == [1.0, -3.0, 2.0, -1.0]
-    assert half_cycle_peaks(np.zeros(3)).tolist() == []
+    assert measured_path(PATH)[1] == [1.0, -3.0, 2.0, -1.0]
+    assert measured_path(np.zeros(3))[1] == []
 
 
 def test_every_return_to_the_limit_counts_and_a_start_beyond_does_not():
-    assert count_limit_entries(PATH, StrokeLimits(1.5, 1.5)) == 3
-    assert count_limit_entries(np.array([2.0, 1.0, -2.0]), StrokeLimits(1.5, 1.5)) == 1
+    limits = StrokeLimits(1.5, 1.5)
+    assert measured_path(PATH, limits)[0].entries == 3
+    assert measured_path(np.array([2.0, 1.0, -2.0]), limits)[0].entries == 1
 
 
 def test_too_few_half_cycles_are_not_extrapolated():
@@ -169,11 +166,11 @@ def test_the_hourly_stroke_is_too_short_for_the_side_whose_limit_it_exceeds(seat
 def test_the_peaks_of_half_cycles_alternate_and_change_sides_in_a_mirror(seed):
     rng = np.random.default_rng(seed)
     path = np.round(np.convolve(rng.normal(size=400), np.ones(3), "valid"), 1)
-    peaks = half_cycle_peaks(path)
+    peaks = np.array(measured_path(path)[1])
     assert np.all(peaks[1:] * peaks[:-1] < 0.0)
     assert peaks.max() == path.max()
     assert peaks.min() == path.min()
-    assert half_cycle_peaks(-path).tolist() == (-peaks).tolist()
+    assert measured_path(-path)[1] == (-peaks).tolist()
 
 
 def test_many_cases_and_seeds_name_the_side_of_the_limit_that_is_too_small(seat):

@@ -24,6 +24,7 @@ PARTS = (
     "peak",
     "roots",
     "sampled",
+    "stroke",
     "taylor",
     "trajectory",
     "variational",

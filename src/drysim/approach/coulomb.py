@@ -93,9 +93,8 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.core.modes import APART, REGULAR, Mode, encode_mode
-from drysim.core.oscillator import flow
-from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
+from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
     EventSolution,
     SampledSolution,
@@ -284,32 +283,9 @@ class SampledTrajectory(MarchedTrajectory):
         first = block.first * dt
         return State(*state_in_step(block.solution, at, t - first)[:2])
 
-    def crossing_time(self, level: float, lo: float, hi: float, d: int) -> float:
-        """Return the time at which x_r, moving in direction d, passes a level [m].
-
-        There is no event between `lo` and `hi` [s], and friction is constant. The samples
-        between show in which step it is; within, the motion is in closed form.
-        """
-        motion, (m, k_x, b) = self.march.motion, self.plant
-        first, last = int(lo / motion.dt) + 1, int(hi / motion.dt)
-        if first <= last:
-            x_r = self.march.points(first, last + 1).x_r
-            after = first + int(np.searchsorted(d * x_r, d * level))
-            lo = max(lo, (after - 1) * motion.dt) if after > first else lo
-            hi = min(hi, after * motion.dt) if after <= last else hi
-        x, v = self.state(lo)
-        n = min(int(0.5 * (lo + hi) / motion.dt), len(motion.u_dd) - 2)
-        u_0, u_1 = motion.u_dd[n : n + 2].tolist()
-        c, w, r = b / m, k_x / m, (u_0 - u_1) / motion.dt
-        p = r * (lo - n * motion.dt) - u_0 - d * self.law.F_fk / m - w * x
-        low, high, s = 0.0, hi - lo, 0.5 * (hi - lo)
-        for _ in range(MAX_BISECTIONS):
-            y, y_d, Y, YY = flow(c, w, s)
-            gap, speed = d * (level - x - v * y - p * Y - r * YY), d * (v * y_d + p * y + r * Y)
-            low, high, s, done = safeguarded_newton(low, high, s, gap, -speed)
-            if done:
-                break
-        return lo + float(s)
+    def crossing_times(self, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels [s]."""
+        return self.march.crossing_times(self.march.motion.dt, crossings)
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s]."""

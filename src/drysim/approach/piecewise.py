@@ -111,6 +111,7 @@ from drysim.core.modes import (
 )
 from drysim.core.oscillator import STEP_COLUMNS
 from drysim.core.sampled import CHUNK, SampledMotion
+from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
     Columns,
     SampledSolution,
@@ -665,6 +666,12 @@ class PiecewiseTrajectory(EventDriven):
         pairs = ((0, 1), (0, 2), (1, 2))[: 1 if len(M) == 2 else 3]
         minors = [float(M[i, i] * M[j, j] - M[i, j] * M[j, i]) for i, j in pairs]
         return float(np.trace(M)), sum(minors)
+
+    def crossing_times(self, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels [s]."""
+        if isinstance(self.motion, Sines):
+            return super().crossing_times(crossings)
+        return self.march.crossing_times(self.dt, crossings)
 
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""

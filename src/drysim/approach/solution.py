@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.compile import as_engine_array
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -32,6 +33,7 @@ from drysim.core.model import (
 
 if TYPE_CHECKING:
     from drysim.core.events import EventLog
+    from drysim.core.stroke import Crossings
 
 
 Floats = NDArray[np.float64]
@@ -324,6 +326,38 @@ class Trajectory(Protocol):
         None where it is not known in closed form.
         """
 
+    def crossing_times(self, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels [s]."""
+
+
+class HasStates(Protocol):
+    """Trajectory whose state is known at any time."""
+
+    def state(self, t: float) -> AnyState:
+        """Return the state at time t [s]."""
+
+
+class FindsCrossings:
+    """Base of trajectories, with crossings as roots between two states."""
+
+    def crossing_times(self: HasStates, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels, accurate to rounding [s]."""
+        from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
+
+        times = np.array(crossings.low)
+        for i in np.flatnonzero(crossings.low < crossings.high).tolist():
+            lo, hi, level, side, _ = (float(column[i]) for column in crossings)
+            t = 0.5 * (lo + hi)
+            for _ in range(MAX_BISECTIONS):
+                x_r, v_r = self.state(t)[:2]
+                lo, hi, t, done = safeguarded_newton(
+                    lo, hi, t, side * (level - x_r), -side * v_r
+                )
+                if done:
+                    break
+            times[i] = t
+        return times
+
 
 class HasTurningPoints(Protocol):
     """Trajectory with known turning points."""
@@ -333,7 +367,7 @@ class HasTurningPoints(Protocol):
         """The start and every zero of v_r: x_r is monotone between neighbours."""
 
 
-class EventDriven:
+class EventDriven(FindsCrossings):
     """Base of trajectories with located stops, whose velocity cannot chatter with a step."""
 
     @property
@@ -401,6 +435,28 @@ class BlockwiseMarch:
         """Return the blocks that contain the steps from sample `first` to sample `last`."""
         numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
         return map(self.block, numbers)
+
+    def crossing_times(self, dt: float, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels, block by block; `dt` is the step [s]."""
+        from drysim.core.stroke import Crossings, crossing_times
+
+        low, high = crossings.low, crossings.high
+        times = np.full(len(low), np.nan)
+        if not len(low):
+            return times
+        steps = int(low[0] / dt), min(int(high[-1] / dt) + 1, self.last)
+        for block in self.blocks(*steps):
+            begin, count = block.first * dt, len(block.u_dd) - 1
+            part = slice(*np.searchsorted(low, (0.0, begin + count * dt), "right").tolist())
+            # Those of earlier blocks are known by now, the last one perhaps not.
+            part = slice(int(np.searchsorted(high, begin)), part.stop)
+            found = as_engine_array(np.empty(part.stop - part.start))
+            here = crossings._replace(low=low - begin, high=high - begin)
+            here = Crossings(*(as_engine_array(column[part]) for column in here))
+            crossing_times(block.solution, here, found)
+            unknown = np.isnan(times[part])
+            times[part][unknown] = begin + np.asarray(found)[unknown]
+        return np.where(np.isnan(times), high, times)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from drysim.approach.scene import base_square_integrals, count_grid_points, make
 from drysim.approach.solution import (
     FIXED_STEP,
     Events,
+    FindsCrossings,
     Floats,
     Numerics,
     Path,
@@ -126,7 +127,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Event
 
 
 @dataclass(frozen=True, eq=False)
-class FixedStepTrajectory:
+class FixedStepTrajectory(FindsCrossings):
     """Solution known at grid points only: linear between them, sums in place of integrals."""
 
     plant: Plant

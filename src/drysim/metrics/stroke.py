@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Trajectory
+from drysim.approach.solution import Floats, Path, Trajectory
+from drysim.core.compile import as_engine_array
 from drysim.core.model import StrokeLimits
 
 if TYPE_CHECKING:
     from drysim.approach.exact import UnreachedStopsTrajectory
     from drysim.approach.piecewise import PiecewiseTrajectory
+    from drysim.core.stroke import Crossings, PathMeasures
 
 HOUR = 3600.0
 
@@ -56,67 +58,33 @@ def excursions(
     -----
     Between two turning points a limit is passed at most once, so that no excursion is missed.
     """
-    path = trajectory.path
-    t = np.append(path.t, trajectory.end)
-    x_r = np.append(path.x_r, trajectory.state(trajectory.end).x_r)
-    side = limits.side(x_r)
-    changes = np.flatnonzero(side[1:] != side[:-1]).tolist()
-    sides = [one for one in side[[0, *(i + 1 for i in changes)]].tolist() if one]
-    enters: list[float] = [0.0] if side[0] else []
-    leaves: list[float] = []
-    for i in changes:
-        bracket = float(t[i]), float(t[i + 1]), bool(x_r[i + 1] > x_r[i])
-        for at, times in ((i, leaves), (i + 1, enters)):
-            if not side[at]:
-                continue
-            level = limits.up if side[at] > 0 else -limits.down
-            # x_r equals the limit at a rigid stop: no root to find.
-            times.append(
-                float(t[at])
-                if x_r[at] == level
-                else level_crossing_time(trajectory, level, *bracket)
-            )
-    if len(leaves) < len(enters):
-        leaves.append(trajectory.end)
+    path, end = trajectory.path, trajectory.end
+    x_end = float(trajectory.state(end).x_r)
+    if limits.up > max(path.x_r.max(), x_end) and -limits.down < min(path.x_r.min(), x_end):
+        return Excursions(0, 0, None, 0.0)
+    first, last = int(limits.side(path.x_r[0])), int(limits.side(x_end))
+    crossings = crossings_of(path, x_end, end, limits)
+    times, enters = trajectory.crossing_times(crossings), crossings.enters == 1.0
+    sides = crossings.side[enters]
+    up = int(np.count_nonzero(sides > 0.0)) + int(first > 0)
+    down = int(np.count_nonzero(sides < 0.0)) + int(first < 0)
+    begins = np.append(times[enters], [0.0] * abs(first))
+    ends = np.append(times[~enters], [end] * abs(last))
+    beyond = max(float(ends.sum() - begins.sum()), 0.0)
     # On an orbit, an excursion at the end and one at the start are the same.
-    if repeats and side[0] and side[-1] == side[0] and len(enters) > 1:
-        sides.pop()
-    beyond = max(float(sum(leaves) - sum(enters)), 0.0)
-    return Excursions(sides.count(1), sides.count(-1), min(enters, default=None), beyond)
+    if repeats and first and first == last and up + down > 1:
+        up, down = up - int(last > 0), down - int(last < 0)
+    return Excursions(up, down, float(begins.min()), beyond)
 
 
-def level_crossing_time(
-    trajectory: Trajectory, level: float, lo: float, hi: float, rising: bool
-) -> float:
-    """Return the time at which x_r passes a level once between two times.
+def crossings_of(path: Path, x_end: float, end: float, limits: StrokeLimits) -> Crossings:
+    """Return the crossings of the limits of a run that ends at x_end [m] and end [s]."""
+    from drysim.core.stroke import Crossings, limit_crossings
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-    level : float
-        Level of x_r [m].
-    lo, hi : float
-        Times on either side of the crossing [s].
-    rising : bool
-        Whether x_r is larger at `hi`.
-
-    Returns
-    -------
-    float
-        Time [s], accurate to rounding.
-    """
-    from drysim.approach.coulomb import SampledTrajectory
-    from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
-
-    if isinstance(trajectory, SampledTrajectory) and not trajectory.law.variation:
-        return trajectory.crossing_time(level, lo, hi, 1 if rising else -1)
-    t, side = 0.5 * (lo + hi), 1.0 if rising else -1.0
-    for _ in range(MAX_BISECTIONS):
-        x_r, v_r = trajectory.state(t)[:2]
-        lo, hi, t, done = safeguarded_newton(lo, hi, t, side * (level - x_r), -side * v_r)
-        if done:
-            break
-    return float(t)
+    crossings = Crossings(*map(as_engine_array, np.empty((5, 2 * len(path.t)))))
+    t, x_r = as_engine_array(path.t), as_engine_array(path.x_r)
+    count = limit_crossings(t, x_r, x_end, end, limits, crossings)
+    return Crossings(*(np.asarray(column[:count]) for column in crossings))
 
 
 class StopLoads(NamedTuple):
@@ -164,38 +132,31 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
     )
 
 
-def path_in_window(trajectory: Trajectory, window: tuple[float, float]) -> Floats:
-    """Return x_r [m] at the ends of a window and at the turning points in it, in order."""
-    (begin, end), path = window, trajectory.path
-    inside = path.x_r[(path.t > begin) & (path.t < end)]
-    ends = trajectory.state(begin).x_r, trajectory.state(end).x_r
-    return np.concatenate(([ends[0]], inside, [ends[1]]))
+def path_measures(
+    trajectory: Trajectory, window: tuple[float, float, float], limits: StrokeLimits
+) -> tuple[PathMeasures, Floats]:
+    """Return what follows from the path, and the peaks of the half cycles in a window.
 
+    Parameters
+    ----------
+    trajectory : Trajectory
+    window : tuple of float
+        Begin, end, and the time up to which extremes count [s].
+    limits : StrokeLimits
 
-def count_upcrossings(path: Floats) -> int:
-    """Return the number of upward zero crossings of x_r."""
-    sides = np.sign(path[path != 0.0])
-    return int(np.count_nonzero((sides[1:] > 0) & (sides[:-1] < 0)))
-
-
-def count_limit_entries(path: Floats, limits: StrokeLimits) -> int:
-    """Return how often x_r reaches a limit, on either side."""
-    sides = limits.side(path)
-    return int(np.count_nonzero((sides[1:] != 0) & (sides[1:] != sides[:-1])))
-
-
-def half_cycle_peaks(path: Floats) -> Floats:
-    """Return x_r farthest from zero [m] between consecutive zero crossings, in order.
-
-    `path` has the extreme points of x_r in order [m].
+    Returns
+    -------
+    measures : PathMeasures
+    peaks : ndarray
+        x_r farthest from zero [m] between consecutive zero crossings, in order.
     """
-    moved: Floats = path[path != 0.0]
-    if not len(moved):
-        return moved
-    changes = np.flatnonzero((moved[1:] > 0.0) != (moved[:-1] > 0.0)) + 1
-    first = np.concatenate(([0], changes))
-    heights = np.maximum.reduceat(np.abs(moved), first)
-    return np.asarray(np.copysign(heights, moved[first]), dtype=np.float64)
+    from drysim.core.stroke import measure_path
+
+    path = trajectory.path
+    ends = tuple(float(trajectory.state(t).x_r) for t in window)
+    t, x_r, peaks = map(as_engine_array, (path.t, path.x_r, np.empty(len(path.t) + 2)))
+    measures = measure_path(t, x_r, window, ends, limits, peaks)
+    return measures, np.asarray(peaks[: measures.half_cycles])
 
 
 def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | None:

@@ -17,19 +17,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Trajectory
-from drysim.core.model import ATTRACTING_MODULUS, AnyState, Plant, StrokeLimits, Totals
+from drysim.core.model import (
+    ATTRACTING_MODULUS,
+    NO_LIMITS,
+    AnyState,
+    Plant,
+    StrokeLimits,
+    Totals,
+)
 from drysim.metrics.comfort import Weighted
 from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
     Excursions,
     StopLoads,
-    count_limit_entries,
-    count_upcrossings,
     excursions,
-    half_cycle_peaks,
     hourly_stroke,
     impacts,
-    path_in_window,
+    path_measures,
 )
 
 Metrics = Mapping[str, float | int | None]
@@ -484,13 +488,10 @@ def measure(
     """
     (begin, end), law, repeats = window, trajectory.law, closure is not None
     last = end if run_end is None else run_end
-    inside = path_in_window(trajectory, window)
-    counted = inside if last == end else path_in_window(trajectory, (begin, last))
-    whole = path_in_window(trajectory, (0.0, last)) if begin else counted
+    path, peaks = path_measures(trajectory, (begin, end, last), limits or NO_LIMITS)
     hourly: float | None = None
     by_side: list[float | None] = [None, None]
     if stationary:
-        peaks = half_cycle_peaks(inside)
         hourly = hourly_stroke(np.abs(peaks), end - begin)
         if hourly is not None:
             heights = peaks[peaks > 0.0], -peaks[peaks < 0.0]
@@ -514,18 +515,18 @@ def measure(
             end - begin,
             totals,
             *states,
-            lowest=min(float(counted.min()), 0.0),
-            highest=max(float(counted.max()), 0.0),
-            run_lowest=min(float(whole.min()), 0.0),
-            run_highest=max(float(whole.max()), 0.0),
-            upcrossings=count_upcrossings(inside),
+            lowest=min(path.lowest, 0.0),
+            highest=max(path.highest, 0.0),
+            run_lowest=min(path.run_lowest, 0.0),
+            run_highest=max(path.run_highest, 0.0),
+            upcrossings=path.upcrossings,
             chatter=trajectory.chatter(begin, end),
             closure=closure,
             x_dd_peak=x_dd_peak,
             hourly=hourly,
             hourly_by_side=(by_side[0], by_side[1]),
             limits=limits,
-            limit_entries=count_limit_entries(inside, limits) if limits else 0,
+            limit_entries=path.entries,
             excursions=excursions(trajectory, limits, repeats) if limits else None,
             impacts=impacts(trajectory, (begin, last), repeats) if stops else None,
             bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),

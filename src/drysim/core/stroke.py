@@ -1,0 +1,224 @@
+"""Extremes, crossings and excursions of x_r, from its turning points.
+
+Problem
+    How far the mass moves, how often x_r passes zero or reaches a limit, when, and for how
+    long. A grid misses what happens between its points.
+
+Method
+    Every zero of v_r is known, so that x_r is monotone between two neighbouring points of its
+    path. Its extremes are therefore points of the path, and a level is crossed at most once
+    between two of them. Only the times of these crossings need the motion itself: they are
+    roots bracketed by two turning points, sought first among the samples and then within one
+    step, where the motion is in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from drysim.core.compile import ZERO, compiled
+from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
+from drysim.core.trajectory import (
+    extremes_and_crossings,
+    last_event_index,
+    state_in_step,
+    stroke_side,
+)
+
+
+class PathMeasures(NamedTuple):
+    """What follows from the path of a motion.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        Extremes of x_r in the window and after it [m].
+    run_lowest, run_highest : float
+        Extremes from the start on [m].
+    upcrossings, entries : int
+        Number of zero crossings with positive slope, and of entries of x_r into the ranges at
+        or beyond the limits, in the window.
+    half_cycles : int
+        Number of peaks between zero crossings in the window.
+    """
+
+    lowest: float
+    highest: float
+    run_lowest: float
+    run_highest: float
+    upcrossings: int
+    entries: int
+    half_cycles: int
+
+
+@compiled
+def measure_path(t, x_r, window, ends, limits, peaks):
+    """Return the `PathMeasures` of a motion.
+
+    Parameters
+    ----------
+    t, x_r : array, shape (n,)
+        Times [s] and displacements [m] of the start and the turning points.
+    window : (float, float, float)
+        Begin and end of the window, and the time up to which the extremes count [s].
+    ends : (float, float, float)
+        x_r at these times [m].
+    limits : StrokeLimits
+        Infinite for none.
+    peaks : array, shape (n + 2,)
+        Written: x_r farthest from zero between zero crossings in the window, in order [m].
+    """
+    (begin, end, last), (x_begin, x_end, x_last) = window, ends
+    # The start is no point of a window that begins later.
+    first = last_event_index(t, begin) + int(t[0] <= begin)
+    until = first
+    while until < len(t) and t[until] < end:
+        until += 1
+    inside = x_r[first:until]
+    lowest, highest, upcrossings, entries = extremes_and_crossings(
+        t[first:until], inside, x_begin, x_end, end, limits
+    )
+    count = half_cycle_peaks(inside, x_begin, x_end, peaks)
+    if last > end:
+        lowest, highest = min(lowest, x_last), max(highest, x_last)
+    for i in range(until, len(t)):
+        if t[i] < last:
+            lowest, highest = min(lowest, x_r[i]), max(highest, x_r[i])
+    run_lowest, run_highest = lowest, highest
+    for i in range(first):
+        run_lowest, run_highest = min(run_lowest, x_r[i]), max(run_highest, x_r[i])
+    return PathMeasures(lowest, highest, run_lowest, run_highest, upcrossings, entries, count)
+
+
+@compiled
+def half_cycle_peaks(x_r, x_begin, x_end, peaks):
+    """Write x_r farthest from zero between zero crossings, in order; return their number.
+
+    Parameters
+    ----------
+    x_r : array, shape (n,)
+        Extreme points of x_r in order [m].
+    x_begin, x_end : float
+        x_r before and after them [m].
+    peaks : array, shape (n + 2,)
+        Written [m].
+    """
+    count, peak = int(ZERO), 0.0
+    for i in range(-1, len(x_r) + 1):
+        x = x_begin if i < 0 else (x_r[i] if i < len(x_r) else x_end)
+        if peak != 0.0 and x != 0.0 and (x > 0.0) != (peak > 0.0):
+            peaks[count] = peak
+            count, peak = count + 1, 0.0
+        if abs(x) > abs(peak):
+            peak = x
+    if peak != 0.0:
+        peaks[count] = peak
+        count += 1
+    return count
+
+
+# Excursions to the limits.
+
+
+class Crossings(NamedTuple):
+    """Crossings of limits, in order of time; arrays of shape (n,).
+
+    Attributes
+    ----------
+    low, high : array
+        Times before and after the crossing, between which x_r is monotone [s]; equal where the
+        time is known.
+    level : array
+        Level that is crossed [m].
+    side : array
+        1 where x_r grows, -1 where it falls.
+    enters : array
+        Whether an excursion begins, 1 or 0; else it ends.
+    """
+
+    low: Any
+    high: Any
+    level: Any
+    side: Any
+    enters: Any
+
+
+@compiled
+def limit_crossings(t, x_r, x_end, end, limits, crossings):
+    """Write the crossings of the limits; return their number.
+
+    Parameters
+    ----------
+    t, x_r : array, shape (n,)
+        Times [s] and displacements [m] of the start and the turning points.
+    x_end, end : float
+        x_r at the end of the run [m], and that time [s].
+    limits : StrokeLimits
+    crossings : Crossings
+        Arrays of shape (2 n,), written.
+    """
+    count, before = int(ZERO), stroke_side(x_r[0], limits)
+    for i in range(len(t)):
+        last = i + 1 == len(t)
+        until, x = (end, x_end) if last else (t[i + 1], x_r[i + 1])
+        now = stroke_side(x, limits)
+        if now != before:
+            for side, enters in ((before, 0), (now, 1)):
+                if side != 0:
+                    level = limits.up if side > 0 else -limits.down
+                    # At a rigid stop x_r equals the limit: no root to find.
+                    known, at = (until, x) if enters == 1 else (t[i], x_r[i])
+                    crossings.low[count] = known if at == level else t[i]
+                    crossings.high[count] = known if at == level else until
+                    crossings.level[count] = level
+                    crossings.side[count] = 1.0 if x > x_r[i] else -1.0
+                    crossings.enters[count] = enters
+                    count += 1
+        before = now
+    return count
+
+
+@compiled
+def crossing_times(solution, crossings, times):
+    """Write the times of crossings in a part of a motion over samples [s].
+
+    Parameters
+    ----------
+    solution : SampledSolution
+    crossings : Crossings
+        Time counts from the first sample of the part.
+    times : array, shape (n,)
+        Written; NaN where a crossing is not in this part.
+    """
+    for i in range(len(times)):
+        times[i] = crossings.low[i]
+        if crossings.low[i] < crossings.high[i]:
+            bracket = crossings.low[i], crossings.high[i]
+            times[i] = crossing_time(solution, crossings.level[i], crossings.side[i], bracket)
+
+
+@compiled
+def crossing_time(solution, level, side, bracket):
+    """Return the time at which x_r crosses a level in a direction, once in a bracket [s].
+
+    NaN where it crosses the level after the last sample.
+    """
+    dt, last = solution.scene.dt, len(solution.scene.u_dd) - 2
+    lo, hi = max(bracket[0], 0.0), min(bracket[1], (last + 1) * dt)
+    # The first sample at which the level is passed ends the step of the crossing.
+    n, after = min(int(lo / dt), last), min(int(hi / dt), last) + 1
+    while after - n > 1:
+        middle = (n + after) // 2
+        x = state_in_step(solution, middle, middle * dt)[0]
+        n, after = (middle, after) if side * (x - level) < 0.0 else (n, middle)
+    lo, hi = max(lo, n * dt), min(hi, after * dt)
+    if hi < bracket[1] and side * (state_in_step(solution, n, hi)[0] - level) < 0.0:
+        return math.nan
+    t = 0.5 * (lo + hi)
+    for _ in range(MAX_BISECTIONS):
+        x, v, _ = state_in_step(solution, n, t)
+        lo, hi, t, done = safeguarded_newton(lo, hi, t, side * (level - x), -side * v)
+        if done:
+            break
+    return t
