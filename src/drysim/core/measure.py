@@ -6,8 +6,8 @@ Problem
     They should cost less than the march: a few nanoseconds a step.
 
 Method
-    `divide_steps` separates runs of whole steps in one mode apart from the stops, most of a
-    motion, from all other segments.
+    `measure_steps` goes through the motion once. Runs of whole steps in one mode apart from the
+    stops, most of a motion, are summed; all other segments are integrated one by one.
 
     - Integrals over runs. In one mode a motion is linear in its state and in ü at both ends of
       a step, so that every integral is a quadratic form of these, the same for all steps. Only
@@ -21,20 +21,27 @@ Method
       between them, are formed in the same loop. Few runs may exceed the largest of all values
       and are searched (`peak`).
 
-    Runs are long loops without branches, which the compiler turns into vector instructions. In
-    plain Python numpy does the same (`sum_runs_plain`).
+    Runs are loops without branches, which the compiler turns into vector instructions. In plain
+    Python numpy does the same (`sum_run_plain`).
 """
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.core.compile import ZERO, as_engine_array, compiled, inlined, is_plain, summed
-from drysim.core.events import Segments, record_segment
+from drysim.core.compile import (
+    ZERO,
+    as_engine_array,
+    compiled,
+    inlined,
+    is_plain,
+    python_of,
+    summed,
+)
 from drysim.core.model import TWELVE_NODES, TWELVE_WEIGHTS
 from drysim.core.modes import (
     APART,
@@ -54,35 +61,39 @@ from drysim.core.trajectory import (
     PANEL_RADIANS,
     SampledSolution,
     SegmentSums,
-    Solution,
+    add_segment_sums,
     fastest_rate,
-    integrate_segments,
+    integrate_part,
     last_event_index,
+    peak_in_segment,
+    resume_mode,
 )
 
 
 class Runs(NamedTuple):
-    """Runs of whole steps in one mode; integer arrays of shape (runs,).
+    """Runs of whole steps in one mode; arrays of shape (runs,).
 
     Attributes
     ----------
-    row : array
+    row : array of int
         Index of the row whose mode it is.
-    begin, end : array
+    begin, end : array of int
         First step, and the one after the last.
+    at_samples, between : array of float
+        Largest |x_dd| at the samples of the run, its end included, and a bound of what it is
+        exceeded by between two samples [m/s²].
     """
 
     row: Any
     begin: Any
     end: Any
-
-
-# Runs, and all other segments.
+    at_samples: Any
+    between: Any
 
 
 @compiled
-def divide_steps(solution, steps, window, runs, segments):
-    """Divide steps into runs and segments; return the number of runs and that of segments.
+def measure_steps(solution, steps, window, runs, sums, forms):
+    """Return the integrals and the largest |x_dd| of some steps within a window.
 
     Parameters
     ----------
@@ -92,30 +103,40 @@ def divide_steps(solution, steps, window, runs, segments):
     window : (float, float)
         Begin and end [s], in the first and in the last of these steps. A step that they cut
         belongs to no run.
-    runs, segments : Runs, Segments
-        Written. There are no more runs than rows, and no more segments than steps and twice the
-        rows. A segment ends where the next one begins, or with its step.
+    runs : Runs
+        Work space for as many runs as there are rows up to the last step.
+    sums : array, shape (GROUPS, SUMS)
+        Work space.
+    forms : array, shape (4, SUMS)
+        Work space.
+
+    Returns
+    -------
+    total : SegmentSums
+        Without impacts on rigid stops, which take no time.
+    peak : float
+        [m/s²]; not meaningful where the normal force varies.
     """
-    (_, law, _, u_dd, dt), samples, rows = solution
+    (plant, law, _, u_dd, dt), samples, rows = solution
     first, last = steps
     lowest, highest = first + int(window[0] > first * dt), last - int(window[1] < last * dt)
     varies = load_varies(law)
+    for group in range(GROUPS):
+        for k in range(SUMS):
+            sums[group][k] = 0.0
+    total, peak, count = NO_SUMS, 0.0, int(ZERO)
     i = last_event_index(rows.n, first - 1)
-    count, used = int(ZERO), int(ZERO)
     while i < len(rows.n) and rows.n[i] < last:
-        n, d, x_0 = rows.n[i], rows.d[i], rows.x_0[i]
+        n, s, d, x_0 = rows.n[i], rows.s[i], rows.d[i], rows.x_0[i]
         followed = i + 1 < len(rows.n) and rows.n[i + 1] < last
         until = rows.n[i + 1] if followed else last
         after = rows.s[i + 1] if followed else 0.0
         mode = decode_mode(d)
         summed = not varies and d != ARRIVAL and is_summed(law, mode)
         rests = summed and mode.direction == AT_REST
+        state = rows.x_r[i], rows.v_r[i], x_0
         if n < first:
-            n = first
-        elif not (rests and rows.s[i] == 0.0 and until > n):
-            state = rows.x_r[i], rows.v_r[i], x_0
-            used = record_segment(segments, used, (n, rows.s[i]), state, d)
-            n += 1
+            n, s, state = first, 0.0, (samples.x_r[first], samples.v_r[first], x_0)
         begin = end = until
         if summed:
             # Where the next mode begins at a sample, the motion there is that after it; at the
@@ -123,20 +144,163 @@ def divide_steps(solution, steps, window, runs, segments):
             goes_on = i + 1 < len(rows.n) and rows.n[i + 1] == until
             changes = goes_on and rows.s[i + 1] == 0.0
             stop = until - int(changes or until == len(u_dd) - 1)
-            begin = min(max(n, lowest), until)
+            # A slide that begins in this step need not have its velocity at the sample.
+            whole = rows.n[i] < first or (rests and s == 0.0 and until > n)
+            begin = min(max(n + int(not whole), lowest), until)
             end = max(min(until if rests else stop, highest), begin)
-        for k in range(n, begin):
-            state = samples.x_r[k], samples.v_r[k], x_0
-            used = record_segment(segments, used, (k, 0.0), state, d)
-        if end > begin:
-            runs.row[count], runs.begin[count], runs.end[count] = i, begin, end
-            count += 1
         # The step in which the next mode begins belongs to this one, too.
-        for k in range(max(end, n), until + int(after > 0.0)):
-            state = samples.x_r[k], samples.v_r[k], x_0
-            used = record_segment(segments, used, (k, 0.0), state, d)
+        while n < until + int(after > 0.0):
+            if n == begin and begin < end:
+                runs.row[count], runs.begin[count], runs.end[count] = i, begin, end
+                total, peak = sum_mode(solution, runs, count, window, sums, total, peak)
+                n, count = end, count + 1
+            else:
+                length = (after if n == until else dt) - s
+                total, peak = add_segment(
+                    solution.scene, window, (n, s, length), state, d, (total, peak)
+                )
+                n += 1
+            s = 0.0
+            if n < len(u_dd):
+                state = samples.x_r[n], samples.v_r[n], x_0
         i += 1
-    return count, used
+    for i in range(count):
+        if runs.at_samples[i] + runs.between[i] > peak:
+            peak = peak_of_run(solution, runs.row[i], runs.begin[i], runs.end[i], peak)
+    for holds in (0, 1):
+        w = (plant.k_x + law.k_t * holds) / plant.m
+        # Both directions first: a mirrored motion exchanges them.
+        down = group_sums(law.down.b, plant.m, w, dt, sums[holds], forms, holds)
+        up = group_sums(law.up.b, plant.m, w, dt, sums[2 + holds], forms, holds)
+        total = add_segment_sums(total, add_segment_sums(down, up))
+    return total, peak
+
+
+@compiled
+def add_segment(scene, window, time, state, d, measured):
+    """Return integrals and largest |x_dd| with those of a segment within a window.
+
+    Parameters
+    ----------
+    scene : Scene
+    window : (float, float)
+        Begin and end [s].
+    time : (int, float, float)
+        Step, time since it began and length of the segment [s].
+    state : tuple of float
+        xi [m], v_r [m/s] and x_0 [m] at the start.
+    d : int
+        Encoded mode.
+    measured : (SegmentSums, float)
+        Integrals and largest |x_dd| before [m/s²].
+    """
+    (n, s, length), (total, peak) = time, measured
+    t = n * scene.dt + s
+    lo, hi = max(window[0] - t, 0.0), min(window[1] - t, length)
+    if hi <= lo or d == ARRIVAL:
+        return total, peak
+    part = resume_mode(scene, (n, s), state, d)
+    total = add_segment_sums(total, integrate_part(scene, part, t, lo, hi))
+    if scene.waves.size == 0:
+        peak = peak_in_segment(scene.waves, part, lo, hi, peak)
+    return total, peak
+
+
+@compiled
+def sum_mode(solution, runs, i, window, sums, total, peak):
+    """Add run i to the sums of its group, or to the integrals; return these and max |x_dd|.
+
+    Parameters
+    ----------
+    solution : SampledSolution
+    runs : Runs
+        `at_samples` and `between` are written.
+    i : int
+    window : (float, float)
+        As in `measure_steps`.
+    sums : array, shape (GROUPS, SUMS)
+        Increased.
+    total, peak : SegmentSums and float
+        As in `add_segment`.
+    """
+    (plant, law, _, u_dd, dt), samples, rows = solution
+    row, begin, end = runs.row[i], runs.begin[i], runs.end[i]
+    forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
+    if forces.d == 0.0:
+        x_r = forces.origin + samples.x_r[begin]
+        u2, low, high = sum_rest(u_dd, begin, end)
+        length, violation = (end - begin) * dt, rest_violation(plant, law, x_r, low, high)
+        rest = SegmentSums(
+            x_r * x_r * length, 0.0, u2 * dt, 0.0, 0.0, length, 0.0, 0.0, violation
+        )
+        runs.at_samples[i], runs.between[i] = max(-low, high), 0.0
+        return add_segment_sums(total, rest), max(peak, -low, high)
+    bound, group = turning_bound(forces, dt), group_of(forces)
+    motion = samples.x_r, samples.v_r, u_dd
+    extremes = sum_run(forces, bound, motion, begin, end, sums[group])
+    y = step_variables(forces, samples.x_r[end], samples.v_r[end], u_dd[end], u_dd[end])[5]
+    runs.at_samples[i] = max(extremes.x_dd, abs(y))
+    runs.between[i] = overshoot_bound(forces, dt, extremes)
+    peak = max(peak, runs.at_samples[i])
+    if extremes.turned > 0.0:
+        for n in range(begin, end):
+            v_0, v_1 = samples.v_r[n], samples.v_r[n + 1]
+            if not keeps_direction(bound, forces.d, v_0, v_1, u_dd[n + 1] - u_dd[n]):
+                state = samples.x_r[n], v_0, rows.x_0[row]
+                total, peak = add_segment(
+                    solution.scene, window, (n, 0.0, dt), state, rows.d[row], (total, peak)
+                )
+    if forces.hold > 0.0:
+        violation = total.violation
+        for n in range(begin, end):
+            violation = max(violation, hold_violation(law, forces, samples.x_r[n]))
+        total = with_violation(total, violation)
+    return total, peak
+
+
+@inlined
+def with_violation(sums, violation):
+    """Return the sums with another violation."""
+    return SegmentSums(
+        sums.x2, sums.v2, sums.x_dd2, sums.power, sums.sliding_distance, sums.stuck,
+        sums.stop_work, sums.damper_work, violation,
+    )  # fmt: skip
+
+
+@compiled
+def group_sums(b, m, w, dt, sums, forms, holds):
+    """Return the integrals over the runs of a group from its sums of products.
+
+    Parameters
+    ----------
+    b, m : float
+        Damping [N·s/m] and mass [kg].
+    w, dt : float
+        Stiffness per mass [1/s²] and length of a step [s].
+    sums : array, shape (SUMS,)
+    forms : array, shape (4, SUMS)
+        Work space.
+    holds : int
+        Whether the contact holds, so that nothing slides.
+    """
+    size = 0.0
+    for k in range(PRODUCTS):
+        size = max(size, abs(sums[k]))
+    if size == 0.0:
+        return NO_SUMS
+    step_forms(b / m, w, dt, forms)
+    x2, v2, x_dd2, power, slid = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(PRODUCTS):
+        x2 += forms[0][k] * sums[k]
+        v2 += forms[1][k] * sums[k]
+        x_dd2 += forms[2][k] * sums[k]
+        power += forms[3][k] * sums[k]
+    for k in range(PRODUCTS, SUMS):
+        slid += forms[0][k] * sums[k]
+    # Squares, whatever rounding says.
+    x2, v2, x_dd2 = max(x2, 0.0), max(v2, 0.0), max(x_dd2, 0.0)
+    slid = 0.0 if holds == 1 else slid
+    return SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, b * v2, 0.0)
 
 
 @compiled
@@ -215,21 +379,6 @@ class RunExtremes(NamedTuple):
     increment: Any
 
 
-class Peaks(NamedTuple):
-    """Peaks of |x_dd| in runs [m/s²]: arrays of shape (runs,).
-
-    Attributes
-    ----------
-    at_samples : array
-        Largest value at the samples of the run, its end included.
-    between : array
-        Bound of what it is exceeded by between two samples.
-    """
-
-    at_samples: Any
-    between: Any
-
-
 @inlined
 def run_forces(plant, law, code, x_0):
     """Return the `RunForces` of an encoded mode; `x_0` as in `mode_forces`."""
@@ -299,57 +448,6 @@ def group_of(forces):
     return 2 * int(forces.d > 0.0) + int(forces.hold > 0.0)
 
 
-@compiled
-def sum_runs_compiled(solution, runs, peaks, sums, rest, turns):
-    """Sum products over runs; return the number of steps that are left out.
-
-    Parameters
-    ----------
-    solution : SampledSolution
-    runs : Runs
-    peaks : Peaks
-        Written.
-    sums : array, shape (GROUPS, SUMS)
-        Increased by the sums over the runs in motion.
-    rest : array, shape (4,)
-        Integrals of x_r² and ü² over runs at rest, divided by dt [m², m²/s⁴], their number of
-        steps, and the largest violation of the friction limits, which are all increased.
-    turns : (array, array)
-        Written: row and number of the steps in which v_r may turn.
-    """
-    (plant, law, _, u_dd, dt), samples, rows = solution
-    count = int(ZERO)
-    for i in range(len(runs.row)):
-        row, begin, end = runs.row[i], runs.begin[i], runs.end[i]
-        forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
-        if forces.d == 0.0:
-            x_r = forces.origin + samples.x_r[begin]
-            u2, low, high = sum_rest(u_dd, begin, end)
-            rest[0] += x_r * x_r * (end - begin)
-            rest[1] += u2
-            rest[2] += end - begin
-            rest[3] = max(rest[3], rest_violation(plant, law, x_r, low, high))
-            peaks.at_samples[i], peaks.between[i] = max(-low, high), 0.0
-            continue
-        bound, group = turning_bound(forces, dt), group_of(forces)
-        motion = samples.x_r, samples.v_r, u_dd
-        found = sum_run(forces, bound, motion, begin, end, sums[group])
-        y = step_variables(forces, samples.x_r[end], samples.v_r[end], u_dd[end], u_dd[end])[5]
-        peaks.at_samples[i] = max(found.x_dd, abs(y))
-        peaks.between[i] = overshoot_bound(forces, dt, found)
-        if found.turned > 0.0:
-            for n in range(begin, end):
-                v_0, v_1 = samples.v_r[n], samples.v_r[n + 1]
-                if not keeps_direction(bound, forces.d, v_0, v_1, u_dd[n + 1] - u_dd[n]):
-                    turns[0][count], turns[1][count] = row, n
-                    count += 1
-        if forces.hold > 0.0:
-            for n in range(begin, end):
-                excess = hold_violation(law, forces, samples.x_r[n])
-                rest[3] = max(rest[3], excess)
-    return count
-
-
 @inlined
 def larger_bits(bits, value):
     """Return the larger of |value| and the number that has these bits, as bits.
@@ -368,7 +466,7 @@ def float_of_bits(bits):
 
 
 @summed
-def sum_run(forces, bound, motion, begin, end, sums):
+def sum_run_compiled(forces, bound, motion, begin, end, sums):
     """Increase the `SUMS` of a group by those of a run; return its `RunExtremes`."""
     # Slices: an index that may count from the end keeps the loop from being vectorized.
     x_r, v_r, u_dd = motion[0][begin:end], motion[1][begin:end], motion[2][begin:end]
@@ -473,131 +571,78 @@ def hold_violation(law, forces, xi):
     return excess / (limit + law.k_t * (abs(x_r) + abs(forces.x_0))) if excess > 0.0 else 0.0
 
 
-def sum_runs_plain(
-    solution: SampledSolution, runs: Runs, peaks: Peaks, sums: Any, rest: Any, turns: Any
-) -> int:
-    """As `sum_runs_compiled`, by numpy."""
-    (plant, law, _, u_dd, dt), (xi, v_r, _), rows = solution
-    u_dd, xi, v_r = np.asarray(u_dd), np.asarray(xi), np.asarray(v_r)
-    count, codes = 0, np.asarray(rows.d)[runs.row]
-    for code in np.unique(codes).tolist():
-        chosen = np.flatnonzero(codes == code)
-        row, begin, end = (column[chosen] for column in runs)
-        n, index = steps_of_runs(begin, end)
-        starts, x_0 = np.searchsorted(index, np.arange(len(row))), np.asarray(rows.x_0)[row]
-        forces = run_forces(plant, law, code, float(x_0[0]))
-        if forces.d == 0.0:
-            x_r, u_0, u_1 = forces.origin + xi[begin], u_dd[n], u_dd[n + 1]
-            low = np.minimum(np.minimum.reduceat(u_0, starts), u_dd[end])
-            high = np.maximum(np.maximum.reduceat(u_0, starts), u_dd[end])
-            rest[0] += float((x_r * x_r * (end - begin)).sum())
-            rest[1] += float((u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum()) / 3.0
-            rest[2] += len(n)
-            cases = zip(x_r.tolist(), low.tolist(), high.tolist(), strict=True)
-            rest[3] = max(rest[3], *(rest_violation(plant, law, *case) for case in cases))
-            peaks.at_samples[chosen], peaks.between[chosen] = np.maximum(-low, high), 0.0
-            continue
-        at_step, at_end = forces._replace(x_0=x_0[index]), forces._replace(x_0=x_0)
-        variables = step_variables(at_step, xi[n], v_r[n], u_dd[n], u_dd[n + 1])
-        x, v, g, j, _, y = map(np.abs, variables)
-        largest = y, v, g + forces.c * v, j
-        extremes = RunExtremes(0.0, *(np.maximum.reduceat(each, starts) for each in largest))
-        y = np.abs(step_variables(at_end, xi[end], v_r[end], u_dd[end], u_dd[end])[5])
-        peaks.at_samples[chosen] = np.maximum(extremes.x_dd, y)
-        peaks.between[chosen] = overshoot_bound(forces, dt, extremes)
-        kept = keeps_direction(
-            turning_bound(forces, dt), forces.d, v_r[n], v_r[n + 1], variables[3]
-        )
-        left = np.flatnonzero(~kept)
-        turns[0][count : count + len(left)] = row[index[left]]
-        turns[1][count : count + len(left)] = n[left]
-        count += len(left)
-        table, group = np.array(variables) * kept, sums[group_of(forces)]
-        for k in range(PRODUCTS):
-            group[k] += float((table[FIRST[k]] * table[SECOND[k]]).sum())
-        group[PRODUCTS:] += forces.share * table[1:4].sum(axis=1)
-        if forces.hold > 0.0:
-            limit, size = max(law.up.F_fk, law.down.F_fk), x + np.abs(at_step.x_0)
-            excess = law.k_t * np.abs(variables[0] - at_step.x_0) - limit
-            rest[3] = max(rest[3], float((excess / (limit + law.k_t * size)).max()))
-    return count
+def sum_run_plain(
+    forces: RunForces, bound: Any, motion: Any, begin: int, end: int, sums: Any
+) -> RunExtremes:
+    """As `sum_run_compiled`, by numpy."""
+    x_r, v_r, u_dd = (np.asarray(column[begin : end + 1]) for column in motion)
+    variables = step_variables(forces, x_r[:-1], v_r[:-1], u_dd[:-1], u_dd[1:])
+    kept = keeps_direction(bound, forces.d, v_r[:-1], v_r[1:], variables[3])
+    table = np.array(variables) * kept
+    products = (table[list(FIRST)] * table[list(SECOND)]).sum(axis=1)
+    for k, more in enumerate((*products, *forces.share * table[1:4].sum(axis=1))):
+        sums[k] += float(more)
+    _, v, g, j, _, y = map(np.abs, variables)
+    largest = (float(each.max()) for each in (y, v, g + forces.c * v, j))
+    return RunExtremes(float((~kept).sum()), *largest)
 
 
-def steps_of_runs(begin: Any, end: Any) -> Any:
-    """Return the steps of runs, and the index of the run of each, as arrays."""
-    lengths = end - begin
-    index = np.repeat(np.arange(len(begin)), lengths)
-    return np.arange(len(index)) + (begin - np.cumsum(lengths) + lengths)[index], index
+sum_run = sum_run_plain if is_plain() else sum_run_compiled
 
 
-sum_runs = sum_runs_plain if is_plain() else sum_runs_compiled
-
-
-@lru_cache(maxsize=64)
-def step_forms(c: float, w: float, dt: float) -> Any:
-    """Return the quadratic forms that integrate a whole step.
+@compiled
+def step_forms(c, w, dt, forms):
+    """Write the quadratic forms that integrate a whole step.
 
     Parameters
     ----------
     c, w, dt : float
         Damping per mass [1/s], stiffness per mass [1/s²] and length of the step [s].
-
-    Returns
-    -------
-    squares : ndarray, shape (4, PRODUCTS)
-        Coefficients of the products in the integrals of x_r², v_r², x_dd² and ü v_r.
-    distance : ndarray, shape (3,)
-        Coefficients of v_r, the force and its increment in the integral of v_r.
-
-    Notes
-    -----
-    Cached: the cases of an ensemble share oscillator and step.
+    forms : array, shape (4, SUMS)
+        Written: coefficients of the products in the integrals of x_r², v_r², x_dd² and ü v_r,
+        and in the first row those of v_r, the force and its increment in the integral of v_r.
     """
-    forms = np.zeros((4, 6, 6))
+    for row in range(4):
+        for k in range(SUMS):
+            forms[row][k] = 0.0
     begin = 0.0
     while begin < dt:
         rate = fastest_rate(c, w, begin)
         length = min(PANEL_RADIANS / rate, dt - begin) if rate > 0.0 else dt - begin
-        for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
-            s = begin + length * node
+        for node in range(len(TWELVE_NODES)):
+            s, weight = begin + length * TWELVE_NODES[node], length * TWELVE_WEIGHTS[node]
             y, y_d, Y, YY = flow(c, w, s)
-            x = np.array([1.0, y, -Y, -YY / dt, 0.0, 0.0])
-            v = np.array([0.0, y_d, -y, -Y / dt, 0.0, 0.0])
-            u_dd = np.array([0.0, 0.0, 0.0, s / dt, 1.0, 0.0])
-            x_dd = np.array([0.0, -w * y, 0.0, (c * Y + w * YY) / dt, c * y + w * Y, -y_d])
-            pairs = (x, x), (v, v), (x_dd, x_dd), (u_dd, v)
-            for form, (one, other) in zip(forms, pairs, strict=True):
-                form += weight * length * np.outer(one, other)
+            x = 1.0, y, -Y, -YY / dt, 0.0, 0.0
+            v = 0.0, y_d, -y, -Y / dt, 0.0, 0.0
+            u_dd = 0.0, 0.0, 0.0, s / dt, 1.0, 0.0
+            x_dd = 0.0, -w * y, 0.0, (c * Y + w * YY) / dt, c * y + w * Y, -y_d
+            for k in range(PRODUCTS):
+                i, j = FIRST[k], SECOND[k]
+                # A product of two different variables occurs twice in a square.
+                twice = weight if i == j else 2.0 * weight
+                forms[0][k] += twice * x[i] * x[j]
+                forms[1][k] += twice * v[i] * v[j]
+                forms[2][k] += twice * x_dd[i] * x_dd[j]
+                forms[3][k] += 0.5 * twice * (u_dd[i] * v[j] + u_dd[j] * v[i])
         begin = begin + length if length < dt - begin else dt
     y, _, Y, YY = flow(c, w, dt)
-    both = forms + forms.transpose(0, 2, 1)
-    both[:, range(6), range(6)] *= 0.5
-    squares, distance = both[:, FIRST, SECOND], np.array([y, -Y, -YY / dt])
-    squares.flags.writeable = distance.flags.writeable = False  # shared by all callers
-    return squares, distance
+    forms[0][PRODUCTS], forms[0][PRODUCTS + 1], forms[0][PRODUCTS + 2] = y, -Y, -YY / dt
 
 
 @compiled
-def peak_of_runs(solution, runs, peaks):
-    """Return the largest |x_dd| in runs, between the samples too [m/s²]."""
+def peak_of_run(solution, row, begin, end, peak):
+    """Return the larger of `peak` and |x_dd| between the samples of a run [m/s²]."""
     (plant, law, _, u_dd, dt), samples, rows = solution
-    peak = 0.0
-    for i in range(len(runs.row)):
-        peak = max(peak, peaks.at_samples[i])
-    for i in range(len(runs.row)):
-        if peaks.at_samples[i] + peaks.between[i] <= peak:
-            continue
-        row = runs.row[i]
-        forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
-        c, w = forces.c, forces.spring + forces.hold
-        for n in range(runs.begin[i], runs.end[i]):
-            x_r, v_r, u_0 = samples.x_r[n], samples.v_r[n], u_dd[n]
-            y_0 = -step_variables(forces, x_r, v_r, u_0, u_0)[5]
-            slope, e = (u_dd[n + 1] - u_0) / dt, y_0 - u_0
-            x_r, v_1, u_1 = samples.x_r[n + 1], samples.v_r[n + 1], u_dd[n + 1]
-            y_1 = -step_variables(forces, x_r, v_1, u_1, u_1)[5]
-            decay = Decay(c, w, u_0, slope, e, -w * v_r - c * e - slope)
-            peak = peak_of_segment(decay, max(abs(y_0), abs(y_1)), dt, peak)
+    forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
+    c, w = forces.c, forces.spring + forces.hold
+    for n in range(begin, end):
+        x_r, v_r, u_0 = samples.x_r[n], samples.v_r[n], u_dd[n]
+        y_0 = -step_variables(forces, x_r, v_r, u_0, u_0)[5]
+        slope, e = (u_dd[n + 1] - u_0) / dt, y_0 - u_0
+        x_r, v_1, u_1 = samples.x_r[n + 1], samples.v_r[n + 1], u_dd[n + 1]
+        y_1 = -step_variables(forces, x_r, v_1, u_1, u_1)[5]
+        decay = Decay(c, w, u_0, slope, e, -w * v_r - c * e - slope)
+        peak = peak_of_segment(decay, max(abs(y_0), abs(y_1)), dt, peak)
     return peak
 
 
@@ -606,77 +651,21 @@ def measure(
 ) -> tuple[SegmentSums, float]:
     """Return the integrals and the largest |x_dd| of some steps within a window.
 
-    Parameters
-    ----------
-    solution : SampledSolution
-    steps : (int, int)
-        First step, and the one after the last.
-    window : (float, float)
-        Begin and end [s], as in `divide_steps`; time counts from the first sample.
-
-    Returns
-    -------
-    sums : SegmentSums
-        Without impacts on rigid stops, which take no time.
-    peak : float
-        [m/s²]; not meaningful where the normal force varies.
+    Parameters and result as in `measure_steps`; time counts from the first sample.
     """
-    (plant, law, _, _, dt), samples, rows = solution
-    runs, segments = divided(solution, steps, window)
-    sums, rest, table = np.zeros((GROUPS, SUMS)), np.zeros(4), np.empty((2, len(runs.row)))
-    turns = np.empty((2, int((runs.end - runs.begin).sum())), dtype=np.int64)
-    peaks = Peaks(table[0], table[1])
-    count = sum_runs(solution, runs, peaks, sums, rest, (turns[0], turns[1]))
-    peak = peak_of_runs(solution, runs, peaks)
-    more, peak = integrate_segments(Solution(solution.scene, segments), *window, peak)
-    found = [more]
-    if count:
-        row, n = turns[:, :count]
-        x_r, v_r = (np.asarray(column)[n] for column in samples[:2])
-        left = Segments(n, np.zeros(count), x_r, v_r, rows.x_0[row], rows.d[row])
-        left = Segments(*map(as_engine_array, left))
-        more, peak = integrate_segments(Solution(solution.scene, left), *window, peak)
-        found.append(more)
-    x2, x_dd2, stuck = (dt * rest[:3]).tolist()
-    found.append(SegmentSums(x2, 0.0, x_dd2, 0.0, 0.0, stuck, 0.0, 0.0, float(rest[3])))
-    for holds in (0, 1):
-        pair = []
-        for group, side in ((holds, law.down), (2 + holds, law.up)):
-            if not sums[group].any():
-                continue
-            w = (plant.k_x + law.k_t * holds) / plant.m
-            squares, distance = step_forms(side.b / plant.m, w, dt)
-            x2, v2, x_dd2, power = (squares @ sums[group][:PRODUCTS]).tolist()
-            # Squares, whatever rounding says.
-            x2, v2, x_dd2 = max(x2, 0.0), max(v2, 0.0), max(x_dd2, 0.0)
-            slid = 0.0 if holds else float(distance @ sums[group][PRODUCTS:])
-            loss = side.b * v2
-            pair.append(SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, loss, 0.0))
-        # Both directions first: a mirrored motion exchanges them.
-        found.append(total_of(pair))
-    return total_of(found), float(peak)
+    size = int(np.searchsorted(solution.rows.n, steps[1])) + 1
+    places, peaks = np.empty((3, size), dtype=np.int64), np.empty((2, size))
+    runs = Runs(*map(as_engine_array, (*places, *peaks)))
+    sums, forms = map(as_engine_array, (np.empty((GROUPS, SUMS)), np.empty((4, SUMS))))
+    measured: tuple[SegmentSums, float] = measure_steps(
+        solution, steps, window, runs, sums, forms
+    )
+    return measured
 
 
 def total_of(parts: list[SegmentSums]) -> SegmentSums:
     """Return the sum of several parts; the largest of their violations counts."""
-    if not parts:
-        return NO_SUMS
-    table = np.array(parts)
-    total = SegmentSums(*table.sum(axis=0).tolist())
-    return total._replace(violation=float(table[:, -1].max()))
+    return reduce(add_segment_sums_plain, parts, NO_SUMS)
 
 
-def divided(
-    solution: SampledSolution, steps: tuple[int, int], window: tuple[float, float]
-) -> tuple[Runs, Segments]:
-    """Return runs and segments from `divide_steps`."""
-    first, last = steps
-    begin, end = np.searchsorted(solution.rows.n, steps).tolist()
-    size = end - begin + 1
-    runs = Runs(*np.empty((3, size), dtype=np.int64))
-    columns = np.empty((4, last - first + 2 * size))
-    d, n = np.empty((2, last - first + 2 * size), dtype=np.int64)
-    segments = Segments(n, columns[0], columns[1], columns[2], columns[3], d)
-    count, used = divide_steps(solution, steps, window, runs, segments)
-    runs = Runs(*(column[:count] for column in runs))
-    return runs, Segments(*(as_engine_array(column[:used]) for column in segments))
+add_segment_sums_plain = python_of(add_segment_sums)

@@ -683,24 +683,29 @@ def integrate_segments(solution, begin, end, peak):
     peak : float
         The larger of `peak` and |x_dd| in the segments; `peak` where waves act.
     """
-    (plant, law, waves, _, dt), segments = solution
-    sums = NO_SUMS
+    scene, segments = solution
+    waves, dt, sums = scene.waves, scene.dt, NO_SUMS
     for i in range(len(segments.n)):
         lo, hi = segment_window(segments, dt, i, begin, end)
         if hi <= lo or segments.d[i] == ARRIVAL:
             continue
+        t = segments.n[i] * dt + segments.s[i]
         part = resume_segment(solution, i)
-        if part.mode.entry == CHATTERING:
-            more = integrate_chatter(plant, law, waves, part, lo, hi)
-        elif part.mode.direction == AT_REST:
-            more = integrate_rest(law, waves, part, lo, hi)
-        else:
-            t = segments.n[i] * dt + segments.s[i]
-            more = integrate_motion(law, waves, part, t, lo, hi)
-        sums = add_segment_sums(sums, more)
+        sums = add_segment_sums(sums, integrate_part(scene, part, t, lo, hi))
         if waves.size == 0:
             peak = peak_in_segment(waves, part, lo, hi, peak)
     return sums, peak
+
+
+@compiled
+def integrate_part(scene, part, t, lo, hi):
+    """Integrate a resumed segment, which begins at t [s], between two times since then [s]."""
+    plant, law, waves, _, _ = scene
+    if part.mode.entry == CHATTERING:
+        return integrate_chatter(plant, law, waves, part, lo, hi)
+    if part.mode.direction == AT_REST:
+        return integrate_rest(law, waves, part, lo, hi)
+    return integrate_motion(law, waves, part, t, lo, hi)
 
 
 @compiled
