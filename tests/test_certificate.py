@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import zlib
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -253,9 +252,7 @@ def motion_of(law, base=BASE, end=10.0, plant=PAPER):
 @pytest.mark.parametrize("kept", [2, 5, 10])
 def test_missed_turning_points_leave_energy_of_the_size_of_the_error(kept):
     right = motion_of(CoulombLaw(45.0, 54.0))
-    wrong = replace(right, turning_points=right.turning_points.until(
-        float(right.turning_points.t[kept - 1])
-    ))  # fmt: skip
+    wrong = first_rows(right, kept)
     T_a = [measure(one, (0.0, 10.0), None)["T_a"] for one in (right, wrong)]
     assert T_a[1] > 1.1 * T_a[0]
     assert residuals(wrong, (0.0, 10.0))[0] > 0.3
@@ -263,9 +260,9 @@ def test_missed_turning_points_leave_energy_of_the_size_of_the_error(kept):
 
 def test_mass_that_sticks_beyond_its_limit_is_seen_though_nothing_does_work():
     right = motion_of(CoulombLaw(90.0, 108.0))
-    events = right.turning_points
+    events = right.events
     stop = int(np.flatnonzero(events.kind[1:] == 0)[0]) + 1
-    wrong = replace(right, turning_points=events.until(float(events.t[stop])))
+    wrong = first_rows(right, stop + 1)
     energy, law = residuals(wrong, (float(events.t[stop]), 10.0))
     assert energy == 0.0
     assert law > 0.1
@@ -273,14 +270,20 @@ def test_mass_that_sticks_beyond_its_limit_is_seen_though_nothing_does_work():
 
 def test_slip_that_begins_below_the_static_limit_is_seen_though_friction_opposes_it():
     right = motion_of(CoulombLaw(90.0, 108.0))
-    events = right.turning_points
+    events = right.events
     slip = int(np.flatnonzero(np.abs(events.kind[1:]) == 1)[0]) + 1
-    early = events.t.copy()
-    early[slip] = 0.05 * events.t[slip - 1] + 0.95 * events.t[slip]
-    wrong = replace(right, turning_points=replace(events, t=early).until(float(early[slip])))
+    wrong = first_rows(right, slip + 1)
+    wrong.segments.s[slip] = 0.05 * events.t[slip - 1] + 0.95 * events.t[slip]
     energy, law = residuals(wrong, (float(events.t[slip - 1]), float(events.t[slip])))
     assert energy < CLOSES
     assert law > 1e-3
+
+
+def first_rows(trajectory, count):
+    segments = type(trajectory.segments)(
+        *(column[:count].copy() for column in trajectory.segments)
+    )
+    return with_segments(trajectory, segments)
 
 
 def without_rows(trajectory, i, count=1):
@@ -293,8 +296,7 @@ def without_rows(trajectory, i, count=1):
 def test_elastic_contact_beyond_its_limit_is_seen_though_it_is_a_spring():
     right = motion_of(PiecewiseLaw(45.0, 45.0, 1e5))
     starts = right.segments.s
-    first = type(right.segments)(*(column[:1] for column in right.segments))
-    wrong = with_segments(right, first)
+    wrong = first_rows(right, 1)
     energy, law = residuals(wrong, (0.0, float(starts[3])))
     assert energy < CLOSES
     assert law > 1e-2

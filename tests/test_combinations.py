@@ -155,9 +155,9 @@ def test_free_decay_under_unequal_friction_turns_where_the_energy_says():
         x = 2.0 * (-d * (3.0 if d > 0 else 7.0) / plant.k_x) - x
         turns.append(x)
         d = -d
-    assert trajectory.turning_points.x_r == pytest.approx(turns, rel=1e-12)
+    assert trajectory.events.x_r == pytest.approx(turns, rel=1e-12)
     half = math.pi / math.sqrt(plant.k_x / plant.m)
-    assert trajectory.turning_points.t == pytest.approx(
+    assert trajectory.events.t == pytest.approx(
         [half * n for n in range(len(turns))], rel=1e-12
     )
     work = trajectory.totals(0.0, 4.0).friction_loss
@@ -170,11 +170,11 @@ def test_free_decay_of_a_directed_damper_loses_each_half_swing_its_own_share():
     law = PiecewiseLaw(0.0, 0.0, damping=(2.0, 0.4))
     trajectory = StickSlip().trajectory(plant, law, still, State(0.1, 0.0), 3.0)
     turns = [0.1]
-    for n in range(len(trajectory.turning_points.x_r) - 1):
+    for n in range(len(trajectory.events.x_r) - 1):
         c = (0.4, 2.0)[n % 2]
         omega = math.sqrt(100.0 - 0.25 * c * c)
         turns.append(-turns[-1] * math.exp(-0.5 * c * math.pi / omega))
-    assert trajectory.turning_points.x_r == pytest.approx(turns, rel=1e-12)
+    assert trajectory.events.x_r == pytest.approx(turns, rel=1e-12)
     assert measure(trajectory, (0.0, 3.0), None)["energy_residual"] < 1e-13
 
 

@@ -517,7 +517,7 @@ def test_state_after_a_break_away_at_a_sample_is_that_of_finer_samples(F, first)
     plant, law, dt = Plant(1.0, 4.0, 0.1), CoulombLaw(F, F), 0.25
     u_dd = np.concatenate(([0.0], np.arange(8.0), [3.0, -2.0, 0.0, 1.0]))[1:]
     coarse = exact.compute_trajectory(plant, law, Samples(u_dd, dt), State(0.0, 0.0), None)
-    assert coarse.turning_points.t[1 - (F == 0.0)] == first * dt
+    assert coarse.events.t[1 - (F == 0.0)] == first * dt
     finer = np.interp(np.arange(16 * (len(u_dd) - 1) + 1) / 16, np.arange(len(u_dd)), u_dd)
     fine = StickSlip().solve(plant, law, Samples(finer, dt / 16), State(0.0, 0.0), dt / 16)
     x_r, v_r = np.array([coarse.state(t) for t in fine.t.tolist()]).T
@@ -619,7 +619,7 @@ def integrals(trajectory, begin, end):
     (m, k_x, b), F_fk = trajectory.plant, trajectory.law.F_fk
     motion, sums = trajectory.march.motion, np.zeros(7)
     samples = np.arange(len(motion.u_dd)) * motion.dt
-    inner = np.concatenate((samples, trajectory.turning_points.t))
+    inner = np.concatenate((samples, trajectory.events.t))
     edges = np.unique(np.concatenate(([begin, end], inner[(inner > begin) & (inner < end)])))
     for lo, hi in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         t = 0.5 * (lo + hi) + 0.5 * (hi - lo) * NODES
@@ -662,7 +662,7 @@ def test_excursions_found_block_by_block_are_those_found_by_states(law, seed, mo
         found = stroke.excursions(parted, limits)
         assert found == pytest.approx(stroke.excursions(whole, limits), rel=1e-9)
         crossings = stroke.crossings_of(whole.path, end, whole.end, limits)
-        by_states = responses.FindsCrossings.crossing_times(whole, crossings)
+        by_states = responses.BaseTrajectory.crossing_times(whole, crossings)
         assert parted.crossing_times(crossings) == pytest.approx(by_states, rel=1e-11)
         assert (by_states >= crossings.low).all()
         assert (by_states <= crossings.high).all()

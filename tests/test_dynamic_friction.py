@@ -389,14 +389,14 @@ class TestFreeDecay:
     @yielding
     def test_contact_that_yields_turns_where_its_loop_says(self, law):
         trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(9.0, 0.0), 13.0)
-        found = np.abs(trajectory.turning_points.x_r[1:5])
+        found = np.abs(trajectory.path.x_r[1:5])
         assert_agrees([found], lambda rtol: [self.turning_points(law, 9.0, 4, rtol)], [1e-9])
 
     def test_spring_contact_turns_in_closed_form(self):
         law, x = YIELDING["jenkins"], 9.0
         trajectory = StickSlip().trajectory(PLAIN, law, STILL, State(x, 0.0), 13.0)
         shifts = [1.0 / law.k_t, *[4.0 / law.k_t] * 3]
-        for turn, shift in zip(trajectory.turning_points.x_r[1:5], shifts, strict=True):
+        for turn, shift in zip(trajectory.path.x_r[1:5], shifts, strict=True):
             x = math.sqrt((x - 1.0) ** 2 + shift) - 1.0
             assert abs(turn) == pytest.approx(x, abs=1e-13)
 
@@ -408,7 +408,7 @@ class TestFreeDecay:
         for stiffness in (1e3, 1e4):
             stiff = scaled(law, 1.0, stiffness)
             trajectory = StickSlip().trajectory(PLAIN, stiff, STILL, State(12.0, 6.0), 22.0)
-            errors.append(np.abs(np.abs(trajectory.turning_points.x_r[1:8]) - known).max())
+            errors.append(np.abs(np.abs(trajectory.path.x_r[1:8]) - known).max())
         assert errors[1] < 4e-4
         assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.02)
 
@@ -417,7 +417,7 @@ class TestFreeDecay:
     def test_stribecks_decay_is_coulombs_at_either_end_of_its_curve(self, exponent, v_s, F):
         law = DynamicLaw(1.0, 1.5, STRIBECK, v_s=v_s, exponent=exponent)
         turning_points = (
-            StickSlip().trajectory(PLAIN, law, STILL, State(12.0, 6.0), 40.0).turning_points
+            StickSlip().trajectory(PLAIN, law, STILL, State(12.0, 6.0), 40.0).events
         )
         first = math.hypot(12.0 + F, 6.0) - F
         known = first - 2.0 * F * np.arange(len(turning_points) - 1)
@@ -433,9 +433,7 @@ class TestFreeDecay:
     )
     def test_damping_shrinks_each_turn_as_the_closed_form_says(self, law, b):
         turning_points = (
-            StickSlip()
-            .trajectory(Plant(1.0, 1.0, b), law, STILL, State(30.0, 0.0), 12.0)
-            .turning_points
+            StickSlip().trajectory(Plant(1.0, 1.0, b), law, STILL, State(30.0, 0.0), 12.0).path
         )
         d = math.exp(-math.pi * 0.5 * b / math.sqrt(1.0 - 0.25 * b * b))
         x = 30.0
@@ -451,7 +449,7 @@ class TestFreeDecay:
         stops = [
             StickSlip()
             .trajectory(Plant(1.0, 0.0, b), law, STILL, State(0.0, 5.0), 40.0)
-            .turning_points.t[-1]
+            .events.t[-1]
             for b in (0.0, 0.1, 1.0, 10.0)
         ]
         assert (np.diff(stops) < 0.0).all()

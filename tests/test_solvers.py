@@ -73,7 +73,7 @@ def test_the_result_of_a_scene_names_the_algorithm_that_solved_it(name):
     assert (response.numerics.core, response.numerics.why) == (solver.core, solver.why)
     assert solver.core == core
     assert solver.why.startswith(why)
-    module = type(response.trajectory).__module__
+    module = type(response.trajectory.march).__module__
     assert module == f"drysim.approach.{solver.module}"
 
 

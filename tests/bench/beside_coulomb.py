@@ -77,11 +77,7 @@ def jobs_of(law: CoulombLaw | PiecewiseLaw, motion: Motion, seconds: float) -> J
 
 def events(trajectory: Trajectory) -> int:
     """Return how often the mode changed."""
-    return len(
-        trajectory.turning_points
-        if isinstance(trajectory.law, CoulombLaw)
-        else trajectory.events
-    )
+    return len(trajectory.events)
 
 
 def compare(

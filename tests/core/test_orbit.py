@@ -348,9 +348,13 @@ def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> 
     answers = np.full((len(scenes), kernel.orbit.ANSWER_COLUMNS), np.nan)
     room = (scenes.shape[1] - kernel.orbit.SINES) // 3 + 1
     values = np.zeros(kernel.forcing.WAVE_COLUMNS * room)
-    kernel.orbit.solve_orbits(
-        scenes, answers, values, period_starts(kernel), FEW, log_of(kernel, capacity)
-    )
+    log, no_samples = log_of(kernel, capacity), np.zeros(2)
+    n, d = np.zeros((2, capacity + 1), np.int64)
+    segments = kernel.events.Segments(n, *np.zeros((4, capacity + 1)), d)
+    deviations = kernel.variational.Deviations(*np.zeros((3, 2)))
+    starts = period_starts(kernel)
+    work = kernel.orbit.Workspace(values, starts, log, segments, deviations, no_samples)
+    kernel.orbit.solve_orbits(scenes, answers, FEW, work)
     return answers
 
 

@@ -38,9 +38,12 @@ def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
 ) -> None:
     law, plant = kernel.model.CoulombLaw(1.0, 1.0), kernel.model.Plant(1.0, 0.0, 0.0)
     waves = waves_of(kernel, [(1.0, 1.0, 0.0)], law)
-    still = (np.zeros(1), np.zeros(1, dtype=np.int64), np.full(1, 0.3), 0.0)
-    solution = kernel.trajectory.EventSolution(plant, law, waves, *still)
-    scene = (solution, 0.3, 7.0)
+    kernel_law = kernel.modes.coulomb_kernel_law(plant, law, np.zeros(2))
+    scene = kernel.march.Scene(plant, kernel_law, waves, np.zeros(2), 7.0)
+    code = kernel.modes.encode_mode(kernel.modes.mode_of(0, 0, 0, 0))
+    still = kernel.events.Segments(*(np.full(1, x) for x in (0, 0.0, 0.3, 0.0, 0.0, code)))
+    path = still.s, still.x_r
+    scene = (kernel.trajectory.Solution(scene, still), path, 0.3, 7.0)
     find, limits = kernel.trajectory.excursions, kernel.model.StrokeLimits
     assert tuple(find(*scene, limits(0.2, 0.4), repeats)) == (1, 0, 0.0, 7.0)
     assert tuple(find(*scene, limits(0.4, 0.2), repeats)) == (0, 0, -1.0, 0.0)
@@ -66,14 +69,14 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
         u_0, slope = rng.normal(), rng.normal() * rate
         x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
         u_dd = np.array([u_0, u_0 + slope * h])
-        kernel_law = kernel.trajectory.coulomb_kernel_law(plant, law, waves)
+        kernel_law = kernel.modes.coulomb_kernel_law(plant, law, u_dd)
         code = kernel.modes.encode_mode(kernel.modes.mode_of(d, d, 0, 0))
         moving = kernel.march.Scene(plant, kernel_law, waves, u_dd, h)
         part = kernel.trajectory.resume_mode(moving, (0, 0.0), (x_r, v_r, 0.0), code)
         scene = kernel_law, waves, part, 0.0
-        whole = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, h)
-        early = kernel.trajectory.integrate_slip_or_stick(*scene, 0.0, 0.3 * h)
-        late = kernel.trajectory.integrate_slip_or_stick(*scene, 0.3 * h, h)
+        whole = kernel.trajectory.integrate_motion(*scene, 0.0, h)
+        early = kernel.trajectory.integrate_motion(*scene, 0.0, 0.3 * h)
+        late = kernel.trajectory.integrate_motion(*scene, 0.3 * h, h)
         size = max(1.0, abs(slope) * h) ** 2 * h
         for i, per in enumerate((rate**4, rate**2, 1.0, rate)):
             assert (early[i] + late[i]) * per == pytest.approx(

@@ -26,7 +26,7 @@ def distance(exact: Solution, trajectory: Trajectory, end: float) -> float:
 
     Times are relative to the duration, places to the greatest |x_r|, integrals to themselves.
     """
-    turning_points = trajectory.turning_points
+    turning_points = trajectory.events
     if [kind for _, kind, _ in exact.events] != turning_points.kind[1:].tolist():
         return np.inf
     last, totals = trajectory.state(end), trajectory.totals(0.0, end)

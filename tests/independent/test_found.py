@@ -28,7 +28,7 @@ def test_acceleration_that_spring_and_friction_all_but_cancel_is_exact(share):
     scene = Scene(m, k_x, 2756.0 * m, F, F, F / k_x, -1e-20 * share, u_dd=u_dd, dt=3.8e-9)
     exact, trajectory = solve(scene), scene.trajectory()
     true = math.sqrt(float(exact.integrals["x_dd2"]) / scene.end)
-    assert len(trajectory.turning_points.t) == len(exact.events) + 1
+    assert len(trajectory.events.t) == len(exact.events) + 1
     assert measure(trajectory, (0.0, scene.end), None)["a_x"] == pytest.approx(true, rel=1e-5)
 
 

@@ -65,9 +65,9 @@ def friction_only_takes(scene: Scene) -> None:
     response = scene.response()
     assert (response.F_f * response.v_r >= 0.0).all()
     trajectory = scene.trajectory()
-    way = np.diff(np.append(trajectory.turning_points.x_r, trajectory.state(scene.end).x_r))
-    going = np.array([sign(int(kind)) for kind in trajectory.turning_points.kind])
-    scale = np.abs(trajectory.turning_points.x_r).max() + np.abs(way).max()
+    way = np.diff(np.append(trajectory.events.x_r, trajectory.state(scene.end).x_r))
+    going = np.array([sign(int(kind)) for kind in trajectory.events.kind])
+    scale = np.abs(trajectory.events.x_r).max() + np.abs(way).max()
     assert (going * way >= -ROUNDINGS * scale).all()
     assert (way[going == 0] == 0.0).all()
 
@@ -133,12 +133,12 @@ def split_run_equals_the_whole(scene: Scene) -> None:
     trajectory, whole = first.trajectory(), scene.trajectory()
     middle, mode = (
         trajectory.state(first.end),
-        sign(int(trajectory.turning_points.kind[-1])),
+        sign(int(trajectory.events.kind[-1])),
     )
     rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).trajectory()
-    if sign(int(rest.turning_points.kind[0])) != mode or hinges(scene, whole):
+    if sign(int(rest.events.kind[0])) != mode or hinges(scene, whole):
         return  # broken away but not moving yet: the state alone does not tell the mode
-    scale = np.abs(whole.turning_points.x_r).max() + abs(whole.state(scene.end).x_r)
+    scale = np.abs(whole.events.x_r).max() + abs(whole.state(scene.end).x_r)
     gap = abs(rest.state(second.end).x_r - whole.state(scene.end).x_r)
     assert gap <= 1e-9 * scale
 
@@ -191,7 +191,7 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
 
 def hinges(scene: Scene, trajectory: Trajectory) -> bool:
     """Whether a stop, or the start from rest, was decided by rounding alone."""
-    start = trajectory.turning_points
+    start = trajectory.events
     margin = abs(abs(start.F_L[0]) - scene.F_fs) if scene.v_r == 0.0 else scene.F_fs
     return trajectory.closest_decision <= CLOSE or bool(margin <= CLOSE * scene.F_fs)
 
@@ -211,12 +211,10 @@ def scaled(scene: Scene, force: float, motion: float = 1.0) -> Scene:
 def same(scene: Scene, other: Scene, x: float = 1.0, t: float = 1.0) -> None:
     """Two scenes have the same events, but for a factor on places and one on times."""
     one, two = scene.trajectory(), other.trajectory()
-    note(f"{one.turning_points}\n{two.turning_points}")
-    assert np.array_equal(
-        two.turning_points.kind, one.turning_points.kind * (-1 if x < 0 else 1)
-    )
-    assert np.array_equal(two.turning_points.t, one.turning_points.t * t)
-    assert np.array_equal(two.turning_points.x_r, one.turning_points.x_r * x)
+    note(f"{one.events}\n{two.events}")
+    assert np.array_equal(two.events.kind, one.events.kind * (-1 if x < 0 else 1))
+    assert np.array_equal(two.events.t, one.events.t * t)
+    assert np.array_equal(two.events.x_r, one.events.x_r * x)
     assert two.state(other.end) == pytest.approx(
         (one.state(scene.end).x_r * x, one.state(scene.end).v_r * x / t), rel=0.0, abs=0.0
     )

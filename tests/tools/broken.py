@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.coulomb import SampledTrajectory, SineTrajectory
-from drysim.approach.exact import UnreachedStopsTrajectory
+from drysim.approach.coulomb import SampledTrajectory
 from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Events
 from drysim.approach.taylor import TaylorTrajectory
@@ -21,10 +20,6 @@ Break = Callable[[Any, int, np.random.Generator], None]
 
 def break_motion(trajectory: Any, way: str, rng: np.random.Generator) -> Any:
     """Return a copy of a motion that is broken in a way, `BREAKS`, at a random place."""
-    if isinstance(trajectory, UnreachedStopsTrajectory):
-        return replace(trajectory, unstopped=break_motion(trajectory.unstopped, way, rng))
-    if isinstance(trajectory, SineTrajectory):
-        return break_events(trajectory, way, rng)
     if isinstance(trajectory, SampledTrajectory):
         return break_samples(trajectory, way, rng)
     if isinstance(trajectory, PiecewiseTrajectory):
@@ -45,24 +40,6 @@ def break_motion(trajectory: Any, way: str, rng: np.random.Generator) -> Any:
 DELETED, MOVED, TURNED, DOUBLED = "deleted", "moved", "turned", "doubled"
 BREAKS = (DELETED, MOVED, TURNED, DOUBLED)
 """An event is missed, or found at a wrong time; a direction is swapped; a step counts twice."""
-
-
-def break_events(trajectory: SineTrajectory, way: str, rng: np.random.Generator) -> Any:
-    """Break a motion stored as its events."""
-    t, kind, x_r, F_L = (
-        np.array(column) for column in vars(trajectory.turning_points).values()
-    )
-    i = int(rng.integers(1, len(t)))
-    if way == DELETED:
-        t, kind, x_r, F_L = (np.delete(column, i) for column in (t, kind, x_r, F_L))
-    elif way == MOVED:
-        after = t[i + 1] if i + 1 < len(t) else trajectory.end
-        t[i] = between(t[i - 1], t[i], after, rng)
-    elif way == TURNED:
-        kind[i] = -kind[i] if kind[i] else rng.choice([-1, 1])
-    else:
-        x_r[i:] += x_r[i] - x_r[i - 1]
-    return replace(trajectory, turning_points=Events(t, kind, x_r, F_L))
 
 
 def between(before: float, now: float, after: float, rng: np.random.Generator) -> float:
@@ -105,7 +82,7 @@ def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Genera
     kind = np.asarray(log.kind, np.int8)
     t = log.n * march.motion.dt + log.s
     points = Events(t, kind, log.x_r, log.F_L)
-    return replace(trajectory, march=replace(march, cached={0: broken}), turning_points=points)
+    return replace(trajectory, march=replace(march, cached={0: broken}), events=points)
 
 
 def with_segments(

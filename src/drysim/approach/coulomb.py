@@ -27,13 +27,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
+from drysim.approach.piecewise import PiecewiseBlock, PiecewiseMarch, PiecewiseTrajectory
 from drysim.approach.scene import (
     SAMPLES_PER_CALL,
-    base_square_integrals,
     check_event_count,
     check_progress,
     count_grid_points,
@@ -53,7 +52,6 @@ from drysim.approach.scene import (
 )
 from drysim.approach.solution import (
     BlockwiseMarch,
-    EventDriven,
     Events,
     Floats,
     Int8Array,
@@ -61,17 +59,16 @@ from drysim.approach.solution import (
     Points,
     Response,
 )
-from drysim.core import orbit
 from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments
 from drysim.core.forcing import (
     SCENE_COLUMNS,
-    V_R,
     WAVE_COLUMNS,
     Waves,
 )
 from drysim.core.march import (
     Interval,
+    MarchState,
     Scene,
     SlipState,
     march_sines,
@@ -84,6 +81,7 @@ from drysim.core.model import (
     MAX_CACHED,
     AnyState,
     CoulombLaw,
+    PiecewiseLaw,
     Plant,
     Samples,
     Sines,
@@ -96,15 +94,11 @@ from drysim.core.modes import APART, REGULAR, Mode, encode_mode
 from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
 from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
-    EventSolution,
     SampledSolution,
-    integrate_events,
     sample_coulomb_grid,
-    state_at,
     state_in_step,
     table_shape,
 )
-from drysim.core.variational import event_monodromy
 
 
 def compute_trajectory(
@@ -114,24 +108,29 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
     whole: bool = False,
-) -> SineTrajectory | SampledTrajectory:
+) -> PiecewiseTrajectory | SampledTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`.
 
     Under sines no grid is involved.
     """
-    end = run_duration(motion, duration)
     if isinstance(motion, Sines):
-        return sine_trajectory(plant, law, motion, start, end)
+        return sine_trajectory(plant, law, motion, start, duration)
+    end = run_duration(motion, duration)
     last = last_sample_indices(motion, end)[1]
     march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
     return SampledTrajectory(march, found.until(end), end, closest_decision)
 
 
-def response_on_grid(trajectory: SineTrajectory | SampledTrajectory, step: float) -> Response:
+def response_on_grid(
+    trajectory: PiecewiseTrajectory | SampledTrajectory, step: float
+) -> Response:
     """Return the response of a solution on a grid; samples have their own step."""
-    if isinstance(trajectory, SineTrajectory):
-        n = count_grid_points(trajectory.end, step)
-        return exact_response(trajectory, step, n, partial(sine_points, trajectory, step))
+    if isinstance(trajectory, PiecewiseTrajectory):
+        n, part = (
+            count_grid_points(trajectory.end, step),
+            partial(sine_points, trajectory, step),
+        )
+        return exact_response(trajectory, step, n, part, trajectory.events)
     motion = trajectory.march.motion
     n = last_sample_indices(motion, trajectory.end)[0] + 1
     return exact_response(trajectory, motion.dt, n, trajectory.march.points)
@@ -148,11 +147,22 @@ INITIAL_EVENT_CAPACITY = 1024
 
 
 def sine_trajectory(
-    plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, duration: float
-) -> SineTrajectory:
-    """Solve a scene under sines from event to event, without a grid."""
-    x_r, v_r = start[:2]
-    scene = as_engine_array(np.array([*plant, *law, x_r, v_r, *wave_values(motion, law)]))
+    plant: Plant,
+    law: CoulombLaw | PiecewiseLaw,
+    motion: Sines,
+    start: AnyState,
+    duration: float | None,
+) -> PiecewiseTrajectory:
+    """Solve a scene under sines from event to event, without a grid.
+
+    The contact is that of Coulomb friction. End stops of the law do not act: the motion is a
+    solution only where it does not reach them.
+    """
+    duration = run_duration(motion, duration)
+    (x_0, v_0), contact = start[:2], law.without_stops
+    assert isinstance(contact, CoulombLaw), "else `piecewise` solves it"
+    scene = np.array([*plant, *contact, x_0, v_0, *wave_values(motion, contact)])
+    scene = as_engine_array(scene)
     log, kind = (
         as_engine_array(np.empty((4, INITIAL_EVENT_CAPACITY))),
         as_engine_array(np.empty(INITIAL_EVENT_CAPACITY, np.int8)),
@@ -168,86 +178,50 @@ def sine_trajectory(
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),
             enlarge_column(kind, size),
         )
-        interval, waves = Interval(0, 0.0, duration, 0.0, 0.0), make_waves(motion, law)
+        interval, waves = Interval(0, 0.0, duration, 0.0, 0.0), make_waves(motion, contact)
         columns = EventLog(log[0], log[1], kind, log[2], log[3])
-        state = march_sines(plant, law, waves, interval, state, columns)
+        state = march_sines(plant, contact, waves, interval, state, columns)
         begin, x_r, v_r, _, count, closest_decision = state
         check_progress(count, begin, (x_r, v_r))
     # Rows by index: unpacking the array row by row takes as long as some tens of events.
     log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
-    turning_points = Events(log[1, :count], kind, log[2, :count], log[3, :count])
-    return SineTrajectory(plant, law, motion, scene, turning_points, duration, closest_decision)
+    events = Events(log[1, :count], kind, log[2, :count], log[3, :count])
+    size = (len(scene) - SCENE_COLUMNS) // WAVE_COLUMNS
+    waves, steps = Waves(scene[SCENE_COLUMNS:], size, len(motion.A)), (duration, duration)
+    march = SlipMarch(plant, law, motion, 1, 1, [(v_0, events, state)], waves, steps)
+    return PiecewiseTrajectory(march, events, None, None, duration, closest_decision)
 
 
 @dataclass(frozen=True, eq=False)
-class SineTrajectory(EventDriven):
-    """Solution under sines, stored as its events; `scene` is the array of the kernels."""
+class SlipMarch(PiecewiseMarch):
+    """March with Coulomb friction under sines, whose events are known.
 
-    plant: Plant
-    law: CoulombLaw
-    motion: Sines
-    scene: Any
-    turning_points: Events
-    end: float
-    closest_decision: float
+    Its checkpoint holds the velocity at the start [m/s], the events, and the `SlipState` at the
+    end.
+    """
 
-    @property
-    def waves(self) -> Waves:
-        """Waves of the scene."""
-        return Waves(self.scene[SCENE_COLUMNS:], self.size, len(self.motion.A))
-
-    @property
-    def size(self) -> int:
-        """Number of waves."""
-        return (len(self.scene) - SCENE_COLUMNS) // WAVE_COLUMNS
-
-    def state(self, t: float) -> State:
-        """Return the state at time t [s]."""
-        return State(*state_at(self.solution, t))
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s]."""
-        sums = integrate_events(self.solution, begin, end)
-        x2, v2, x_dd2, power, sliding_distance, stuck, _, _, violation = sums
-        squares = base_square_integrals(self.motion, self.waves, begin, end)
-        totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
-        return totals._replace(violation=violation)
-
-    def monodromy(self) -> Floats:
-        """Return the derivative of x_r [m] and v_r [m/s] at the end by the first ones."""
-        events = self.turning_points
-        t, kind, x_r, F_L = map(
-            as_engine_array, (events.t, events.kind, events.x_r, events.F_L)
-        )
-        log = EventLog(as_engine_array(np.zeros(len(kind), np.int64)), t, kind, x_r, F_L)
-        scene = orbit.SineScene(self.plant, self.law, self.waves, log)
-        # The first event is the state at the start.
-        found = event_monodromy(scene, self.end, 1.0, kind[0], 1, len(kind))
-        return np.array(found).reshape(2, 2)
-
-    def jacobian(self) -> tuple[float, float]:
-        """Return trace and determinant of the derivative of the final state by the first one.
-
-        With the period of the excitation as length, its eigenvalues are the Floquet
-        multipliers.
-        """
-        (a, b), (c, e) = self.monodromy().tolist()
-        return a + e, a * e - b * c
-
-    @cached_property
-    def solution(self) -> EventSolution:
-        """The solution as kernels take it."""
-        events, v_r = self.turning_points, float(self.scene[V_R])
-        t, kind, x_r = map(as_engine_array, (events.t, events.kind, events.x_r))
-        return EventSolution(self.plant, self.law, self.waves, t, kind, x_r, v_r)
+    def march_block(self, number: int) -> MarchState:
+        """Write the motion as segments and keep it in memory; return the state at its end."""
+        v_0, events, end = self.checkpoints[number]
+        t, kind, x, F_L = events.t, events.kind, events.x_r, events.F_L
+        count, u_dd = len(t), np.zeros(2)
+        n, (s, x_r, v_r, x_0) = np.zeros(count + 1, np.int64), np.zeros((4, count + 1))
+        s[:count], x_r[:count], v_r[0] = t, x, v_0
+        s[count], x_r[count], v_r[count], d, _, closest = end
+        codes = CODES[np.sign(np.append(kind, d))]
+        rows, log = Segments(n, s, x_r, v_r, x_0, codes), EventLog(n[:count], t, kind, x, F_L)
+        scene = Scene(self.plant, self.kernel_law, self.waves, as_engine_array(u_dd), end.s)
+        self.cached[number] = PiecewiseBlock(0, u_dd, None, rows, log, scene)
+        mode, x, v = Mode(d, d, APART, 0, 0, REGULAR), end.x_r, end.v_r
+        return MarchState(1, 0.0, x, v, math.nan, x, mode, count + 1, count, closest)
 
 
-def sine_points(trajectory: SineTrajectory, dt: float, first: int, last: int) -> Points:
+def sine_points(trajectory: PiecewiseTrajectory, dt: float, first: int, last: int) -> Points:
     """Return grid points `first` to `last` - 1 of a solution under sines."""
     n = last - first
     x_r, v_r = as_engine_array(np.empty((2, n)))
     d = as_engine_array(np.empty(n, np.int8))
-    table = as_engine_array(np.empty(table_shape(trajectory.size)))
+    table = as_engine_array(np.empty(table_shape(trajectory.march.waves.size)))
     sample_coulomb_grid(trajectory.solution, first, dt, table, (x_r, v_r), d)
     return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
 

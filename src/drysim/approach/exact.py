@@ -1,25 +1,22 @@
 """Exact solution of a scene by the algorithm that `SOLVERS` has for it.
 
-Under sines a scene with end stops is first solved without them, which is faster. If x_r stays
-between the stops, this solution is exact for the scene with stops as well. x_r is compared at
-the extreme points of the path, so that no contact is missed.
+Under sines a scene with Coulomb friction and end stops is first solved without the stops, which
+is faster. If x_r stays between them at the extreme points of its path, this motion is that of
+the scene with stops as well.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drysim.approach.solution import (
-    EventDriven,
     Events,
     Grid,
-    Impacts,
-    Path,
     Points,
     Response,
     Trajectory,
@@ -28,14 +25,16 @@ from drysim.approach.solvers import solver_of
 from drysim.core.model import (
     AnyLaw,
     AnyState,
-    EndStops,
+    CoulombLaw,
     PiecewiseLaw,
     Plant,
     Samples,
     Sines,
-    Totals,
     has_friction,
 )
+
+if TYPE_CHECKING:
+    from drysim.approach.piecewise import PiecewiseTrajectory
 
 NOT_REACHED = "the end stops are never reached"
 
@@ -83,12 +82,12 @@ def solve(
 
 def response_on_grid(trajectory: Trajectory, step: float) -> Response:
     """Return the response of a solution on a grid; samples have their own step."""
-    law = trajectory.law
-    if isinstance(trajectory, UnreachedStopsTrajectory):
-        response: Response = response_on_grid(trajectory.unstopped, step)
+    law, motion = trajectory.law, trajectory.motion
+    if isinstance(motion, Sines) and law.stops is not None and not trajectory.reaches_stops:
+        response: Response = response_on_grid(trajectory.without_stops, step)
         numerics = replace(response.numerics, why=f"{response.numerics.why}; {NOT_REACHED}")
         return replace(response, law=law, numerics=numerics, trajectory=trajectory)
-    response = solver_module(law, trajectory.motion).response_on_grid(trajectory, step)
+    response = solver_module(law, motion).response_on_grid(trajectory, step)
     if has_friction(law) or law.stops is not None:
         return response
     return without_friction(response)
@@ -125,10 +124,11 @@ def compute_trajectory(
     Parameters and errors as in `solve`.
     """
     scene = plant, law, motion, start, duration
-    if isinstance(motion, Sines) and isinstance(law, PiecewiseLaw) and law.stops is not None:
-        unstopped = compute_trajectory(plant, law.without_stops, motion, start, duration, whole)
-        if not reaches_stops(unstopped, law.stops):
-            return UnreachedStopsTrajectory(law, unstopped)
+    slides = isinstance(law, PiecewiseLaw) and isinstance(law.without_stops, CoulombLaw)
+    if isinstance(motion, Sines) and slides and law.stops is not None:
+        unstopped: PiecewiseTrajectory = load_solver("coulomb").sine_trajectory(*scene)
+        if not unstopped.reaches_stops:
+            return unstopped
     trajectory: Trajectory = solver_module(law, motion).compute_trajectory(*scene, whole)
     return trajectory
 
@@ -142,66 +142,3 @@ def solver_module(law: AnyLaw, motion: Sines | Samples) -> Any:
 def load_solver(name: str) -> Any:
     """Return a module of this package; its kernels are loaded on first use."""
     return import_module(f"drysim.approach.{name}")
-
-
-# End stops that are not reached.
-
-
-def reaches_stops(trajectory: Trajectory, stops: EndStops) -> bool:
-    """Return whether x_r reaches a stop, at an extreme point of the path or at its end."""
-    path = trajectory.path.x_r
-    end = trajectory.state(trajectory.end).x_r
-    return bool(stops.limits.side(np.append(path, end)).any())
-
-
-@dataclass(frozen=True, eq=False)
-class UnreachedStopsTrajectory(EventDriven):
-    """Solution of a scene that never reaches its end stops; wraps that without stops."""
-
-    law: PiecewiseLaw
-    unstopped: Trajectory
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-        return self.unstopped.plant
-
-    @property
-    def motion(self) -> Sines | Samples:
-        """Base motion."""
-        return self.unstopped.motion
-
-    @property
-    def closest_decision(self) -> float:
-        """Smallest relative margin of a decision between stick and slip [-]."""
-        return self.unstopped.closest_decision
-
-    @property
-    def path(self) -> Path:
-        """The start and the turning points of x_r."""
-        return self.unstopped.path
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-        return self.unstopped.end
-
-    def state(self, t: float) -> AnyState:
-        """Return the state at time t [s]."""
-        return self.unstopped.state(t)
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s]."""
-        return self.unstopped.totals(begin, end)
-
-    def jacobian(self) -> tuple[float, float] | None:
-        """Return that of the motion without stops."""
-        return self.unstopped.jacobian()
-
-    def hits(self) -> Impacts:
-        """Return no contacts."""
-        return Impacts(np.empty(0), np.empty(0))
-
-    def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Return 0 N."""
-        return 0.0

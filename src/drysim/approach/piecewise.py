@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
@@ -52,8 +52,8 @@ from drysim.approach.scene import (
     write_first_row,
 )
 from drysim.approach.solution import (
+    BaseTrajectory,
     BlockwiseMarch,
-    EventDriven,
     Events,
     Floats,
     Impacts,
@@ -66,7 +66,6 @@ from drysim.core.compile import as_engine_array
 from drysim.core.events import (
     CONTACT,
     LIFT,
-    RELEASE,
     SLIP,
     EventLog,
     Segments,
@@ -120,6 +119,7 @@ from drysim.core.trajectory import (
     fill_segments,
     integrate_segments,
     peak_bumper_force,
+    state_at,
     state_in_step,
 )
 from drysim.core.variational import Deviations, propagate_deviations
@@ -140,9 +140,6 @@ MAX_SEGMENTS = 20_000_000
 
 STEPS_AT_A_TIME = BLOCK_SIZE
 """Steps that are evaluated at a time."""
-
-NON_TURNING_EVENTS = (SLIP, -SLIP, LIFT, CONTACT, -CONTACT, RELEASE, -RELEASE)
-"""Kinds of event at which x_r has no extremum of its own."""
 
 
 def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
@@ -297,7 +294,7 @@ class PiecewiseMarch(BlockwiseMarch):
     @cached_property
     def kernel_law(self) -> KernelLaw:
         """The law as kernels take it."""
-        return to_kernel(self.plant, self.law)
+        return to_kernel(self.plant, self.law.as_piecewise())
 
     @cached_property
     def forces_by_mode(self) -> dict[int, tuple[float, ...]]:
@@ -416,12 +413,11 @@ class Part(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PiecewiseTrajectory(EventDriven):
+class PiecewiseTrajectory(BaseTrajectory):
     """Solution stored as segments.
 
-    `events` are all changes of mode; `turning_points` are those at which v_r is zero under a
-    rigid contact. `turns` and `impacts` are the turning points of x_r and the contacts with a
-    stop of a march that is not in memory as a whole.
+    `turns` and `impacts` are the turning points of x_r and the contacts with a stop of a march
+    that is not in memory as a whole.
     """
 
     march: PiecewiseMarch
@@ -437,16 +433,30 @@ class PiecewiseTrajectory(EventDriven):
         return self.march.plant
 
     @property
-    def law(self) -> PiecewiseLaw:
+    def law(self) -> CoulombLaw | PiecewiseLaw:
         """Friction law."""
-        law: PiecewiseLaw = self.march.law
+        law: CoulombLaw | PiecewiseLaw = self.march.law
         return law
+
+    @property
+    def without_stops(self) -> PiecewiseTrajectory:
+        """The same motion in the scene without end stops, where it reaches none."""
+        return replace(self, march=replace(self.march, law=self.law.without_stops))
 
     @property
     def motion(self) -> Sines | Samples:
         """Base motion."""
         motion: Sines | Samples = self.march.motion
         return motion
+
+    @property
+    def reaches_stops(self) -> bool:
+        """Whether x_r reaches an end stop, at an extreme point of the path or at its end."""
+        stops, rows = self.law.stops, self.march.block(0).rows
+        if stops is None:
+            return False
+        # At the end x_r may count from a stop, which the path then has.
+        return bool(stops.limits.side(np.append(self.path.x_r, rows.x_r[-1])).any())
 
     @cached_property
     def path(self) -> Path:
@@ -456,15 +466,16 @@ class PiecewiseTrajectory(EventDriven):
         block: PiecewiseBlock = self.march.block(0)
         return block.turning_points(self.dt).until(self.end)
 
-    @cached_property
-    def turning_points(self) -> Events:
-        """The start and every zero of v_r: x_r is monotone between neighbours."""
-        return self.events.select(~np.isin(self.events.kind, NON_TURNING_EVENTS))
-
     @property
     def dt(self) -> float:
         """Length of the intervals of ü [s]."""
         return self.march.interval[0]
+
+    def step_at(self, t: float) -> int:
+        """Return the step in which a time lies [s]."""
+        n = int(t / self.dt)
+        n += int((n + 1) * self.dt <= t) - int(n * self.dt > t)
+        return min(max(n, 0), self.march.last - 1)
 
     def steps_at(self, t: Floats) -> NDArray[np.int64]:
         """Return the steps in which times lie [s]."""
@@ -476,7 +487,7 @@ class PiecewiseTrajectory(EventDriven):
 
     def parts(self, begin: float, end: float) -> Iterator[Part]:
         """Yield the parts of the solution that contain a window [s]."""
-        first, last = self.steps_at(np.array([begin, end])).tolist()
+        first, last = self.step_at(begin), self.step_at(end)
         for block in self.march.blocks(first, last + 1):
             lo = max(first - block.first, 0)
             hi = min(last + 1 - block.first, len(block.u_dd) - 1)
@@ -575,29 +586,25 @@ class PiecewiseTrajectory(EventDriven):
     def series(self) -> tuple[Floats, ...]:
         """Values of each state component along the motion under sines."""
         x_r, rows = self.path.x_r, self.march.block(0).rows
-        if self.law.stops is not None and not self.law.is_elastic:
-            return x_r, rows.v_r
-        return x_r, rows.v_r, rows.x_0
+        return (x_r, rows.v_r, rows.x_0) if self.law.is_elastic else (x_r, rows.v_r)
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]; at an impact, the state after it."""
         if t not in self.states:
             x_r, v_r, z = self._at_once(t)
-            plain = self.law.stops is not None and not self.law.is_elastic
-            self.states[t] = State(x_r, v_r) if plain else ContactState(x_r, v_r, z)
+            elastic = self.law.is_elastic
+            self.states[t] = ContactState(x_r, v_r, z) if elastic else State(x_r, v_r)
         return self.states[t]
 
     def _at_once(self, t: float) -> tuple[float, float, float]:
         """Return x_r [m], v_r [m/s] and z [m] at one time [s]."""
-        n = int(t / self.dt)
-        n += int((n + 1) * self.dt <= t) - int(n * self.dt > t)
-        n = min(max(n, 0), self.march.last - 1)
+        n = self.step_at(t)
         block: PiecewiseBlock = self.march.block_at(n)
         if block.samples is None:
-            found = self.at(np.array([t]))
-            return float(found.x_r[0]), float(found.v_r[0]), float(found.z[0])
-        t -= block.first * self.dt
-        x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
+            x_r, v_r, F_f = map(float, state_at(self.solution, t))
+        else:
+            t -= block.first * self.dt
+            x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
         k_t = self.march.kernel_law.k_t
         return x_r, v_r, x_r - F_f / k_t if k_t > 0.0 else 0.0
 
@@ -609,7 +616,7 @@ class PiecewiseTrajectory(EventDriven):
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s], impacts at its end included."""
         parts, peaks = [], [0.0]
-        first, last = self.steps_at(np.array([begin, end])).tolist()
+        first, last = self.step_at(begin), self.step_at(end)
         for block in self.march.blocks(first, last + 1):
             t = block.first * self.dt
             window, count = (begin - t, end - t), len(block.u_dd) - 1

@@ -199,6 +199,10 @@ def speed_floor(plant: Plant, motion: Sines | Samples, start: AnyState) -> float
 # The law as kernels take it.
 
 
+NO_RECORD, NO_STOPS = np.ones(2), EndStops(NO_LIMITS)
+"""A normal force without a record, and a mass without end stops, for kernels."""
+
+
 def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
     """Return a law, with the damper of the plant, as its kernels take it.
 
@@ -213,10 +217,10 @@ def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
             "an elastic contact under a varying normal force does not go with rigid stops",
             "use bumpers",
         )
-    record, step = as_engine_array(np.ones(2)), 0.0
+    record, step = as_engine_array(NO_RECORD), 0.0
     if law.force_record is not None:
         record, step = law.force_record.kernel_input, law.force_record.step
-    stops = law.stops or EndStops(NO_LIMITS)
+    stops = law.stops or NO_STOPS
     stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
     if not stops.stages:
         stages[0] = 0.0, 0.0
@@ -319,13 +323,13 @@ def exact_response(
     dt, points, part
         As in `Grid`.
     events : Events or None
-        None where they are the turning points.
+        None for those of the trajectory.
     error : float or None
         Estimated error of x_r relative to its peak [-].
     approach : str
     """
     law, motion = trajectory.law, trajectory.motion
-    events = trajectory.turning_points if events is None else events
+    events = trajectory.events if events is None else events
     grid = Grid(dt, points, partial(base_acceleration_on_grid, motion, dt), part)
     solver = solver_of(law, motion)
     closest = trajectory.closest_decision

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.coulomb import CODES, SampledTrajectory, SineTrajectory
-from drysim.approach.exact import UnreachedStopsTrajectory
 from drysim.approach.scene import CONSTANT_FRICTION, make_waves, to_kernel
 from drysim.approach.solution import Floats, Response
 from drysim.core.compile import as_engine_array
@@ -72,20 +70,11 @@ def linearise(response: Response, rates: Floats) -> Sensitivities:
 def solution_on_grid(response: Response) -> Solution:
     """Return the segments of a response, with times that count from its grid points."""
     trajectory: Any = response.trajectory
-    if isinstance(trajectory, UnreachedStopsTrajectory):
-        trajectory = trajectory.unstopped
     plant, law, motion = trajectory.plant, trajectory.law, response.motion
     dt, last = response.dt, len(response) - 1
-    if isinstance(trajectory, SineTrajectory | SampledTrajectory):
-        events = trajectory.turning_points
-        t, x_r = events.t, events.x_r
-        v_r, x_0 = np.zeros(len(t)), np.zeros(len(t))
-        v_r[0] = response.v_r[0]
-        d = CODES[np.sign(events.kind)]
-    else:
-        rows = trajectory.march.block(0).rows
-        t = rows.n * trajectory.dt + rows.s
-        x_r, v_r, x_0, d = rows.x_r, rows.v_r, rows.x_0, rows.d
+    solved, _, rows = trajectory.march.block(0).solution
+    n, s, x_r, v_r, x_0, d = map(np.asarray, rows)
+    t = n * solved.dt + s
     inside = t < last * dt
     inside[0] = True
     t = t[inside]

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -314,6 +314,10 @@ class Trajectory(Protocol):
         """Return the integrals over a window [s]."""
 
     @property
+    def events(self) -> Events:
+        """The start and every change of mode."""
+
+    @property
     def path(self) -> Path:
         """The start and the turning points of x_r, which is monotone between them."""
 
@@ -329,19 +333,44 @@ class Trajectory(Protocol):
     def crossing_times(self, crossings: Crossings) -> Floats:
         """Return the times of crossings of levels [s]."""
 
+    @property
+    def reaches_stops(self) -> bool:
+        """Whether x_r reaches an end stop."""
 
-class HasStates(Protocol):
-    """Trajectory whose state is known at any time."""
+    @property
+    def without_stops(self) -> Trajectory:
+        """The same motion in the scene without end stops, where it reaches none."""
+
+    def hits(self) -> Impacts:
+        """Return the contacts with an end stop."""
+
+    def peak_bumper_force(self, begin: float, end: float) -> float:
+        """Return the largest force of a bumper in a window [N]."""
+
+
+class BaseTrajectory:
+    """What holds of a trajectory unless its class knows better."""
+
+    events: Events
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]."""
+        raise NotImplementedError
 
+    @property
+    def path(self) -> Path:
+        """The events: where each is a zero of v_r and none of these is missing."""
+        return Path(self.events.t, self.events.x_r)
 
-class FindsCrossings:
-    """Base of trajectories, with crossings as roots between two states."""
+    def chatter(self, begin: float, end: float) -> float:
+        """Return 0: where stops are located there is no step to chatter with."""
+        return 0.0
 
-    def crossing_times(self: HasStates, crossings: Crossings) -> Floats:
-        """Return the times of crossings of levels, accurate to rounding [s]."""
+    def crossing_times(self, crossings: Crossings) -> Floats:
+        """Return the times of crossings of levels, accurate to rounding [s].
+
+        They are roots between two states.
+        """
         from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
 
         times = np.array(crossings.low)
@@ -358,30 +387,27 @@ class FindsCrossings:
             times[i] = t
         return times
 
-
-class HasTurningPoints(Protocol):
-    """Trajectory with known turning points."""
-
-    @property
-    def turning_points(self) -> Events:
-        """The start and every zero of v_r: x_r is monotone between neighbours."""
-
-
-class EventDriven(FindsCrossings):
-    """Base of trajectories with located stops, whose velocity cannot chatter with a step."""
-
-    @property
-    def path(self: HasTurningPoints) -> Path:
-        """The start and every zero of v_r."""
-        return Path(self.turning_points.t, self.turning_points.x_r)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Return 0: there is no step to chatter with."""
-        return 0.0
-
     def jacobian(self) -> tuple[float, float] | None:
-        """Return None: only a trajectory under sines has it in closed form."""
+        """Return None: it is not known in closed form."""
         return None
+
+    @property
+    def reaches_stops(self) -> bool:
+        """False: there are no end stops."""
+        return False
+
+    @property
+    def without_stops(self) -> Self:
+        """The trajectory itself."""
+        return self
+
+    def hits(self) -> Impacts:
+        """Return no contacts."""
+        return Impacts(np.empty(0), np.empty(0))
+
+    def peak_bumper_force(self, begin: float, end: float) -> float:
+        """Return 0 N."""
+        return 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,11 +486,11 @@ class BlockwiseMarch:
 
 
 @dataclass(frozen=True, eq=False)
-class MarchedTrajectory(EventDriven):
+class MarchedTrajectory(BaseTrajectory):
     """Trajectory over the blocks of a march, which are marched again when they are needed."""
 
     march: Any
-    turning_points: Events
+    events: Events
     end: float
     closest_decision: float = math.inf
 

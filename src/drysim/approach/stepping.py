@@ -10,8 +10,8 @@ import numpy as np
 from drysim.approach.scene import base_square_integrals, count_grid_points, make_waves
 from drysim.approach.solution import (
     FIXED_STEP,
+    BaseTrajectory,
     Events,
-    FindsCrossings,
     Floats,
     Numerics,
     Path,
@@ -110,7 +110,7 @@ def make_response(
     events = mode_changes(plant, u_dd, dt, points)
     numerics = Numerics(name, FIXED_STEP, why, engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
-    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, x_dd)
+    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, x_dd, events)
     grid = stored_grid(dt, u_dd, points)
     return Response(plant, law, motion, grid, events, numerics, trajectory)
 
@@ -127,7 +127,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Event
 
 
 @dataclass(frozen=True, eq=False)
-class FixedStepTrajectory(FindsCrossings):
+class FixedStepTrajectory(BaseTrajectory):
     """Solution known at grid points only: linear between them, sums in place of integrals."""
 
     plant: Plant
@@ -137,6 +137,7 @@ class FixedStepTrajectory(FindsCrossings):
     u_dd: Floats
     points: Points
     x_dd: Floats
+    events: Events
     closest_decision: float = math.inf
 
     @property
@@ -176,10 +177,6 @@ class FixedStepTrajectory(FindsCrossings):
         # Both ends of the window count.
         peak = float(np.abs(self.x_dd[part.start : part.stop + 1]).max(initial=0.0))
         return totals._replace(x_dd_peak=peak)
-
-    def jacobian(self) -> tuple[float, float] | None:
-        """Return None: the derivative of the motion is not known in closed form."""
-        return None
 
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""

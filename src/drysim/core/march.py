@@ -349,6 +349,30 @@ def initial_slip_state(plant, law, waves, x_r, v_r, log):
 
 
 @compiled
+def write_slip_segments(log, v_r, end, out):
+    """Write a motion with Coulomb friction under waves alone as segments; return their number.
+
+    Parameters
+    ----------
+    log : EventLog
+        Its events; the first one is the start.
+    v_r : float
+        Velocity at the start [m/s]; it is 0 at every later event.
+    end : SlipState
+        State at the end of the motion.
+    out : Segments
+        Written, with the state at the end.
+    """
+    for i in range(end.events):
+        d, time = sign(log.kind[i]), (int(ZERO), log.s[i])
+        mode = encode_mode(mode_of(d, d, APART, 0))
+        record_segment(out, i, time, (log.x_r[i], v_r if i == 0 else 0.0, 0.0), mode)
+    mode = encode_mode(mode_of(end.d, end.d, APART, 0))
+    state = end.x_r, end.v_r, 0.0
+    return record_segment(out, end.events, (int(ZERO), end.s), state, mode)
+
+
+@compiled
 def march_varying_limits(scene, past, n, end, state, out, log):
     """March over samples with varying friction limits, one call of `march_sines` per step.
 

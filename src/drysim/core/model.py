@@ -108,6 +108,16 @@ class CoulombLaw(CoulombParameters, PlainContact):
     can_stick = True
     """The mass can stick under this law."""
 
+    @property
+    def varies(self) -> bool:
+        """Whether the normal force varies."""
+        return bool(self.variation)
+
+    @property
+    def without_stops(self) -> CoulombLaw:
+        """The law itself."""
+        return self
+
     def as_piecewise(self) -> PiecewiseLaw:
         """Return the same law as a `PiecewiseLaw`, to which more may be added."""
         F_fk, F_fs, variation, omega, phase = self

@@ -258,6 +258,18 @@ def coulomb_limits(law, d):
     return CoulombLaw(side.F_fk, side.F_fs, law.variation, law.omega, law.phase)
 
 
+@compiled
+def coulomb_kernel_law(plant, law, record):
+    """Return a `CoulombLaw`, with the damper of the plant, as a `KernelLaw`.
+
+    Its record of the normal force is never read: the array only has the right type.
+    """
+    side = Side(law.F_fk, law.F_fs, plant.b, NEVER)
+    stages, begins = (0.0, 0.0, 0.0), (0.0, NEVER, NEVER)
+    wave = law.variation, law.omega, law.phase
+    return KernelLaw(side, side, 0.0, *wave, record, 0.0, stages, begins, 0.0, 0.0)
+
+
 # The equation of motion in a mode, and the forces.
 
 

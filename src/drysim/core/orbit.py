@@ -37,7 +37,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import ZERO, compiled, inlined, merged
-from drysim.core.events import REVERSAL, STICK
+from drysim.core.events import REVERSAL, STICK, Segments
 from drysim.core.forcing import (
     OMEGA,
     PHASE,
@@ -51,17 +51,26 @@ from drysim.core.forcing import (
     plant_and_law,
     set_wave,
 )
-from drysim.core.march import Interval, SlipState, initial_slip_state, march_sines
+from drysim.core.march import (
+    Interval,
+    Scene,
+    SlipState,
+    initial_slip_state,
+    march_sines,
+    write_slip_segments,
+)
 from drysim.core.model import ATTRACTING_MODULUS, StrokeLimits
+from drysim.core.modes import coulomb_kernel_law
 from drysim.core.status import LOG_FULL, NOT_SETTLED, NOT_UNIQUE, OVERFLOW
 from drysim.core.trajectory import (
-    EventSolution,
+    Solution,
     excursions,
     extremes_and_crossings,
-    integrate_events,
-    state_at,
+    integrate_segments,
+    motion_in_segment,
+    resume_at,
 )
-from drysim.core.variational import event_monodromy
+from drysim.core.variational import event_monodromy, monodromy
 
 # A block of scenes in one call.
 
@@ -111,6 +120,31 @@ class PeriodStarts(NamedTuple):
     v_r: Any
 
 
+class Workspace(NamedTuple):
+    """Arrays that `solve_orbits` works with; their contents do not matter, except of `u_dd`.
+
+    Attributes
+    ----------
+    values : array, shape (WAVE_COLUMNS (sines + 1),)
+        Takes the waves of a scene.
+    past : PeriodStarts
+    log : EventLog
+    segments : Segments
+        Takes the events of an orbit and its end.
+    deviations : Deviations
+        Arrays of shape (2,).
+    u_dd : array, shape (2,)
+        Zeros: base acceleration besides the waves [m/s²].
+    """
+
+    values: Any
+    past: Any
+    log: Any
+    segments: Any
+    deviations: Any
+    u_dd: Any
+
+
 class FoundOrbit(NamedTuple):
     """What the search for a periodic orbit found.
 
@@ -143,7 +177,7 @@ class FoundOrbit(NamedTuple):
 
 
 @compiled
-def solve_orbits(scenes, answers, values, past, most, log):
+def solve_orbits(scenes, answers, most, work):
     """Find and measure the periodic orbit of every scene.
 
     Parameters
@@ -152,20 +186,17 @@ def solve_orbits(scenes, answers, values, past, most, log):
         The columns named above.
     answers : array, shape (n, ANSWER_COLUMNS)
         Written.
-    values : array, shape (WAVE_COLUMNS (sines + 1),)
-        Work space, as are `past` and `log`.
-    past : PeriodStarts
     most : int
         Number of periods after which a scene counts as not converged. With 0 the starts are on
         orbits that are only measured, and `answers` holds their periods per repetition.
-    log : EventLog
+    work : Workspace
     """
     for i in range(len(scenes)):
         row, answer = scenes[i], answers[i]
         plant, law = plant_and_law(row)
-        scene = SineScene(plant, law, scene_waves(row, values, law), log)
+        scene = SineScene(plant, law, scene_waves(row, work.values, law), work.log)
         if most > 0:
-            found = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, past)
+            found = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, work.past)
         else:
             state = PeriodState(row[X_R], row[V_R], int(ZERO))
             found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True, 0.0)
@@ -180,7 +211,8 @@ def solve_orbits(scenes, answers, values, past, most, log):
         else:
             answer[STATUS] = 0.0
             length, limits = answer[MULTIPLE] * row[PERIOD], StrokeLimits(row[UP], row[DOWN])
-            measure_orbit(scene, state.x_r, state.v_r, length, limits, answer)
+            start = state.x_r, state.v_r
+            measure_orbit(scene, start, length, limits, work, answer)
 
 
 @compiled
@@ -197,23 +229,23 @@ def scene_waves(scene, values, law):
 
 
 @merged
-def measure_orbit(scene, x_r, v_r, length, limits, answer):
+def measure_orbit(scene, start, length, limits, work, answer):
     """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
-    plant, law, waves, log = scene
+    (plant, law, waves, log), (x_r, v_r) = scene, start
     interval = Interval(int(ZERO), 0.0, length, 0.0, 0.0)
     state = initial_slip_state(plant, law, waves, x_r, v_r, log)
-    reached, x, v, _, count, _ = march_sines(plant, law, waves, interval, state, log)
+    end = march_sines(plant, law, waves, interval, state, log)
+    reached, x, v, _, count, _ = end
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
         answer[STATUS] = float(
             count if count < 0 else (LOG_FULL if reached < length else OVERFLOW)
         )
         return
-    t, kind, x_events = log.s[:count], log.kind[:count], log.x_r[:count]
-    solution = EventSolution(plant, law, waves, t, kind, x_events, v_r)
-    answer[X_BEGIN], answer[V_BEGIN] = state_at(solution, 0.0)
-    answer[X_END], answer[V_END] = state_at(solution, length)
-    sums = integrate_events(solution, 0.0, length)
+    t, x_events = log.s[:count], log.x_r[:count]
+    solution = orbit_solution(scene, v_r, end, work)
+    answer[X_BEGIN], answer[V_BEGIN], answer[X_END], answer[V_END] = x_r, v_r, end.x_r, end.v_r
+    sums, _ = integrate_segments(solution, 0.0, length, 0.0)
     answer[X2], answer[V2], answer[X_DD2] = sums.x2, sums.v2, sums.x_dd2
     answer[POWER], answer[SLIDING_DISTANCE] = sums.power, sums.sliding_distance
     answer[STUCK], answer[VIOLATION] = sums.stuck, sums.violation
@@ -233,24 +265,37 @@ def measure_orbit(scene, x_r, v_r, length, limits, answer):
             answer[EXCURSIONS_DOWN],
             answer[T_FIRST],
             answer[TIME_BEYOND],
-        ) = excursions(solution, answer[X_END], length, limits, True)
-    # The first event is the state at the start.
-    a, b, c, e = event_monodromy(scene, length, 1.0, state.d, 1, count)
+        ) = excursions(solution, (t, x_events), answer[X_END], length, limits, True)
+    a, b, c, e = monodromy(solution, work.deviations)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
-    answer[STOPS] = count_stops(kind)
+    answer[STOPS] = count_stops(log, count)
     peak = max(answer[HIGHEST], -answer[LOWEST])
     answer[ASYMMETRY] = half_wave_change(solution, length) / (peak if peak > 0.0 else 1.0)
 
 
+@merged
+def orbit_solution(scene, v_r, end, work):
+    """Return a repetition of an orbit as `Solution`, from the events in the log of a scene.
+
+    `v_r` is the velocity at the start [m/s], and `end` the `SlipState` at the end.
+    """
+    plant, law, waves, log = scene
+    write_slip_segments(log, v_r, end, work.segments)
+    (n, s, x, v, x_0, d), rows = work.segments, end.events + 1
+    segments = Segments(n[:rows], s[:rows], x[:rows], v[:rows], x_0[:rows], d[:rows])
+    kernel_law = coulomb_kernel_law(plant, law, work.u_dd)
+    return Solution(Scene(plant, kernel_law, waves, work.u_dd, end.s), segments)
+
+
 @compiled
-def count_stops(kind):
+def count_stops(log, events):
     """Return the number of stops among the events of a motion, however short they are.
 
-    The first entry is the state at its start.
+    The first event is the state at its start.
     """
     stops = 0
-    for i in range(1, len(kind)):
-        stops += kind[i] == STICK
+    for i in range(1, events):
+        stops += log.kind[i] == STICK
     return stops
 
 
@@ -261,11 +306,12 @@ def half_wave_change(solution, length):
     It is 0 for an orbit whose halves mirror each other. Without a spring only velocities count,
     as all positions are equivalent.
     """
-    x_r, v_r = state_at(solution, 0.0)
-    x_half, v_half = state_at(solution, 0.5 * length)
-    rate = velocity_scale_rate(solution.plant, length)
-    change = abs(x_r + x_half) if solution.plant.k_x > 0.0 else 0.0
-    return max(change, abs(v_r + v_half) / rate)
+    (plant, _, waves, _, _), (_, _, x_r, v_r, _, _) = solution
+    part, s = resume_at(solution, 0.5 * length)
+    x_half, v_half = motion_in_segment(waves, part, s)
+    rate = velocity_scale_rate(plant, length)
+    change = abs(x_r[0] + x_half) if plant.k_x > 0.0 else 0.0
+    return max(change, abs(v_r[0] + v_half) / rate)
 
 
 # Fixed points of the period map and of its powers.
@@ -625,7 +671,7 @@ def flow_and_monodromy(row, values, length, x_r, v_r, log, image):
     row : array, shape (SINES + 3 sines,)
         A scene, as in `solve_orbits`.
     values : array
-        Work space, as in `solve_orbits`.
+        Work space, as in `Workspace`.
     length : float
         Time [s].
     x_r, v_r : float

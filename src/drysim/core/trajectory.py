@@ -19,10 +19,8 @@ Method
       none is missed.
 
 A solution is stored as `Segments`: segment i starts at the time segments.s[i] within step
-segments.n[i]. Under waves, Coulomb friction needs only its events, because v_r is 0 after each
-but the first (`EventSolution`). Both are evaluated by way of a `ResumedSegment`: the equation
-of motion, the forces and the start of one segment. Kernels that evaluate segments expect
-ascending times.
+segments.n[i]. It is evaluated by way of a `ResumedSegment`: the equation of motion, the forces
+and the start of one segment. Kernels that evaluate segments expect ascending times.
 """
 
 from __future__ import annotations
@@ -45,7 +43,6 @@ from drysim.core.forcing import (
     motion_at,
     response_from_rest,
     set_phases,
-    slip_equation,
 )
 from drysim.core.model import (
     FOUR_NODES,
@@ -55,28 +52,23 @@ from drysim.core.model import (
     TWELVE_WEIGHTS,
 )
 from drysim.core.modes import (
-    APART,
     ARRIVAL,
     AT_REST,
     CHATTERING,
     FREE,
     HOLD,
-    Forces,
-    KernelLaw,
-    LoadRamp,
     ModeState,
     SegmentBase,
-    Side,
     bumper_force,
     chatter_mean_square,
     contact_force,
+    coulomb_limits,
     decode_mode,
     friction_and_stop_forces,
     is_rigid_slip,
     load_at,
     mode_equation,
     mode_forces,
-    mode_of,
     origin_of,
     return_accelerations,
     side_of,
@@ -94,7 +86,6 @@ from drysim.core.oscillator import (
 from drysim.core.peak import Decay, bend, peak_of_segment
 from drysim.core.roots import (
     MAX_BISECTIONS,
-    NEVER,
     RESOLUTION,
     safeguarded_newton,
 )
@@ -108,9 +99,9 @@ class Solution(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        As of `core.march`.
+        As of `core.march`; under waves alone its one step is as long as the motion.
     segments : Segments
-        With encoded modes; with Coulomb friction d is the direction of sliding.
+        With encoded modes. Under waves the state at the end of the motion follows.
     """
 
     scene: Any
@@ -133,27 +124,6 @@ class SampledSolution(NamedTuple):
     scene: Any
     samples: Any
     rows: Any
-
-
-class EventSolution(NamedTuple):
-    """Solution with Coulomb friction under waves, stored as its events.
-
-    Attributes
-    ----------
-    plant, law, waves : Plant, CoulombLaw, Waves
-    t, kind, x_r : array, shape (events,)
-        Time [s], kind and displacement [m] of the events; the first event is the start.
-    v_first : float
-        Velocity at the start [m/s]; it is 0 at every later event.
-    """
-
-    plant: Any
-    law: Any
-    waves: Any
-    t: Any
-    kind: Any
-    x_r: Any
-    v_first: float
 
 
 class ResumedSegment(NamedTuple):
@@ -237,6 +207,16 @@ def resume_segment(solution, i):
     return resume_mode(scene, (segments.n[i], segments.s[i]), state, segments.d[i])
 
 
+@inlined
+def resume_at(solution, t):
+    """Return the segment of a solution under waves that holds at t [s], and t since its start.
+
+    Where the state changes at this time, as at an impact, it is the segment after it.
+    """
+    i = last_event_index(solution.segments.s, t)
+    return resume_segment(solution, i), t - solution.segments.s[i]
+
+
 @compiled
 def resume_mode(scene, time, state, code):
     """Return a segment, ready for evaluation.
@@ -256,18 +236,6 @@ def resume_mode(scene, time, state, code):
     equation, ramp = mode_equation(plant, law, waves, mode, x_0, base)
     forces, x_origin = mode_forces(plant, law, mode, x_0), origin_of(law, mode.origin)
     return ResumedSegment(mode, equation, ramp, forces, x_origin, xi, v_r, base.u_0, base.slope)
-
-
-@compiled
-def resume_event(solution, i):
-    """Return the segment after event i of an `EventSolution`, ready for evaluation."""
-    plant, law, waves, t, kind, x_r, v_first = solution
-    d, v_r = sign(kind[i]), v_first if i == 0 else 0.0
-    set_phases(waves, plant, law, t[i], d)
-    equation, ramp = slip_equation(plant, law, d, 0.0, 0.0), LoadRamp(1.0, 0.0, NEVER)
-    forces = Forces(plant, 0.0, 0.0, d * law.F_fk, 0.0, 0.0, 0.0, law.F_fk)
-    mode = mode_of(d, d, APART, 0)
-    return ResumedSegment(mode, equation, ramp, forces, 0.0, x_r[i], v_r, 0.0, 0.0)
 
 
 @compiled
@@ -382,21 +350,29 @@ def state_in_step(solution, n, t):
     if rows.n[i] == n:
         s, xi, v_r = rows.s[i], rows.x_r[i], rows.v_r[i]
     part = resume_mode(scene, (n, s), (xi, v_r, rows.x_0[i]), rows.d[i])
-    s = t - (n * scene.dt + s)
-    xi, v_r = motion_in_segment(scene.waves, part, s)
-    u = base_motion(scene.waves, part.u_0, part.slope, s)[0]
-    load = max(load_at(scene.law, scene.waves, part.ramp, s)[0], 0.0)
-    state = ModeState(part.mode, xi, v_r, part.forces.x_0)
-    F_f, _ = friction_and_stop_forces(scene.plant, scene.law, state, u, load)
-    return part.x_origin + xi, v_r, F_f
+    return state_in_segment(scene, part, t - (n * scene.dt + s))
 
 
 @compiled
-def state_at(solution, at):
-    """Return x_r [m] and v_r [m/s] of an `EventSolution` at a time after its start [s]."""
-    i = last_event_index(solution.t, at)
-    part = resume_event(solution, i)
-    return motion_in_segment(solution.waves, part, at - solution.t[i])
+def state_at(solution, t):
+    """Return x_r [m], v_r [m/s] and F_f [N] of a `Solution` under waves at a time t [s].
+
+    Where the state changes at this time, as at an impact, it is that after it.
+    """
+    part, s = resume_at(solution, t)
+    return state_in_segment(solution.scene, part, s)
+
+
+@compiled
+def state_in_segment(scene, part, s):
+    """Return x_r [m], v_r [m/s] and F_f [N] at time s of a resumed segment."""
+    plant, law, waves, _, _ = scene
+    xi, v_r = motion_in_segment(waves, part, s)
+    u = base_motion(waves, part.u_0, part.slope, s)[0]
+    load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
+    state = ModeState(part.mode, xi, v_r, part.forces.x_0)
+    F_f, _ = friction_and_stop_forces(plant, law, state, u, load)
+    return part.x_origin + xi, v_r, F_f
 
 
 # Motion on a grid under sines: linear combinations of table columns.
@@ -423,7 +399,8 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
 
     Parameters
     ----------
-    solution : EventSolution
+    solution : Solution
+        Of a rigid contact that is the same in both directions and never meets an end stop.
     first : int
         Index of the first grid point.
     dt : float
@@ -440,8 +417,8 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
     event and not from `first`. The result is therefore independent of the blocks in which a
     grid is written.
     """
-    plant, law, waves, t, kind, x_r, v_first = solution
-    x_out, v_out = out
+    (plant, kernel_law, waves, _, _), (_, t, x_r, v_r, _, codes) = solution
+    law, (x_out, v_out) = coulomb_limits(kernel_law, 1), out
     c, w, last = plant.b / plant.m, plant.k_x / plant.m, first + len(d_out)
     filled = at_rest = int(ZERO)
     event = last_event_index(t, first * dt)
@@ -450,7 +427,7 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
-        d = sign(kind[event])
+        d = decode_mode(codes[event]).direction
         until = last
         if event + 1 < len(t):
             until = min(until, grid_index_before(t[event + 1], dt) + 1)
@@ -460,14 +437,15 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
             n = until
             continue
         begin = grid_index_before(t[event], dt) + 1
-        v_r, g = v_first if event == 0 else 0.0, -d * law.F_fk / plant.m
+        g = -d * law.F_fk / plant.m
         while n < until:
             # Column 0 of the table is grid point `start`.
             start = n - (n - begin) % TABLE_COLUMNS
             end = min(until, start + TABLE_COLUMNS)
             filled = fill_table(plant, waves, dt, table, filled, end - start)
             set_phases(waves, plant, law, t[event], d)
-            x, v = transient_state(c, w, waves, x_r[event], v_r, g, start * dt - t[event])
+            s = start * dt - t[event]
+            x, v = transient_state(c, w, waves, x_r[event], v_r[event], g, s)
             set_phases(waves, plant, law, start * dt, d)
             push = g - w * x
             y, y_d, Y = table[0], table[1], table[2]
@@ -494,7 +472,7 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
             # A sum of rows may have the wrong sign where |v_r| is of the size of rounding.
             for k in range(end - n if against > 0 else 0):
                 if v_out[at + k] * d <= 0.0:
-                    part = resume_event(solution, event)
+                    part = resume_segment(solution, event)
                     state = motion_in_segment(waves, part, (n + k) * dt - t[event])
                     x_out[at + k], v_out[at + k] = state
             n = end
@@ -725,41 +703,6 @@ def peak_in_segment(waves, part, lo, hi, peak):
     xi, v_r = motion_in_segment(waves, part, hi)
     highest = max(highest, abs(u_1 + g + r * hi - c * v_r - w * xi))
     return peak_of_segment(decay, highest, length, max(peak, highest))
-
-
-@compiled
-def integrate_events(solution, begin, end):
-    """Integrate an `EventSolution` from `begin` to `end` [s]; return `SegmentSums`."""
-    waves, t = solution.waves, solution.t
-    law, sums = coulomb_kernel_law(solution.plant, solution.law, waves), NO_SUMS
-    for i in range(len(t)):
-        until = min(t[i + 1], end) if i + 1 < len(t) else end
-        if until <= begin or until <= t[i]:
-            continue
-        part = resume_event(solution, i)
-        lo, hi = max(begin - t[i], 0.0), until - t[i]
-        sums = add_segment_sums(sums, integrate_slip_or_stick(law, waves, part, t[i], lo, hi))
-    return sums
-
-
-@compiled
-def coulomb_kernel_law(plant, law, waves):
-    """Return a `CoulombLaw`, with the damper of the plant, as a `KernelLaw`.
-
-    Its record of the normal force is never read: the array only has the right type.
-    """
-    side = Side(law.F_fk, law.F_fs, plant.b, NEVER)
-    stages, begins = (0.0, 0.0, 0.0), (0.0, NEVER, NEVER)
-    wave = law.variation, law.omega, law.phase
-    return KernelLaw(side, side, 0.0, *wave, waves.values, 0.0, stages, begins, 0.0, 0.0)
-
-
-@compiled
-def integrate_slip_or_stick(law, waves, part, t, lo, hi):
-    """Integrate a segment of Coulomb friction, given as a `KernelLaw`, that begins at t [s]."""
-    if part.mode.direction == AT_REST:
-        return integrate_rest(law, waves, part, lo, hi)
-    return integrate_motion(law, waves, part, t, lo, hi)
 
 
 @compiled
@@ -1049,14 +992,17 @@ def stroke_side(x_r, limits):
 
 
 @merged
-def excursions(solution, x_end, end, limits, repeats):
+def excursions(solution, path, x_end, end, limits, repeats):
     """Return the numbers of excursions to the limits, the first time and the total time.
 
     As `metrics.stroke.excursions`, within the kernel that solves a block of orbits.
 
     Parameters
     ----------
-    solution : EventSolution
+    solution : Solution
+        Under waves.
+    path : (array, array)
+        Times [s] and x_r [m] of the start and the turning points.
     x_end, end : float
         Displacement at the end [m], and the end [s].
     limits : StrokeLimits
@@ -1073,7 +1019,7 @@ def excursions(solution, x_end, end, limits, repeats):
     beyond : float
         Total time at or beyond the limit [s].
     """
-    t, x_r = solution.t, solution.x_r
+    t, x_r = path
     begins = stroke_side(x_r[0], limits)
     up, down = int(begins > 0), int(begins < 0)
     first = 0.0 if begins != 0 else -1.0
@@ -1088,10 +1034,10 @@ def excursions(solution, x_end, end, limits, repeats):
         # The total time is the sum of the leaving times minus that of the entering times.
         if side != 0:
             level = limits.up if side > 0 else -limits.down
-            left += level_crossing_time(solution, level, t[i], until)
+            left += level_crossing_time(solution, level, t[i], until, x > x_r[i])
         if now != 0:
             level = limits.up if now > 0 else -limits.down
-            at = level_crossing_time(solution, level, t[i], until)
+            at = level_crossing_time(solution, level, t[i], until, x > x_r[i])
             entered += at
             first = at if up + down == 0 else first
             up, down = up + int(now > 0), down + int(now < 0)
@@ -1105,13 +1051,14 @@ def excursions(solution, x_end, end, limits, repeats):
 
 
 @compiled
-def level_crossing_time(solution, level, lo, hi):
+def level_crossing_time(solution, level, lo, hi, rising):
     """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m]."""
-    side = 1.0 if state_at(solution, hi)[0] > state_at(solution, lo)[0] else -1.0
-    at = 0.5 * (lo + hi)
+    waves, at, side = solution.scene.waves, 0.5 * (lo + hi), 1.0 if rising else -1.0
     for _ in range(MAX_BISECTIONS):
-        x, v = state_at(solution, at)
-        lo, hi, at, done = safeguarded_newton(lo, hi, at, side * (level - x), -side * v)
+        part, s = resume_at(solution, at)
+        xi, v = motion_in_segment(waves, part, s)
+        gap = level - part.x_origin - xi
+        lo, hi, at, done = safeguarded_newton(lo, hi, at, side * gap, -side * v)
         if done:
             break
     return at

@@ -240,6 +240,18 @@ def propagate_deviations(solution, deviations):
         reset_anchor(deviations, False)
 
 
+@inlined
+def monodromy(solution, deviations):
+    """Return the monodromy matrix of a `Solution` under a rigid contact, row by row.
+
+    `deviations` are work space for two.
+    """
+    x_r, v_r, _ = deviations
+    x_r[0], x_r[1], v_r[0], v_r[1] = 1.0, 0.0, 0.0, 1.0
+    propagate_deviations(solution, deviations)
+    return x_r[0], x_r[1], v_r[0], v_r[1]
+
+
 @compiled
 def next_mode(segments, i):
     """Return the mode after the event that ends segment i."""

@@ -8,7 +8,7 @@ continuous solution, which contains every crossing and every peak.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from drysim.core.compile import as_engine_array
 from drysim.core.model import StrokeLimits
 
 if TYPE_CHECKING:
-    from drysim.approach.exact import UnreachedStopsTrajectory
-    from drysim.approach.piecewise import PiecewiseTrajectory
     from drysim.core.stroke import Crossings, PathMeasures
 
 HOUR = 3600.0
@@ -115,9 +113,8 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
     """
     stops = trajectory.law.stops
     assert stops is not None, "only called with end stops"
-    solution = cast("PiecewiseTrajectory | UnreachedStopsTrajectory", trajectory)
     begin, end = window
-    t, v_r = solution.hits()
+    t, v_r = trajectory.hits()
     inside = (t > begin) & (t <= end)
     if begin == 0.0 and not repeats:
         inside |= t == 0.0
@@ -127,7 +124,7 @@ def impacts(trajectory: Trajectory, window: tuple[float, float], repeats: bool) 
         up,
         int(inside.sum()) - up,
         fastest,
-        None if stops.rigid else solution.peak_bumper_force(begin, end),
+        None if stops.rigid else trajectory.peak_bumper_force(begin, end),
         trajectory.plant.m * (1.0 + stops.e) * fastest if stops.rigid else None,
     )
 

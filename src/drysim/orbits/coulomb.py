@@ -13,14 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import LOG_LENGTH, empty_log, make_waves
+from drysim.approach.scene import LOG_LENGTH, empty_columns, empty_log, make_waves
 from drysim.approach.solution import Floats, Orbit
 from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
+from drysim.core.events import Segments
 from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
 from drysim.core.march import initial_slip_state
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
 from drysim.core.status import Status
+from drysim.core.variational import Deviations
 
 MAX_PERIODS = 5_000
 """Periods after which a motion counts as not settled: thirty times as many as the slowest of
@@ -94,15 +96,8 @@ def measure_orbits(scenes: Floats, periods: Floats) -> Floats:
 
 def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
     """Call the kernel `solve_orbits`; parameters as there. Returns the answers."""
-    filled = as_engine_array(answers)
-    orbit.solve_orbits(
-        as_engine_array(np.ascontiguousarray(scenes)),
-        filled,
-        scene_buffer(scenes.shape[1]),
-        period_buffers(),
-        most,
-        empty_log(LOG_LENGTH),
-    )
+    rows, filled = as_engine_array(np.ascontiguousarray(scenes)), as_engine_array(answers)
+    orbit.solve_orbits(rows, filled, most, workspace(scenes.shape[1]))
     return np.asarray(filled)
 
 
@@ -112,6 +107,14 @@ def scene_row(
     """Return a scene without stroke limits as a row of `solve_orbits`."""
     sines = [column for sine in zip(*motion, strict=True) for column in sine]
     return np.array([*plant, *law, *start[:2], period, math.inf, math.inf, *sines])
+
+
+def workspace(columns: int) -> orbit.Workspace:
+    """Return the work space of `solve_orbits` for scenes with so many columns."""
+    log, segments = empty_log(LOG_LENGTH), empty_columns(Segments, LOG_LENGTH + 1)
+    deviations = Deviations(*(as_engine_array(np.zeros(2)) for _ in range(3)))
+    values, u_dd = scene_buffer(columns), as_engine_array(np.zeros(2))
+    return orbit.Workspace(values, period_buffers(), log, segments, deviations, u_dd)
 
 
 def scene_buffer(columns: int) -> Any:

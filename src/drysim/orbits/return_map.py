@@ -29,15 +29,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach import taylor
-from drysim.approach.coulomb import SineTrajectory
 from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
-from drysim.approach.solution import Events, Trajectory
+from drysim.approach.solution import Trajectory
 from drysim.approach.taylor import TaylorTrajectory
 from drysim.core.events import CONTACT, IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
@@ -271,7 +270,7 @@ class ShootingReturnMap:
             return None
         peak = float(np.abs(path_of(trajectory)).max())
         counts = event_counts(scene.law, trajectory)
-        events = events_of(trajectory).t[1:] / scene.period
+        events = trajectory.events.t[1:] / scene.period
         if not isinstance(trajectory, TaylorTrajectory):
             jacobian = closed_form_jacobian(trajectory, repetition)
             grazes = not np.isfinite(jacobian).all()
@@ -313,7 +312,7 @@ class ShootingReturnMap:
 
     def march(
         self, scene: PeriodicScene, y: Floats, repetition: Repetition
-    ) -> tuple[Floats, PiecewiseTrajectory | SineTrajectory | TaylorTrajectory]:
+    ) -> tuple[Floats, PiecewiseTrajectory | TaylorTrajectory]:
         """Return the state after a repetition, and the motion up to it; `scene` begins with it.
 
         Raises
@@ -331,7 +330,7 @@ class ShootingReturnMap:
 
     def march_for(
         self, scene: PeriodicScene, y: Floats, time: float
-    ) -> PiecewiseTrajectory | SineTrajectory | TaylorTrajectory:
+    ) -> PiecewiseTrajectory | TaylorTrajectory:
         """Return the motion from a state for a time in periods."""
         plant, law, motion, period = scene
         return march_period(plant, law, motion, scene.to_state(scene.clip(y)), time * period)
@@ -444,9 +443,7 @@ class ShootingReturnMap:
         return not path_of(self.march(scene, rest, Repetition())[1]).any()
 
 
-def closed_form_jacobian(
-    trajectory: PiecewiseTrajectory | SineTrajectory, repetition: Repetition
-) -> Floats:
+def closed_form_jacobian(trajectory: PiecewiseTrajectory, repetition: Repetition) -> Floats:
     """Return the derivative of the components at the end by those at the start."""
     jacobian = trajectory.monodromy()
     if len(jacobian) == 3:
@@ -463,24 +460,18 @@ def path_of(trajectory: Trajectory) -> Floats:
     return np.append(trajectory.path.x_r, trajectory.state(trajectory.end).x_r)
 
 
-def events_of(trajectory: Any) -> Events:
-    """Return the events of a motion, the first of which is its start."""
-    events: Events = getattr(trajectory, "events", trajectory.turning_points)
-    return events
-
-
-def event_kinds(trajectory: Any) -> NDArray[np.int8]:
+def event_kinds(trajectory: Trajectory) -> NDArray[np.int8]:
     """Return the kinds of the events after the start, without their directions."""
-    return np.abs(events_of(trajectory).kind[1:])
+    return np.abs(trajectory.events.kind[1:])
 
 
-def yields(trajectory: Any) -> bool:
+def yields(trajectory: Trajectory) -> bool:
     """Whether an elastic contact yields within a motion, or throughout it."""
     starts_yielding = abs(int(trajectory.events.kind[0])) == SLIP
     return starts_yielding or bool(np.isin(event_kinds(trajectory), (STICK, SLIP)).any())
 
 
-def event_counts(law: AnyLaw, trajectory: Any) -> tuple[int, ...]:
+def event_counts(law: AnyLaw, trajectory: Trajectory) -> tuple[int, ...]:
     """Return stops, reversals and contacts with an end stop.
 
     Only what changes the equation of motion counts: not the turning points of bristles, nor

@@ -42,8 +42,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drysim.approach import exact, piecewise
+from drysim.approach.coulomb import sine_trajectory
 from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
 from drysim.approach.solution import Orbit
+from drysim.core.events import IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
     ATTRACTING_MODULUS,
     AnyLaw,
@@ -99,11 +101,14 @@ def find_orbit(
     SolverError
         If events do not advance in time, or the motion is not finite.
     """
-    if law.stops is not None:
-        return find_orbit_with_stops(plant, law, motion, start, period)
-    if not isinstance(law, CoulombLaw):
-        return find_orbit_by_marching(plant, law, motion, start, period)
-    return find_coulomb_orbit(plant, law, motion, start, period)
+    if isinstance(law, CoulombLaw):
+        return find_coulomb_orbit(plant, law, motion, start, period)
+    if law.stops is not None and isinstance(law.without_stops, CoulombLaw):
+        # Thirty times faster than to march, where it is the orbit.
+        orbit = find_coulomb_orbit(plant, law.without_stops, motion, start, period)
+        if stays_between_stops(plant, law, motion, start, period, orbit):
+            return orbit
+    return find_orbit_by_marching(plant, law, motion, start, period)
 
 
 STOP_SEARCH_PERIODS = 2_000
@@ -114,25 +119,21 @@ DECAY_TIMES = 40.0
 """Time constants after which the free response is below double precision: e⁻⁴⁰ is 4e-18."""
 
 
-def find_orbit_with_stops(
-    plant: Plant, law: PiecewiseLaw, motion: Sines, start: AnyState, period: float
-) -> Orbit:
-    """Return the periodic orbit of a scene with end stops, which may not be reached at all."""
+def stays_between_stops(
+    plant: Plant, law: PiecewiseLaw, motion: Sines, start: AnyState, period: float, orbit: Orbit
+) -> bool:
+    """Return whether a motion with Coulomb friction leads to its orbit without its end stops.
+
+    `orbit` is that without them.
+    """
     assert law.stops is not None, "only called with end stops"
-    inner = law.without_stops
-    without_stops = find_orbit(plant, inner, motion, start, period)
-    nearest = min(law.stops.limits)
-    if without_stops.settled and without_stops.run_up_peak < nearest:
-        decay = 0.5 * plant.b / plant.m * period
-        periods = (
-            STOP_SEARCH_PERIODS
-            if decay * STOP_SEARCH_PERIODS < DECAY_TIMES
-            else math.ceil(DECAY_TIMES / decay)
-        )
-        path = exact.compute_trajectory(plant, inner, motion, start, max(periods, 1) * period)
-        if not exact.reaches_stops(path, law.stops):
-            return without_stops
-    return find_orbit_by_marching(plant, law, motion, start, period)
+    if not orbit.settled or orbit.run_up_peak >= min(law.stops.limits):
+        return False
+    decay = 0.5 * plant.b / plant.m * period
+    periods = STOP_SEARCH_PERIODS
+    if decay * periods >= DECAY_TIMES:
+        periods = math.ceil(DECAY_TIMES / decay)
+    return not sine_trajectory(plant, law, motion, start, periods * period).reaches_stops
 
 
 # Orbit of a motion that is marched period by period.
@@ -145,6 +146,9 @@ about a millisecond, all of them in two seconds."""
 CLOSURE_TOLERANCE = 1e-12
 """Scaled change of the state over a repetition that counts as zero, for solutions in closed
 form [-]: ten times that of Coulomb friction, as a mode is entered many times a period."""
+
+CONTACT_EVENTS = (STICK, SLIP, REVERSAL, IMPACT)
+"""Kinds of event after which an elastic contact may carry no force at another x_r."""
 
 TOLERANCE_FACTOR = 10.0
 """The same for Taylor series, in units of their tolerance: two repetitions differ by a few."""
@@ -198,7 +202,7 @@ def march_to_orbit(
         trajectory = march_period(plant, law, motion, state, period)
         path = trajectory.path
         sizes, end = state_scales(trajectory, path, period), trajectory.state(period)
-        events = len(trajectory.turning_points) - 1
+        events = int(np.isin(np.abs(trajectory.events.kind[1:]), CONTACT_EVENTS).sum())
         if convergence.add(end, sizes, events, closed_form(trajectory)):
             periods, peak = periods + 1, max(peak, sizes[0])
             change, multiple = convergence.repetition()

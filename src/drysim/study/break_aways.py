@@ -24,11 +24,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from math import exp, log, pi, sqrt
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Events, HasTurningPoints
+from drysim.approach.solution import Events
 from drysim.core.events import STICK
 from drysim.core.model import Samples
 from drysim.scenario.axes import KeyRange
@@ -147,7 +147,7 @@ def measure_rates(scenario: Scenario, motions: MotionCache) -> Rates:
         case = assemble(one := with_seed(scenario, seed), motions.of(one))
         assert isinstance(case.motion, Samples), "only random base motion has rates"
         trajectory = trajectory_of(case, case.start, case.step, case.window[1])
-        events = cast(HasTurningPoints, trajectory).turning_points
+        events = trajectory.events
         counted += count_break_aways(events, *case.window)
         duration = case.window[1] - case.window[0]
         length += duration
