@@ -53,19 +53,35 @@ from drysim.core.modes import (
     load_varies,
     mode_forces,
     origin_of,
+    side_of,
 )
-from drysim.core.oscillator import flow
-from drysim.core.peak import Decay, peak_of_segment
+from drysim.core.oscillator import (
+    SERIES_SEGMENT,
+    SeriesFactors,
+    flow,
+    series_distance,
+    series_factors,
+    series_velocity,
+    velocity_series,
+)
+from drysim.core.peak import Decay, bend, peak_of_segment
+from drysim.core.roots import NEVER
 from drysim.core.trajectory import (
+    FOUR,
     NO_SUMS,
+    NODES,
     PANEL_RADIANS,
+    TIME_ROUNDING,
+    WEIGHTS,
     SampledSolution,
     SegmentSums,
     add_segment_sums,
+    base_at,
     fastest_rate,
     integrate_part,
     last_event_index,
     peak_in_segment,
+    relative,
     resume_mode,
 )
 
@@ -121,6 +137,17 @@ def measure_steps(solution, steps, window, runs, sums, forms):
     first, last = steps
     lowest, highest = first + int(window[0] > first * dt), last - int(window[1] < last * dt)
     varies = load_varies(law)
+    w, fastest = plant.k_x / plant.m, max(law.up.b, law.down.b) / plant.m
+    held = w + law.k_t / plant.m
+    # Whether every segment is short, and there are no stops that it may meet.
+    short = (fastest + math.sqrt(held)) * dt <= SERIES_SEGMENT
+    short = short and min(law.up.limit, law.down.limit) == NEVER
+    factors = (
+        series_factors(law.down.b / plant.m, w),
+        series_factors(law.down.b / plant.m, held),
+        series_factors(law.up.b / plant.m, w),
+        series_factors(law.up.b / plant.m, held),
+    )
     for group in range(GROUPS):
         for k in range(SUMS):
             sums[group][k] = 0.0
@@ -156,9 +183,23 @@ def measure_steps(solution, steps, window, runs, sums, forms):
                 n, count = end, count + 1
             else:
                 length = (after if n == until else dt) - s
-                total, peak = add_segment(
-                    solution.scene, window, (n, s, length), state, d, (total, peak)
-                )
+                if summed and lowest <= n < highest and (rests or short):
+                    forces, base = run_forces(plant, law, d, x_0), base_at(u_dd, dt, n, s)
+                    slide = Slide(forces, factors[group_of(forces)])
+                    if rests:
+                        part, highest_part = integrate_hold(
+                            plant, law, forces.origin + state[0], base, length
+                        )
+                        peak = max(peak, highest_part)
+                    else:
+                        part, peak = integrate_slide(
+                            plant, law, slide, base, state, length, peak
+                        )
+                    total = add_segment_sums(total, part)
+                else:
+                    total, peak = add_segment(
+                        solution.scene, window, (n, s, length), state, d, (total, peak)
+                    )
                 n += 1
             s = 0.0
             if n < len(u_dd):
@@ -206,6 +247,84 @@ def add_segment(scene, window, time, state, d, measured):
     return total, peak
 
 
+@inlined
+def rest_sums(plant, law, x_r, u2, low, high, length):
+    """Return the integrals at rest from that of ü², its extremes and the time [s]."""
+    violation = rest_violation(plant, law, x_r, low, high)
+    return SegmentSums(x_r * x_r * length, 0.0, u2, 0.0, 0.0, length, 0.0, 0.0, violation)
+
+
+@compiled
+def integrate_hold(plant, law, x_r, base, length):
+    """Return the integrals over a part of a step at rest, and its largest |x_dd| [m/s²]."""
+    u_0, u_1 = base.u_0, base.u_0 + base.slope * length
+    u2 = length * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1) / 3.0
+    # The rounding of the time at which it breaks away is no violation.
+    drift = TIME_ROUNDING * base.t * abs(base.slope)
+    low, high = min(u_0, u_1) + drift, max(u_0, u_1) - drift
+    sums = rest_sums(plant, law, x_r, u2, low, high, length)
+    return sums, max(abs(u_0), abs(u_1))
+
+
+@compiled
+def integrate_slide(plant, law, slide, base, state, length, peak):
+    """Integrate a short segment of motion under a constant normal force, without stops.
+
+    As `integrate_part` and `peak_in_segment`, by the power series of the velocity.
+
+    Parameters
+    ----------
+    plant, law
+    slide : Slide
+    base : SegmentBase
+    state : tuple of float
+        xi [m], v_r [m/s] and x_0 [m] at the start.
+    length : float
+        [s].
+    peak : float
+        Largest |x_dd| before [m/s²].
+    """
+    (forces, factors), (t, u_0, slope), m = slide, base, plant.m
+    c, w = forces.c, forces.spring + forces.hold
+    x_0, v_0 = forces.origin + state[0], state[1]
+    y_0 = c * v_0 + (forces.spring * x_0 + (forces.hold * (x_0 - forces.x_0) + forces.f))
+    e = -(u_0 + y_0)
+    decay = Decay(c, w, u_0, slope, e, -slope - c * e - w * v_0)
+    series = velocity_series(factors, v_0, e, decay.e_1)
+    x2, v2, x_dd2, power, path, loss, damped, violation = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(FOUR[0], FOUR[1]):
+        s, weight = length * NODES[k], length * WEIGHTS[k]
+        x, v = x_0 + series_distance(series, s), series_velocity(series, s)
+        y = c * v + (forces.spring * x + (forces.hold * (x - forces.x_0) + forces.f))
+        side = law.up if v > 0.0 else law.down
+        x2 += weight * x * x
+        v2 += weight * v * v
+        x_dd2 += weight * y * y
+        power += weight * (u_0 + slope * s) * v
+        path += weight * abs(v)
+        loss += weight * side.F_fk * abs(v)
+        damped += weight * side.b * v * v
+        if forces.hold > 0.0:
+            violation = max(violation, hold_violation(law, forces, x - forces.origin))
+    if v_0 == 0.0 and law.k_t == 0.0:
+        hold = side_of(law, int(forces.d)).F_fs
+        pull, drift = m * forces.spring * x_0, TIME_ROUNDING * t * abs(m * slope)
+        shortfall = hold + forces.d * (m * u_0 + pull) - drift
+        violation = max(violation, relative(shortfall, abs(m * u_0) + abs(pull) + hold))
+    reference = max(law.up.F_fk, law.down.F_fk)
+    slid = 0.0
+    if forces.hold == 0.0:
+        slid = loss / reference if reference > 0.0 else path
+    sums = SegmentSums(x2, v2, x_dd2, power, slid, 0.0, 0.0, damped, violation)
+    highest = abs(y_0)
+    if highest + length * (abs(slope) + abs(decay.e_1) + length * bend(decay)) > peak:
+        x, v = x_0 + series_distance(series, length), series_velocity(series, length)
+        y = c * v + (forces.spring * x + (forces.hold * (x - forces.x_0) + forces.f))
+        highest = max(highest, abs(y))
+        peak = peak_of_segment(decay, highest, length, max(peak, highest))
+    return sums, peak
+
+
 @compiled
 def sum_mode(solution, runs, i, window, sums, total, peak):
     """Add run i to the sums of its group, or to the integrals; return these and max |x_dd|.
@@ -227,12 +346,9 @@ def sum_mode(solution, runs, i, window, sums, total, peak):
     row, begin, end = runs.row[i], runs.begin[i], runs.end[i]
     forces = run_forces(plant, law, rows.d[row], rows.x_0[row])
     if forces.d == 0.0:
-        x_r = forces.origin + samples.x_r[begin]
+        x_r, length = forces.origin + samples.x_r[begin], (end - begin) * dt
         u2, low, high = sum_rest(u_dd, begin, end)
-        length, violation = (end - begin) * dt, rest_violation(plant, law, x_r, low, high)
-        rest = SegmentSums(
-            x_r * x_r * length, 0.0, u2 * dt, 0.0, 0.0, length, 0.0, 0.0, violation
-        )
+        rest = rest_sums(plant, law, x_r, u2 * dt, low, high, length)
         runs.at_samples[i], runs.between[i] = max(-low, high), 0.0
         return add_segment_sums(total, rest), max(peak, -low, high)
     bound, group = turning_bound(forces, dt), group_of(forces)
@@ -359,6 +475,13 @@ class RunForces(NamedTuple):
     hold: float
     f: float
     share: float
+
+
+class Slide(NamedTuple):
+    """A mode in motion under a constant normal force: its forces and its power series."""
+
+    forces: RunForces
+    factors: SeriesFactors
 
 
 class RunExtremes(NamedTuple):
