@@ -120,7 +120,7 @@ NOTHING_KEPT = {
         ("sweep", "seat.yaml", "--set", SWEEP, "--workers", "2"),
     ),
     "the first seeds": (
-        "patch('drysim.study.plan.try_measure', 0)",
+        "patch('drysim.study.plan.try_case', 0)",
         ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW),
     ),
     "a comparison": (
@@ -180,12 +180,12 @@ def test_sweep_in_an_endless_kernel_keeps_its_cases(folder, stage):
     assert not partial.exists()
 
 
-@pytest.mark.parametrize("place", ["try_measure", "one_case.solve"])
+@pytest.mark.parametrize("place", ["try_case", "one_case.solve"])
 def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
     words = ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW)
     whole = completed(folder, *words).rename(folder / "whole")
-    setup = "patch('drysim.study.plan.try_measure', 3)"
-    if place != "try_measure":  # the seed shown of those that are finished
+    setup = "patch('drysim.study.plan.try_case', 3)"
+    if place != "try_case":  # the seed shown of those that are finished
         setup = (
             "import time, drysim.study.ensemble as ensemble, drysim.study.plan as plan\n"
             "one_case = ensemble.one_case = type(sys)('one_case')\n"

@@ -167,7 +167,7 @@ def run(
     from drysim.study.plan import seed_ranges
 
     return work.run_parts(
-        "ensemble", case, seed_ranges(case.scenario), folder, mode, how,
+        "ensemble", case, seed_ranges(case), folder, mode, how,
         solve=partial(ensemble.solve, case, workers=workers),
         solve_partly=ensemble.partial_ensemble,
         show=many.show_ensemble, resume=resume, strict=strict,

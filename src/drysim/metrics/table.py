@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -246,6 +246,7 @@ STOPS = Need("impacts", "end stops", ("stroke.stops",))
 ORBIT = Need("jacobian", "a steady state in closed form", ("measure.steady",))
 WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weighting"))
 EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
+NEEDS = LIMITS, STOPS, ORBIT, WEIGHTING, EXPOSURE
 
 STROKE_USED = "stroke_used"
 """Metric by which the stroke limit is judged."""
@@ -445,12 +446,17 @@ UNITS = {name: metric.unit for name, metric in METRICS_BY_NAME.items()}
 
 def evaluate(measured: Measured) -> dict[str, Any]:
     """Return every metric by name; None where unknown."""
-    return {
-        metric.name: None
-        if any(getattr(measured, need.attribute) is None for need in metric.needs)
-        else metric.formula(measured)
+    absent = tuple(need for need in NEEDS if getattr(measured, need.attribute) is None)
+    return {name: formula and formula(measured) for name, formula in formulas_without(absent)}
+
+
+@cache
+def formulas_without(absent: tuple[Need, ...]) -> list[tuple[str, Callable[[Any], Any] | None]]:
+    """Return name and formula of every metric, None for those that need what is absent."""
+    return [
+        (metric.name, None if set(absent) & set(metric.needs) else metric.formula)
         for metric in METRICS
-    }
+    ]
 
 
 def measure(

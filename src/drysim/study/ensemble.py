@@ -165,7 +165,7 @@ def solve(
     store : Store, optional
         Seeds that it holds are not computed again, all others are written to it.
     finished : callable, optional
-        Called with each seed as it is computed, a batch of one row, in order.
+        Called with each batch of seeds as it is computed, in order.
 
     Raises
     ------
@@ -176,10 +176,10 @@ def solve(
     compile.choose_engine(case.work * len(seeds), case.kernels)
 
     def solve_one(case_range: CaseRange) -> Batch:
-        row = plan.solve_seed(scenario, seeds[case_range.begin])
-        return Batch.of(case_range.first, [row])
+        chosen = seeds[case_range.begin : case_range.end]
+        return Batch.of(case_range.first, [plan.solve_seed(case, seed) for seed in chosen])
 
-    threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(scenario)
+    threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(case)
     with closing(solve_ranges(ranges, solve_one, threads, store, finished)) as found:
         rows = [*needed_seeds(scenario, (row for _, batch in found for row in batch))]
     return make_ensemble(case, rows)
@@ -195,7 +195,7 @@ def partial_ensemble(case: Case, store: Store) -> Ensemble:
     """
 
     def stored() -> Iterator[Row]:
-        for case_range in plan.seed_ranges(case.scenario):
+        for case_range in plan.seed_ranges(case):
             if (batch := store.read(case_range)) is None:
                 return
             yield from batch

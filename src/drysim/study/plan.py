@@ -52,6 +52,7 @@ from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
 from drysim.study.case import (
     Case,
+    assemble,
     base_motion,
     case_error,
     combined_sha256,
@@ -63,7 +64,7 @@ from drysim.study.run import (
     MotionSource,
     solve_row,
     solve_row_from,
-    try_measure,
+    try_case,
 )
 from drysim.study.statistics import (
     FAILED,
@@ -93,6 +94,11 @@ small."""
 
 MAX_RANGES, MAX_CASES_PER_RANGE = 4096, 64
 """Number of ranges into which cases solved one by one are divided, and most cases in one."""
+
+
+STEPS_PER_RANGE, MIN_SEED_RANGES = 200_000, 16
+"""Steps of the seeds in a range, some 20 ms of work beside which storing it takes little time;
+and least number of ranges, so that none of several threads waits for the last one."""
 
 
 class Workers(NamedTuple):
@@ -207,11 +213,13 @@ class CaseRanges(LazySequence[CaseRange]):
         return CaseRange(self.scenarios[i], first, begin, end)
 
 
-def seed_ranges(scenario: Scenario) -> list[CaseRange]:
-    """Return the seeds of a scenario, each as a range of a sweep over the seed."""
-    seeds = seed_range(scenario)
-    swept = scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
-    return [CaseRange(swept, number, number, number + 1) for number in range(len(seeds))]
+def seed_ranges(case: Case) -> list[CaseRange]:
+    """Return the seeds of a case as ranges of a sweep over the seed."""
+    seeds = seed_range(case.scenario)
+    swept = case.scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
+    length = min(STEPS_PER_RANGE // case.steps, len(seeds) // MIN_SEED_RANGES) or 1
+    firsts = range(0, len(seeds), length)
+    return [CaseRange(swept, at, at, min(at + length, len(seeds))) for at in firsts]
 
 
 def range_length(cases: int, together: bool) -> int:
@@ -259,10 +267,10 @@ def solve_case(
     if max_seeds(swept) == 1 and "excitation.seeds" not in point:
         return solve_row(swept, point, motions)
     scenario, rows = swept.at(point), []
+    seeds = seed_range(scenario)
+    case = assemble(scenario, motions.of(with_seed(scenario, seeds[0])))
     solved = map_in_order(
-        lambda seed: solve_seed(scenario, seed, motions.of),
-        seed_range(scenario),
-        case_workers.seeds,
+        lambda seed: solve_seed(case, seed, motions.of), seeds, case_workers.seeds
     )
     with closing(solved):
         for row in needed_seeds(scenario, solved):
@@ -272,12 +280,21 @@ def solve_case(
     return mean_row(scenario, point, rows)
 
 
-def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
-    """Return the row of one seed; a numerical failure becomes a status."""
-    one_seed, law = with_seed(scenario, seed), scenario.law()
-    motion = motion_of(one_seed)
+def solve_seed(case: Case, seed: int, motion_of: MotionSource = base_motion) -> Row:
+    """Return the row of one seed; a numerical failure becomes a status.
+
+    Parameters
+    ----------
+    case : Case
+        Case of any seed: the base motion is all that differs.
+    seed : int
+    motion_of : callable, optional
+        Returns the base motion of a scenario.
+    """
+    scenario, law = case.scenario, case.law
+    motion = motion_of(with_seed(scenario, seed))
     assert isinstance(motion, Samples), "random motion is sampled"
-    found, _ = try_measure(one_seed, lambda _: motion)
+    found, _ = try_case(replace(case, motion=motion))
     sha256 = signal_sha256(motion.u_dd)
     return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
 

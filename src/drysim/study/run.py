@@ -223,8 +223,12 @@ def solve_row_from(
 def try_measure(
     scenario: Scenario, motion_of: MotionSource, start: AnyState | None = None
 ) -> SolvedCase:
+    """Return the result of a scenario; a numerical failure becomes a status."""
+    return try_case(assemble(scenario, motion_of(scenario)), start)
+
+
+def try_case(case: Case, start: AnyState | None = None) -> SolvedCase:
     """Return the result of `measure_motion`; a numerical failure becomes a status."""
-    case = assemble(scenario, motion_of(scenario))
     start = case.start if start is None else start
     try:
         return measure_motion(case, start)
