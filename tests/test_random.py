@@ -121,10 +121,11 @@ def test_same_seed_gives_the_same_bits_and_another_seed_another_signal():
 def test_signal_is_the_same_to_the_last_bit_whatever_is_loaded(monkeypatch, samples):
     import scipy.fft  # noqa: F401
 
-    wanted = random.spectral_lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
-    beside = random.random_signal(wanted, 2.5e-3, 3)
+    lines = random.spectral_lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
+    amplitudes = random.line_amplitudes(lines, 2.5e-3)
+    beside = random.random_signal(amplitudes, 3)
     monkeypatch.delitem(sys.modules, "scipy.fft")
-    alone = random.random_signal(wanted, 2.5e-3, 3)
+    alone = random.random_signal(amplitudes, 3)
     assert np.array_equal(beside.u_dd, alone.u_dd)
     assert np.array_equal(beside.u, alone.u)
 

@@ -30,7 +30,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
-from drysim.excitation.random import random_signal, spectral_lines
+from drysim.excitation.random import line_amplitudes, random_signal, spectral_lines
 from drysim.metrics.table import measure
 
 PLANT, REST, DT = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0), 2.5e-3
@@ -44,7 +44,7 @@ Jobs = dict[str, Callable[[], object]]
 def motions(a_u: float, seconds: float) -> dict[str, Motion]:
     """Return the base motions of an RMS: noise from 0.5 to 10 Hz, a sine near resonance."""
     wanted = spectral_lines(lambda f: np.ones_like(f), (0.5, 10.0), a_u**2, seconds)
-    samples = Samples(random_signal(wanted, DT, 1, a_u).u_dd[:], DT)
+    samples = Samples(random_signal(line_amplitudes(wanted, DT, a_u), 1).u_dd[:], DT)
     return {"samples": samples, "sine": Sines((math.sqrt(2.0) * a_u,), (1.6,), (0.0,))}
 
 

@@ -21,10 +21,10 @@ spectra.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from itertools import pairwise
 from math import ceil, expm1, floor, log, pi, sqrt
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,10 +110,36 @@ def spectral_lines(
     return SpectralLines(first, squares, T)
 
 
-def random_signal(
-    wanted: SpectralLines, step: float, seed: int, rms: float | None = None
-) -> Samples:
-    """Return one period of a random signal with the given lines.
+class Amplitudes(NamedTuple):
+    """What all random signals with the same lines and samples share.
+
+    Attributes
+    ----------
+    first : int
+        Index of the first line.
+    samples : int
+        Number of samples in a period.
+    step : float
+        Step of the samples [s].
+    u_dd : ndarray
+        Amplitude of each line of ü, half that of a sine [m/s²].
+    u_share : ndarray
+        That of the displacement over that of ü [s²].
+    realised, warnings
+        As in `Samples`.
+    """
+
+    first: int
+    samples: int
+    step: float
+    u_dd: Floats
+    u_share: Floats
+    realised: dict[str, object]
+    warnings: tuple[WarningMessage, ...]
+
+
+def line_amplitudes(wanted: SpectralLines, step: float, rms: float | None = None) -> Amplitudes:
+    """Return the amplitudes of the lines of a sampled signal.
 
     Parameters
     ----------
@@ -121,10 +147,60 @@ def random_signal(
         Lines, all below the Nyquist frequency.
     step : float
         Step of the samples [s]; the period is a whole number of steps.
-    seed : int
-        Seed of the phases.
     rms : float, optional
         RMS value [m/s²] to which ü, linear between its samples, is scaled.
+    """
+    first, squares, T = wanted
+    n, sin2_half = round(T / step), np.empty(len(squares))
+
+    def square_of_sine(part: slice) -> None:
+        k = np.arange(first + part.start, first + part.stop)
+        sin2_half[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
+
+    _for_lines(square_of_sine, len(squares))
+    kept = float(squares @ (1 - 2 / 3 * sin2_half))  # mean square with linear interpolation
+    scale = 1.0 if rms is None else rms / sqrt(kept)
+    asked = float(squares.sum())
+    realised: dict[str, object] = {
+        "rms_asked": sqrt(asked) if rms is None else rms,
+        "rms": sqrt(kept) * scale,
+        "scale": scale,
+        "lines": len(squares),
+    }
+    warnings = (
+        *_few_lines_warnings(squares),
+        *coarse_step_warnings(sqrt(kept / asked), step, "the base RMS"),
+    )
+    # -1/ω² as step -> 0
+    u_share = step * step * (1 / 6 - 1 / 4 / sin2_half)
+    u_dd = np.sqrt(squares / 2) * scale
+    return Amplitudes(first, n, step, u_dd, u_share, realised, warnings)
+
+
+Recipe = Callable[..., Amplitudes]
+"""Function that returns amplitudes from period and step [s] and what else they depend on."""
+
+
+def amplitudes_of(recipe: Recipe, T: float, step: float, *more: object) -> Amplitudes:
+    """Return `recipe(T, step, *more)`, computed once for all seeds unless it is large."""
+    compute = recall_amplitudes if T / step <= MAX_CACHED else recall_amplitudes.__wrapped__
+    return compute(recipe, T, step, *more)
+
+
+@lru_cache(maxsize=4)
+def recall_amplitudes(recipe: Recipe, *arguments: Any) -> Amplitudes:
+    """Return `recipe(*arguments)`."""
+    return recipe(*arguments)
+
+
+def random_signal(amplitudes: Amplitudes, seed: int) -> Samples:
+    """Return one period of a random signal with these amplitudes.
+
+    Parameters
+    ----------
+    amplitudes : Amplitudes
+    seed : int
+        Seed of the phases.
 
     Returns
     -------
@@ -137,42 +213,21 @@ def random_signal(
     phase k of `PCG64(seed)`. The displacement has zero mean and no drift, and its second
     derivative is ü linear between samples.
     """
-    first, squares, T = wanted
-    n, sin2_half = round(T / step), np.empty(len(squares))
-
-    def square_of_sine(part: slice) -> None:
-        k = np.arange(first + part.start, first + part.stop)
-        sin2_half[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
-
-    _for_lines(square_of_sine, len(squares))
-    kept = float(squares @ (1 - 2 / 3 * sin2_half))  # mean square with linear interpolation
-    scale = 1.0 if rms is None else rms / sqrt(kept)
+    first, n, step, each, u_share, realised, warnings = amplitudes
     random = np.random.Generator(np.random.PCG64(seed))
-    codes = random.integers(N_PHASES, size=first + len(squares), dtype=np.uint16)[first:]
+    codes = random.integers(N_PHASES, size=first + len(each), dtype=np.uint16)[first:]
     table = _phase_factors()
     spectra = np.zeros((2, n // 2 + 1), dtype=complex)
 
     def fill(part: slice) -> None:
         u_dd, u = spectra[:, first + part.start : first + part.stop]
-        np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
-        # -1/ω² as step -> 0
-        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / sin2_half[part]), out=u)
+        np.multiply(each[part], table[codes[part]], out=u_dd)
+        np.multiply(u_dd, u_share[part], out=u)
 
-    _for_lines(fill, len(squares))
+    _for_lines(fill, len(each))
     # One transform per signal. Other libraries transform two at once and faster, but in some
     # versions each then depends on the other in the last bits.
     u_dd, u = map_in_threads(lambda spectrum: _one_period(spectrum, n), spectra, n)
-    asked = float(squares.sum())
-    realised: dict[str, object] = {
-        "rms_asked": sqrt(asked) if rms is None else rms,
-        "rms": sqrt(kept) * scale,
-        "scale": scale,
-        "lines": len(squares),
-    }
-    warnings = (
-        *_few_lines_warnings(squares),
-        *coarse_step_warnings(sqrt(kept / asked), step, "the base RMS"),
-    )
     return Samples(u_dd, step, u, (), warnings, realised)
 
 
@@ -369,16 +424,21 @@ class Psd(RandomMotion):
 
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with its displacement."""
-        return random_signal(
-            polygon_lines(self.points, self.duration), step, self.seed, self.rms
+        amplitudes = amplitudes_of(
+            polygon_amplitudes, self.duration, step, self.points, self.rms
         )
+        return random_signal(amplitudes, self.seed)
 
 
-def polygon_lines(points: tuple[tuple[float, float], ...], T: float) -> SpectralLines:
-    """Return the lines of a log-log polygon in a signal of period T [s]."""
+def polygon_amplitudes(
+    T: float, step: float, points: tuple[tuple[float, float], ...], rms: float | None = None
+) -> Amplitudes:
+    """Return the amplitudes of a log-log polygon in a signal of period T [s]."""
     f, G = (np.array(column) for column in zip(*points, strict=True))
     band = points[0][0], points[-1][0]
-    return spectral_lines(lambda at: loglog_density(f, G, at), band, loglog_integral(points), T)
+    square = loglog_integral(points)
+    lines = spectral_lines(lambda at: loglog_density(f, G, at), band, square, T)
+    return line_amplitudes(lines, step, rms)
 
 
 def loglog_density(f: Floats, G: Floats, at: Floats) -> Floats:
@@ -442,6 +502,15 @@ class SeatSpectrum(NamedTuple):
         (n, f_h), (p, f_l) = self.high_pass, self.low_pass
         high = (f / f_h) ** (2 * n)
         return self.G0 * high / (1 + high) / (1 + (f / f_l) ** (2 * p))
+
+
+def seat_amplitudes(
+    T: float, step: float, spectrum: SeatSpectrum, rms: float | None
+) -> Amplitudes:
+    """Return the amplitudes of a seat test in a signal of period T [s]."""
+    square = spectrum_mean_square(spectrum)
+    lines = spectral_lines(spectrum.density, spectrum.band, square, T)
+    return line_amplitudes(lines, step, rms)
 
 
 @cache
@@ -515,11 +584,9 @@ class Standard(RandomMotion):
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with a check against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
-        wanted = spectral_lines(
-            spectrum.density, spectrum.band, spectrum_mean_square(spectrum), self.duration
-        )
-        scaled = self.scale == "to definition"
-        motion = random_signal(wanted, step, self.seed, spectrum.rms if scaled else None)
+        rms = spectrum.rms if self.scale == "to definition" else None
+        amplitudes = amplitudes_of(seat_amplitudes, self.duration, step, spectrum, rms)
+        motion = random_signal(amplitudes, self.seed)
         realised = LazyMapping(partial(realised_psd, self.machine, motion))
         motion = motion._replace(realised=realised)
         if not spectrum.recalled:
@@ -707,7 +774,8 @@ class Road(RandomMotion):
 
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with the height of the road."""
-        motion = random_signal(polygon_lines(self.corners(), self.duration), step, self.seed)
+        amplitudes = amplitudes_of(polygon_amplitudes, self.duration, step, self.corners())
+        motion = random_signal(amplitudes, self.seed)
         if not self.grade or self.grade not in UNVERIFIED_CLASSES:
             return motion
         sentence = (
