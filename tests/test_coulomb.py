@@ -506,7 +506,7 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
             assert np.array_equal(one, other)
         assert np.array_equal(parted.acceleration(part), whole.acceleration(part))
         assert np.array_equal(parted.friction(part), whole.friction(part))
-    assert responses.ALL_POINTS not in parted._cache
+    assert (0, len(parted)) not in parted.grid.cached
     assert np.array_equal(parted.x_r, whole.x_r)
     assert np.array_equal(parted.d, whole.d)
 
@@ -562,11 +562,11 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
     sines = Sines((1.0, 0.7), (1.3, 4.1), (0.0, 0.4))
     parted = StickSlip().solve(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0, whole=False)
     parts = [parted.points(part) for part in parted.parts()]
-    whole = parted.grid.part(0, len(parted))
+    whole = parted.grid.evaluate(0, len(parted))
     assert len(parts) > 20
-    for number in range(3):
-        joined = np.concatenate([points[number] for points in parts])
-        assert np.array_equal(joined, whole[number])
+    for name in ("x_r", "v_r", "d", "x_dd"):
+        joined = np.concatenate([getattr(points, name) for points in parts])
+        assert np.array_equal(joined, getattr(whole, name))
     base = np.concatenate([parted.base(part) for part in parted.parts()])
     assert np.array_equal(base, parted.grid.base(0, len(parted)))
 
@@ -716,9 +716,10 @@ def test_blocks_of_a_grid_are_those_of_the_whole_to_the_last_bit():
     plant, law, motion, step = SCENES["two sines"]
     found = StickSlip().solve(plant, law, motion, State(0.0, 0.0), step, 3000 * step)
     for first, last in ((0, 7), (100, 1000), (255, 258), (1777, 3001)):
-        part = found.grid.part(first, last)
+        part = found.grid.evaluate(first, last)
         assert (part.x_r == found.x_r[first:last]).all()
         assert (part.v_r == found.v_r[first:last]).all()
+        assert (part.x_dd == found.x_dd[first:last]).all()
         assert (found.grid.base(first, last) == found.u_dd[first:last]).all()
 
 
@@ -729,6 +730,7 @@ def test_mirrored_base_gives_the_mirrored_grid_to_the_last_bit():
     other = StickSlip().solve(plant, law, mirrored, State(0.0, 0.0), step, 3000 * step)
     assert (one.x_r == -other.x_r).all()
     assert (one.v_r == -other.v_r).all()
+    assert (one.x_dd == -other.x_dd).all()
 
 
 def test_base_is_computed_for_those_who_ask_for_it():

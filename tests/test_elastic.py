@@ -195,13 +195,13 @@ def test_grid_under_sines_is_the_motion_read_point_by_point(law):
     """Whole and in part, by sums of a table's columns; phases round at 20 s in 1e-13."""
     motion = Sines((1.0, 0.7, 0.5), (1.6, 0.9, 3.3), (0.0, 1.0, 2.0))
     response = solved(law, motion, duration=20.0)
-    x_r, v_r, _, F_f, _, _ = response.trajectory.at(response.t)
+    x_r, v_r, _, _, F_f, *_ = response.trajectory.at(response.t)
     assert np.abs(response.x_r - x_r).max() < 3e-13 * np.abs(x_r).max()
     assert np.abs(response.v_r - v_r).max() < 3e-13 * np.abs(v_r).max()
     assert np.abs(response.F_f - F_f).max() < 3e-13 * law.k_t * np.abs(x_r).max()
-    part = response.grid.part(777, 1500)
+    part = response.grid.evaluate(777, 1500)
     assert (part.x_r == response.x_r[777:1500]).all()
-    assert (part.force == response.F_f[777:1500]).all()
+    assert (part.F_f == response.F_f[777:1500]).all()
     assert (response.grid.base(777, 1500) == response.u_dd[777:1500]).all()
 
 
@@ -326,7 +326,7 @@ def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
     half = 0.5 * np.diff(edges)[:, None]
     t = (0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes).ravel()
     weights = (half * weights).ravel()
-    x_r, v_r, _, F_f, _, _ = trajectory.at(t)
+    x_r, v_r, _, _, F_f, *_ = trajectory.at(t)
     u_dd = base_acceleration(motion, t)
     x_dd = -(plant.k_x * x_r + b * v_r + F_f) / plant.m
     rows = x_r**2, v_r**2, x_dd**2, u_dd * v_r, F_f * v_r

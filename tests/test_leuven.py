@@ -153,7 +153,8 @@ class Row:
 def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
     trajectory = StickSlip().trajectory(PAPER, law, noise(801, 0.3, seed=3), REST, 2.0)
-    _, v_r, z, F, *_ = trajectory.at(np.linspace(0.0, 2.0, 20_001))
+    points = trajectory.at(np.linspace(0.0, 2.0, 20_001))
+    v_r, z, F = points.v_r, points.z, points.F_f
     limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((v_r / law.v_s) ** 2))
     rate = v_r - np.abs(v_r) * law.sigma_0 * z / limit
     steps = 0.5 * (rate[1:] + rate[:-1]) * 1e-4

@@ -83,5 +83,4 @@ def test_every_algorithm_solves_a_scene_and_has_a_reference():
     for solver in SOLVERS:
         module = import_module(f"drysim.approach.{solver.module}")
         assert callable(module.compute_trajectory)
-        assert callable(module.response_on_grid)
         assert solver.reference

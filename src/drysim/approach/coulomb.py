@@ -26,22 +26,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from drysim.approach.piecewise import PiecewiseBlock, PiecewiseMarch, PiecewiseTrajectory
 from drysim.approach.scene import (
     SAMPLES_PER_CALL,
+    as_arrays,
     check_event_count,
     check_progress,
-    count_grid_points,
     count_intervals,
     empty_log,
     empty_samples,
     enlarge_column,
     enlarge_columns,
-    exact_response,
+    grid_times,
     initial_event,
     last_sample_indices,
     make_waves,
@@ -56,8 +56,6 @@ from drysim.approach.solution import (
     Floats,
     Int8Array,
     MarchedTrajectory,
-    Points,
-    Response,
 )
 from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments
@@ -83,6 +81,7 @@ from drysim.core.model import (
     CoulombLaw,
     PiecewiseLaw,
     Plant,
+    Points,
     Samples,
     Sines,
     State,
@@ -91,7 +90,13 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.core.modes import APART, REGULAR, Mode, encode_mode
-from drysim.core.sampled import SampledMotion, SampledState, march, sampled_scene
+from drysim.core.sampled import (
+    SampledMotion,
+    SampledState,
+    accelerations_at_samples,
+    march,
+    sampled_scene,
+)
 from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
     SampledSolution,
@@ -108,7 +113,7 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
     whole: bool = False,
-) -> PiecewiseTrajectory | SampledTrajectory:
+) -> SlipTrajectory | SampledTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`.
 
     Under sines no grid is involved.
@@ -119,21 +124,6 @@ def compute_trajectory(
     last = last_sample_indices(motion, end)[1]
     march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
     return SampledTrajectory(march, found.until(end), end, closest_decision)
-
-
-def response_on_grid(
-    trajectory: PiecewiseTrajectory | SampledTrajectory, step: float
-) -> Response:
-    """Return the response of a solution on a grid; samples have their own step."""
-    if isinstance(trajectory, PiecewiseTrajectory):
-        n, part = (
-            count_grid_points(trajectory.end, step),
-            partial(sine_points, trajectory, step),
-        )
-        return exact_response(trajectory, step, n, part, trajectory.events)
-    motion = trajectory.march.motion
-    n = last_sample_indices(motion, trajectory.end)[0] + 1
-    return exact_response(trajectory, motion.dt, n, trajectory.march.points)
 
 
 # Sines: from event to event, on any grid.
@@ -152,7 +142,7 @@ def sine_trajectory(
     motion: Sines,
     start: AnyState,
     duration: float | None,
-) -> PiecewiseTrajectory:
+) -> SlipTrajectory:
     """Solve a scene under sines from event to event, without a grid.
 
     The contact is that of Coulomb friction. End stops of the law do not act: the motion is a
@@ -189,7 +179,7 @@ def sine_trajectory(
     size = (len(scene) - SCENE_COLUMNS) // WAVE_COLUMNS
     waves, steps = Waves(scene[SCENE_COLUMNS:], size, len(motion.A)), (duration, duration)
     march = SlipMarch(plant, law, motion, 1, 1, [(v_0, events, state)], waves, steps)
-    return PiecewiseTrajectory(march, events, None, None, duration, closest_decision)
+    return SlipTrajectory(march, events, None, None, duration, closest_decision)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,14 +206,17 @@ class SlipMarch(PiecewiseMarch):
         return MarchState(1, 0.0, x, v, math.nan, x, mode, count + 1, count, closest)
 
 
-def sine_points(trajectory: PiecewiseTrajectory, dt: float, first: int, last: int) -> Points:
-    """Return grid points `first` to `last` - 1 of a solution under sines."""
-    n = last - first
-    x_r, v_r = as_engine_array(np.empty((2, n)))
-    d = as_engine_array(np.empty(n, np.int8))
-    table = as_engine_array(np.empty(table_shape(trajectory.march.waves.size)))
-    sample_coulomb_grid(trajectory.solution, first, dt, table, (x_r, v_r), d)
-    return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+@dataclass(frozen=True, eq=False)
+class SlipTrajectory(PiecewiseTrajectory):
+    """Solution with Coulomb friction under sines."""
+
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]."""
+        x_r, v_r, x_dd = as_engine_array(np.empty((3, last - first)))
+        points = Points(x_r, v_r, as_engine_array(np.empty(last - first, np.int8)), x_dd)
+        table = as_engine_array(np.empty(table_shape(self.march.waves.size)))
+        sample_coulomb_grid(self.solution, first, dt, table, points[:4])
+        return as_arrays(points)
 
 
 # Samples: known at every sample and at every event between samples.
@@ -243,6 +236,18 @@ class SampledTrajectory(MarchedTrajectory):
     """Solution over samples: known at every sample and at every event between."""
 
     march: CoulombMarch
+
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return the points at samples `first` to `last` - 1, dt [s] apart."""
+        law, motion, n = self.law, self.march.samples(first, last), last - first
+        x_dd, u_dd = as_engine_array(np.empty(n)), as_engine_array(self.motion.u_dd[first:last])
+        columns = SampledMotion(*map(as_engine_array, motion))
+        accelerations_at_samples(self.plant, law.F_fk, columns, u_dd, x_dd)
+        points = Points(*motion, np.asarray(x_dd))
+        if law.variation:
+            swing = law.variation * np.sin(law.omega * grid_times(dt, first, last) + law.phase)
+            points.x_dd[:] -= motion.d * (law.F_fk / self.plant.m) * swing
+        return points
 
     def state(self, t: float) -> State:
         """Return the state at time t [s]."""
@@ -355,21 +360,21 @@ class CoulombMarch(BlockwiseMarch):
 
     waves: Waves
 
-    def points(self, first: int, last: int) -> Points:
+    def samples(self, first: int, last: int) -> SampledMotion:
         """Return the motion at samples `first` to `last` - 1."""
         block = self.block_at(first)
         if last - block.first <= len(block.d):
-            points = Points(block.x_r, block.v_r, block.d)
-            return points.part(first - block.first, last - block.first)
+            part = slice(first - block.first, last - block.first)
+            return SampledMotion(block.x_r[part], block.v_r[part], block.d[part])
         n = last - first
-        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
+        motion = SampledMotion(np.empty(n), np.empty(n), np.empty(n, np.int8))
         for block in self.blocks(first, last):
             begin, end = max(first, block.first), min(last, block.first + len(block.d))
             here = slice(begin - first, end - first)
             there = slice(begin - block.first, end - block.first)
-            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
-            found.d[here] = block.d[there]
-        return found
+            motion.x_r[here], motion.v_r[here] = block.x_r[there], block.v_r[there]
+            motion.d[here] = block.d[there]
+        return motion
 
     def march_block(self, number: int) -> tuple[Checkpoint, float]:
         """March through a block; return the state at its end and the closest decision [-]."""

@@ -25,24 +25,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.scene import (
+    as_arrays,
     base_square_integrals,
     check_event_count,
     check_progress,
-    count_grid_points,
     count_intervals,
     empty_columns,
     empty_log,
-    empty_motion,
+    empty_points,
     empty_samples,
     enlarge_columns,
-    exact_response,
     initial_base_acceleration,
     last_interval,
     make_waves,
@@ -58,15 +57,10 @@ from drysim.approach.solution import (
     Floats,
     Impacts,
     Path,
-    Points,
-    PointsOfRange,
-    Response,
 )
 from drysim.core.compile import as_engine_array
 from drysim.core.events import (
-    CONTACT,
     LIFT,
-    SLIP,
     EventLog,
     Segments,
 )
@@ -89,11 +83,11 @@ from drysim.core.model import (
     CoulombLaw,
     PiecewiseLaw,
     Plant,
+    Points,
     Samples,
     Sines,
     State,
     Totals,
-    has_friction,
     limit_force,
 )
 from drysim.core.modes import (
@@ -105,16 +99,15 @@ from drysim.core.modes import (
     SegmentBase,
     decode_mode,
     initial_piecewise_state,
-    mode_forces,
     origin_of,
 )
 from drysim.core.oscillator import STEP_COLUMNS
 from drysim.core.sampled import CHUNK, SampledMotion
 from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
-    Columns,
     SampledSolution,
     Solution,
+    evaluate_samples,
     evaluate_segments,
     fill_segments,
     integrate_segments,
@@ -140,23 +133,6 @@ MAX_SEGMENTS = 20_000_000
 
 STEPS_AT_A_TIME = BLOCK_SIZE
 """Steps that are evaluated at a time."""
-
-
-def response_on_grid(trajectory: PiecewiseTrajectory, step: float) -> Response:
-    """Return the response of a solution on a grid; samples have their own step."""
-    motion, law, events = trajectory.motion, trajectory.law, trajectory.events
-    dt = motion.dt if isinstance(motion, Samples) else step
-    points = count_grid_points(trajectory.end, dt)
-    part: PointsOfRange = partial(points_of_trajectory, trajectory, dt)
-    if isinstance(motion, Samples) and not law.varies:
-        part = trajectory.points_at_samples
-    approach = "stick-slip"
-    if law.stops is not None and not has_friction(law):
-        # As without stops, turning points are no events here; rest at a stop is one.
-        kind, at_stop = np.abs(events.kind), law.stops.limits.side(events.x_r) != 0
-        stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
-        events, approach = events.select(stays), "viscous"
-    return exact_response(trajectory, dt, points, part, events, approach=approach)
 
 
 def compute_trajectory(
@@ -253,11 +229,6 @@ class PiecewiseBlock:
         """A motion over samples as kernels take it."""
         return SampledSolution(self.scene, self.samples, self.rows)
 
-    def rows_of_samples(self, first: int, last: int) -> Any:
-        """Return the indices of the rows whose modes hold at samples `first` to `last` - 1."""
-        begins = np.clip(self.rows.n + (self.rows.s > 0.0), first, last)
-        return np.repeat(np.arange(len(begins)), np.diff(np.append(begins, last)))
-
     def turning_points(self, dt: float) -> Path:
         """Return the changes of mode with v_r = 0, and the start."""
         turns = (self.rows.v_r == 0.0) | (self.rows.d == ARRIVAL)
@@ -295,29 +266,6 @@ class PiecewiseMarch(BlockwiseMarch):
     def kernel_law(self) -> KernelLaw:
         """The law as kernels take it."""
         return to_kernel(self.plant, self.law.as_piecewise())
-
-    @cached_property
-    def forces_by_mode(self) -> dict[int, tuple[float, ...]]:
-        """Columns of `ModeColumns` by encoded mode, of the modes met so far."""
-        return {}
-
-    def mode_columns(self, codes: Any) -> ModeColumns:
-        """Return the forces of encoded modes; an arrival has those of the mode before it."""
-        codes = np.where(codes == ARRIVAL, np.append(0, codes[:-1]), codes)
-        kinds, known = np.flatnonzero(np.bincount(codes)), self.forces_by_mode
-        for code in kinds.tolist():
-            if code not in known:
-                mode = decoded(code)
-                forces = mode_forces(self.plant, self.kernel_law, mode, 0.0)
-                damped, k_t, _, F, k_s, offset, b_s, _ = forces
-                origin = origin_of(self.kernel_law, mode.origin)
-                known[code] = origin, mode.direction, damped.b, k_t, F, k_s, offset, b_s
-        table = np.array([known[code] for code in kinds.tolist()]).T
-        places = np.zeros(int(kinds[-1]) + 1, dtype=np.intp)
-        places[kinds] = np.arange(len(kinds))
-        at = places[codes]
-        origin, direction, *forces = (column[at] for column in table)
-        return ModeColumns(origin, direction.astype(np.int8), *forces)
 
     def march_block(self, number: int) -> MarchState:
         """March through a block and keep it in memory; return the state at its end."""
@@ -412,6 +360,14 @@ class Part(NamedTuple):
         return self.select(slice(max(first - 1, 0), last))
 
 
+def points_in_part(part: Part, t: Floats) -> Points:
+    """Return the motion at ascending times [s] in a part of it."""
+    t, points = t - part.t, empty_points(len(t))
+    near = part.near(float(t[0]), float(t[-1]))
+    evaluate_segments(near, as_engine_array(t), points)
+    return as_arrays(points)
+
+
 @dataclass(frozen=True, eq=False)
 class PiecewiseTrajectory(BaseTrajectory):
     """Solution stored as segments.
@@ -497,72 +453,34 @@ class PiecewiseTrajectory(BaseTrajectory):
                 rows, count = block.segments(at, upto)
                 yield Part(block.first * self.dt, block.first + upto - 1, scene, rows, count)
 
-    def at(self, t: Floats) -> Columns:
+    def at(self, t: Floats) -> Points:
         """Return the motion at ascending times [s]."""
-        if isinstance(self.motion, Sines) and len(t):
-            found = empty_motion(len(t))
-            near = self.whole.near(float(t[0]), float(t[-1]))
-            evaluate_segments(near, as_engine_array(t), found)
-            columns = Columns(*map(np.asarray, found))
-            return columns._replace(d=columns.d.astype(np.int8))
-        x_r, v_r, z, F_f, F_stop = np.empty((5, len(t)))
-        out = Columns(x_r, v_r, z, F_f, F_stop, np.empty(len(t), dtype=np.int8))
         if not len(t):
-            return out
-        steps, done = self.steps_at(t), 0
+            return as_arrays(empty_points(0))
+        if isinstance(self.motion, Sines):
+            return points_in_part(self.whole, t)
+        points, steps, done = [], self.steps_at(t), 0
         for part in self.parts(float(t[0]), float(t[-1])):
             upto = int(np.searchsorted(steps, part.last, "right"))
             if upto > done:
-                times, found = t[done:upto] - part.t, empty_motion(upto - done)
-                near = part.near(float(times[0]), float(times[-1]))
-                evaluate_segments(near, as_engine_array(times), found)
-                for column, values in zip(out, found, strict=True):
-                    column[done:upto] = values
+                points.append(points_in_part(part, t[done:upto]))
             done = upto
-        return out
+        return Points(*joined(points))
 
-    def points_at_samples(self, first: int, last: int) -> Points:
-        """Return the points at samples `first` to `last` - 1, under a constant normal force."""
-        n = last - first
-        x_r, v_r, F_f, F_stop = np.empty((4, n))
-        points = Points(x_r, v_r, np.empty(n, np.int8), F_f, F_stop)
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it."""
+        if isinstance(self.motion, Sines) or self.law.varies:
+            return points_of_trajectory(self, dt, first, last)
+        parts = []
         while first < last:
             block: PiecewiseBlock = self.march.block_at(first)
             end = min(last, block.first + len(block.u_dd))
-            self._write_points(block, first, end, points.part(n - last + first, n - last + end))
+            points = empty_points(end - first)
+            evaluate_samples(block.solution, (first - block.first, end - block.first), points)
+            parts.append(as_arrays(points))
             first = end
-        return points if self.law.stops is not None else points._replace(stop=None)
-
-    def _write_points(self, block: PiecewiseBlock, first: int, last: int, out: Points) -> None:
-        """Write the points at samples of a block."""
-        rows, samples, law = block.rows, block.samples, self.march.kernel_law
-        assert samples is not None, "only called for samples"
-        here = slice(first - block.first, last - block.first)
-        at = block.rows_of_samples(here.start, here.stop)
-        forces = self.march.mode_columns(rows.d)
-        xi, v_r = np.asarray(samples.x_r)[here], np.asarray(samples.v_r)[here]
-        x_r, F_f, F_stop = xi.copy(), forces.F[at], np.zeros(len(at))
-        if self.law.stops is not None:
-            x_r += forces.origin[at]
-            F_stop = forces.k_s[at] * xi - forces.offset[at] + forces.b_s[at] * v_r
-        if law.k_t > 0.0:
-            F_f += forces.k_t[at] * (x_r - rows.x_0[at])
-        d = forces.direction[at]
-        if law.k_t > 0.0:
-            d[(d != 0) & (v_r < 0.0)], d[(d != 0) & (v_r >= 0.0)] = -1, 1
-        rest, v_r = np.flatnonzero(d == 0), v_r.copy()
-        F_L = limit_force(self.plant, x_r[rest], block.u_dd[here][rest]) + F_stop[rest]
-        wall = (xi[rest] == 0.0) & (forces.origin[at[rest]] != 0.0) & (law.k_s[0] == 0.0)
-        # Against a rigid stop friction carries what it can, or what its spring does.
-        held = F_f[rest]
-        if law.k_t == 0.0:
-            held = np.clip(-F_L, -law.down.F_fs, law.up.F_fs)
-        F_f[rest] = np.where(wall, held, -F_L)
-        F_stop[rest] = np.where(wall, -F_L - held, F_stop[rest])
-        v_r[rest] = 0.0
-        for column, values in zip(out, (x_r, v_r, d, F_f, F_stop), strict=True):
-            assert column is not None, "given"
-            column[:] = values
+        points = Points(*joined(parts))
+        return points if self.law.stops is not None else points._replace(F_stop=None)
 
     @cached_property
     def whole(self) -> Part:
@@ -704,29 +622,6 @@ def decoded(code: int) -> Mode:
     """Return an encoded mode."""
     mode: Mode = decode_mode(code)
     return mode
-
-
-class ModeColumns(NamedTuple):
-    """Forces in the modes of segments, as `Forces`: arrays of shape (n,).
-
-    Attributes
-    ----------
-    origin : ndarray
-        Origin of xi [m].
-    direction : ndarray of int8
-        Direction of motion, 0 at rest.
-    b, k_t, F, k_s, offset, b_s : ndarray
-        As in `Forces`; b is that of the damper.
-    """
-
-    origin: Floats
-    direction: NDArray[np.int8]
-    b: Floats
-    k_t: Floats
-    F: Floats
-    k_s: Floats
-    offset: Floats
-    b_s: Floats
 
 
 # Laws as kernels take them, and what follows from events.

@@ -9,28 +9,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from drysim.approach.solution import (
-    Events,
-    Floats,
-    Grid,
-    Numerics,
-    Points,
-    PointsOfRange,
-    Response,
-)
-from drysim.approach.solvers import solver_of
-from drysim.core.compile import as_engine_array, engine
+from drysim.approach.solution import Floats
+from drysim.core.compile import as_engine_array
 from drysim.core.events import (
     MAX_EVENTS_PER_STEP,
     EventLog,
     initial_direction,
 )
-from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
+from drysim.core.forcing import (
+    GRID_COLUMNS,
+    TURN_ROWS,
+    UNSET_COLUMNS,
+    WAVE_COLUMNS,
+    Waves,
+    fill_turns,
+    mean_squares,
+    sample_base,
+)
 from drysim.core.model import (
     MAX_STAGES,
     NO_LIMITS,
@@ -39,6 +38,7 @@ from drysim.core.model import (
     EndStops,
     PiecewiseLaw,
     Plant,
+    Points,
     Samples,
     Sines,
     integrate_base_squares,
@@ -47,7 +47,6 @@ from drysim.core.model import (
 from drysim.core.modes import KernelLaw, Side
 from drysim.core.sampled import SampledMotion
 from drysim.core.status import Status
-from drysim.core.trajectory import Columns
 from drysim.errors import UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
@@ -71,9 +70,6 @@ SAMPLE_TIME_TOLERANCE = 1e-12
 
 SPEED_FLOOR_RATIO = 1e-9
 """Lower bound of the velocity scale relative to the speed that the scene can produce [-]."""
-
-POINTS_PER_ANCHOR = 128
-"""Grid points of a sine that follow from one by rotation, to a rounding or two."""
 
 INTEGER_COLUMNS = ("n", "d", "terms")
 """Columns of integers in a table of segments."""
@@ -107,9 +103,9 @@ def initial_base_acceleration(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def grid_times(first: int, last: int, step: int, dt: float) -> Floats:
-    """Return the times [s] of every so many of the grid points `first` to `last` - 1."""
-    return np.arange(first, last, step, dtype=np.float64) * dt
+def grid_times(dt: float, first: int, last: int) -> Floats:
+    """Return the times [s] of the grid points `first` to `last` - 1."""
+    return np.arange(first, last, dtype=np.float64) * dt
 
 
 def base_acceleration_on_grid(
@@ -118,25 +114,20 @@ def base_acceleration_on_grid(
     """Return ü [m/s²] at grid points `first` to `last` - 1; samples have their own grid."""
     if isinstance(motion, Samples):
         return motion.u_dd[first:last]
-    # Sine and cosine of the sum of two angles: of every so many points, and of those between.
-    # Counted from t = 0, so that a point does not depend on the range it is in.
-    begin = first - first % POINTS_PER_ANCHOR
-    anchors = grid_times(begin, last, POINTS_PER_ANCHOR, dt)[:, None]
-    between = grid_times(0, POINTS_PER_ANCHOR, 1, dt)
-    u_dd = np.zeros((len(anchors), POINTS_PER_ANCHOR))
-    for A, f, phase in zip(*motion, strict=True):
-        angle, turn = math.tau * ((f * anchors) % 1.0) + phase, math.tau * f * between
-        wave = (A * np.sin(angle)) * np.cos(turn)
-        wave += (A * np.cos(angle)) * np.sin(turn)
-        u_dd += wave
-    return u_dd.ravel()[first - begin : last - begin]
+    waves, u_dd = make_waves(motion), as_engine_array(np.empty(last - first))
+    table = as_engine_array(np.empty((TURN_ROWS * waves.size, GRID_COLUMNS)))
+    fill_turns(waves, dt, table)
+    sample_base(waves, (first, last), dt, table, first, u_dd)
+    return np.asarray(u_dd)
 
 
 def points_of_trajectory(trajectory: Any, dt: float, first: int, last: int) -> Points:
     """Return grid points `first` to `last` - 1 of a trajectory that is known at any time."""
-    found = trajectory.at(grid_times(first, last, 1, dt))
-    stop = None if trajectory.law.stops is None else found.F_stop
-    return Points(found.x_r, found.v_r, found.d, found.F_f, stop)
+    points: Points = trajectory.at(grid_times(dt, first, last))
+    rest = np.flatnonzero(points.d == 0)
+    if len(rest):
+        points.x_dd[rest] = base_acceleration_on_grid(trajectory.motion, dt, first, last)[rest]
+    return points if trajectory.law.stops is not None else points._replace(F_stop=None)
 
 
 def base_square_integrals(
@@ -259,10 +250,17 @@ def empty_columns(kind: Any, size: int) -> Any:
     return kind(*[as_engine_array(np.empty(size, numbers)) for numbers in kinds])
 
 
-def empty_motion(n: int) -> Columns:
-    """Return uninitialised columns of a motion at n times."""
-    x_r, v_r, z, F_f, F_stop = (as_engine_array(np.empty(n)) for _ in range(5))
-    return Columns(x_r, v_r, z, F_f, F_stop, as_engine_array(np.empty(n, dtype=np.int64)))
+def empty_points(n: int) -> Points:
+    """Return uninitialised points of a motion at n times."""
+    x_r, v_r, x_dd, F_f, F_stop, z = as_engine_array(np.empty((6, n)))
+    return Points(x_r, v_r, as_engine_array(np.empty(n, np.int8)), x_dd, F_f, F_stop, z)
+
+
+def as_arrays(points: Points) -> Points:
+    """Return points that a kernel has written as arrays of numpy."""
+    columns: Any = (None if column is None else np.asarray(column) for column in points)
+    arrays = Points(*columns)
+    return arrays._replace(d=arrays.d.astype(np.int8, copy=False))
 
 
 def empty_samples(n: int) -> SampledMotion:
@@ -303,41 +301,6 @@ def enlarge_column(column: Any, size: int) -> Any:
 
 
 # Report on a solution, and its checks.
-
-
-def exact_response(
-    trajectory: Any,
-    dt: float,
-    points: int,
-    part: PointsOfRange,
-    events: Events | None = None,
-    error: float | None = None,
-    approach: str = "stick-slip",
-) -> Response:
-    """Return the response of an exact trajectory on a grid, with its `Numerics`.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        With the base motion.
-    dt, points, part
-        As in `Grid`.
-    events : Events or None
-        None for those of the trajectory.
-    error : float or None
-        Estimated error of x_r relative to its peak [-].
-    approach : str
-    """
-    law, motion = trajectory.law, trajectory.motion
-    events = trajectory.events if events is None else events
-    grid = Grid(dt, points, partial(base_acceleration_on_grid, motion, dt), part)
-    solver = solver_of(law, motion)
-    closest = trajectory.closest_decision
-    numerics = Numerics(
-        approach, solver.core, solver.why, engine(), points - 1, len(events),
-        closest if closest < 1.0 else None, error=error,
-    )  # fmt: skip
-    return Response(trajectory.plant, law, motion, grid, events, numerics, trajectory)
 
 
 def check_progress(count: int, t: float, state: Any, step: float = math.inf) -> None:

@@ -6,18 +6,20 @@ Most of this module validates and converts the arguments.
 from __future__ import annotations
 
 import math
+from functools import partial
 from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
-from drysim.approach.solution import Events, Floats, Numerics, Points, Response, stored_grid
+from drysim.approach.solution import Events, Floats, Grid, Numerics, Response, elements
 from drysim.core.model import (
     CoulombLaw,
     EndStops,
     PiecewiseLaw,
     Plant,
+    Points,
     Samples,
     State,
     StrokeLimits,
@@ -168,10 +170,17 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: closed form in each step, no events"
-    modes = np.ones(n, dtype=np.int8)
-    grid = stored_grid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
+    grid = Grid(motion.dt, n, partial(elements, u_dd), partial(linear_points, plant, x_r, v_r))
     numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     return Response(plant, CoulombLaw(0.0, 0.0), motion, grid, events, numerics)
+
+
+def linear_points(plant: Plant, x_r: Floats, v_r: Floats, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1 of a motion without friction."""
+    x, v = np.asarray(x_r)[first:last], np.asarray(v_r)[first:last]
+    x_dd = x * (-plant.k_x / plant.m)
+    x_dd -= v * (plant.b / plant.m)
+    return Points(x, v, np.ones(len(x), dtype=np.int8), x_dd)
 
 
 def to_float(name: str, argument: ArrayLike) -> float:

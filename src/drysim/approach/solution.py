@@ -25,6 +25,7 @@ from drysim.core.model import (
     AnyState,
     DynamicLaw,
     Plant,
+    Points,
     Samples,
     Sines,
     Totals,
@@ -69,6 +70,8 @@ class Events:
 
     def until(self, t: float) -> Events:
         """Return the events up to and including time t [s]."""
+        if t >= self.t[-1]:
+            return self
         count = int(np.searchsorted(self.t, t, side="right"))
         return Events(self.t[:count], self.kind[:count], self.x_r[:count], self.F_L[:count])
 
@@ -173,50 +176,13 @@ class Numerics:
     distance: float | None = None
 
 
-class Points(NamedTuple):
-    """Consecutive grid points; each array has shape (n,).
-
-    Attributes
-    ----------
-    x_r, v_r : ndarray
-        Relative displacement [m] and velocity [m/s].
-    d : ndarray of int8
-        Direction of sliding: -1, +1, or 0 where stuck.
-    force : ndarray or None
-        Friction force [N]; None where it follows from `d` and the law.
-    stop : ndarray or None
-        Force of an end stop [N], sign as for friction; None without end stops.
-    """
-
-    x_r: Floats
-    v_r: Floats
-    d: Int8Array
-    force: Floats | None = None
-    stop: Floats | None = None
-
-    def select(self, part: slice) -> Points:
-        """Return a slice of the points."""
-        x_r, v_r, d, force, stop = self
-        return Points(
-            x_r[part],
-            v_r[part],
-            d[part],
-            None if force is None else force[part],
-            None if stop is None else stop[part],
-        )
-
-    def part(self, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1."""
-        return self.select(slice(first, last))
-
-
 PointsOfRange = Callable[[int, int], Points]
 """Function that returns points `first` to `last` - 1 of a grid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points n·dt of a response, as functions that compute a range of them on request.
+    """Points n·dt of a response, computed on request.
 
     Attributes
     ----------
@@ -226,17 +192,31 @@ class Grid:
         Number of points.
     base : callable
         Returns ü [m/s²] at points `first` to `last` - 1.
-    part : PointsOfRange
+    evaluate : PointsOfRange
+        Computes a range of points.
+    cached : dict
+        Points in memory by range: all of a short grid, or the latest range of a long one.
     """
 
     dt: float
     length: int
     base: Callable[[int, int], Floats]
-    part: PointsOfRange
+    evaluate: PointsOfRange
+    cached: dict[tuple[int, int], Points] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Number of points."""
         return self.length
+
+    def points(self, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1."""
+        whole = 0, self.length
+        if (first, last) != whole and (self.length <= MAX_CACHED or whole in self.cached):
+            return self.points(*whole).part(first, last)
+        if (first, last) not in self.cached:
+            self.cached.clear()
+            self.cached[first, last] = self.evaluate(first, last)
+        return self.cached[first, last]
 
 
 def stored_grid(dt: float, u_dd: Floats, points: Points) -> Grid:
@@ -348,6 +328,20 @@ class Trajectory(Protocol):
         """Return the largest force of a bumper in a window [N]."""
 
 
+class ExactTrajectory(Trajectory, Protocol):
+    """Trajectory by an exact algorithm, from which any grid can be computed."""
+
+    @property
+    def without_stops(self) -> ExactTrajectory:
+        """The same motion in the scene without end stops, where it reaches none."""
+
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it."""
+
+    def error(self, grid: Grid) -> float | None:
+        """Return the estimated error of x_r on a grid relative to its peak [-], or None."""
+
+
 class BaseTrajectory:
     """What holds of a trajectory unless its class knows better."""
 
@@ -389,6 +383,10 @@ class BaseTrajectory:
 
     def jacobian(self) -> tuple[float, float] | None:
         """Return None: it is not known in closed form."""
+        return None
+
+    def error(self, grid: Grid) -> float | None:
+        """Return None: a closed form has no error but rounding."""
         return None
 
     @property
@@ -511,10 +509,6 @@ class MarchedTrajectory(BaseTrajectory):
         return self.march.motion
 
 
-ALL_POINTS = (0, -1)
-"""Key of the cached block that holds all points; no block ends at -1."""
-
-
 @dataclass(frozen=True, eq=False)
 class Response:
     """Relative motion on an equidistant grid, with the events between the grid points.
@@ -543,7 +537,6 @@ class Response:
     events: Events
     numerics: Numerics
     trajectory: Trajectory | None = None
-    _cache: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         """Number of grid points."""
@@ -562,10 +555,7 @@ class Response:
     @property
     def all_points(self) -> Points:
         """All grid points."""
-        # Cached like a block: the lock of a cached_property costs some percent of a short run.
-        if ALL_POINTS not in self._cache:
-            self._cache[ALL_POINTS] = self.grid.part(0, len(self.grid))
-        return self._cache[ALL_POINTS]
+        return self.grid.points(0, len(self))
 
     @cached_property
     def u_dd(self) -> Floats:
@@ -604,15 +594,15 @@ class Response:
         """Friction force on the mass [N], shape (n,); balances F_L while stuck."""
         return self.friction(slice(None))
 
-    @cached_property
+    @property
     def F_stop(self) -> Floats:
         """Force of the end stops [N], sign as F_f, shape (n,); impacts are not included."""
         return self.stop(slice(None))
 
-    @cached_property
+    @property
     def x_dd(self) -> Floats:
         """Absolute acceleration [m/s²], shape (n,); equals ü while stuck."""
-        return self.acceleration(slice(None))
+        return self.all_points.x_dd
 
     def parts(self) -> Iterator[slice]:
         """Return the slices of consecutive blocks of the grid."""
@@ -629,54 +619,31 @@ class Response:
 
     def points(self, part: slice) -> Points:
         """Return the points of a slice of the grid; a long response caches one slice."""
-        if len(self) <= MAX_CACHED or ALL_POINTS in self._cache:
-            return self.all_points.select(part)
         first, last, _ = part.indices(len(self))
-        if (first, last) not in self._cache:
-            self._cache.clear()
-            self._cache[first, last] = self.grid.part(first, last)
-        return self._cache[first, last]
+        return self.grid.points(first, last)
 
     def friction(self, part: slice) -> Floats:
         """Return F_f [N] on a slice of the grid."""
-        x_r, _, d, force, _ = self.points(part)
-        if force is not None:
-            return force
-        friction, stuck = self._kinetic(part, d), np.flatnonzero(d == 0)
-        if len(stuck):
-            friction[stuck] = -limit_force(self.plant, x_r[stuck], self.base(part)[stuck])
-        return friction
-
-    def _kinetic(self, part: slice, d: Int8Array) -> Floats:
-        """Return the kinetic friction [N] of a rigid contact that slides in directions d."""
-        kinetic = np.multiply(d, self.law.F_fk, dtype=np.float64)
+        x_r, _, d, x_dd, *given = self.points(part)
+        friction: Floats | None = given[0]
+        if friction is not None:
+            return friction
+        friction = np.multiply(d, self.law.F_fk, dtype=np.float64)
         if not isinstance(self.law, DynamicLaw) and self.law.variation:
             t = np.arange(*part.indices(len(self))) * self.dt
-            kinetic *= 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
-        return kinetic
+            friction *= 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
+        rest = np.flatnonzero(d == 0)
+        friction[rest] = -limit_force(self.plant, x_r[rest], x_dd[rest])
+        return friction
 
     def acceleration(self, part: slice) -> Floats:
         """Return x_dd [m/s²] on a slice of the grid."""
-        m, k_x, b = self.plant
-        x_r, v_r, d, force, stop = self.points(part)
-        x_dd = k_x * x_r
-        x_dd += (
-            b if self.law.damping is None else np.where(v_r > 0.0, *self.law.damping)
-        ) * v_r
-        x_dd += self._kinetic(part, d) if force is None else force
-        if stop is not None:
-            x_dd += stop
-        x_dd /= -m
-        if force is None or stop is not None:
-            stuck = np.flatnonzero(d == 0)
-            if len(stuck):
-                x_dd[stuck] = self.base(part)[stuck]
-        return x_dd
+        return self.points(part).x_dd
 
     def stop(self, part: slice) -> Floats:
         """Return F_stop [N] on a slice of the grid; 0 without end stops."""
-        x_r, *_, stop = self.points(part)
-        return np.zeros_like(x_r) if stop is None else stop
+        points = self.points(part)
+        return np.zeros_like(points.x_r) if points.F_stop is None else points.F_stop
 
 
 class Orbit(NamedTuple):

@@ -1,7 +1,7 @@
 """Exact algorithms, and the scenes that each one solves: the table `SOLVERS`.
 
-A new algorithm is one more row, and a module of this package with the functions
-`compute_trajectory` and `response_on_grid` of `drysim.approach.coulomb`.
+A new algorithm is one more row, and a module of this package with a function
+`compute_trajectory` that returns an `ExactTrajectory`, such as that of `coulomb`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,6 @@ from drysim.approach.solution import (
     Floats,
     Numerics,
     Path,
-    Points,
     Response,
     stored_grid,
 )
@@ -25,6 +24,7 @@ from drysim.core.model import (
     AnyLaw,
     AnyState,
     Plant,
+    Points,
     Samples,
     Sines,
     State,
@@ -106,11 +106,11 @@ def make_response(
             f"{name} with a step of {dt:.6g} s diverges at t = {at * dt:.6g} s",
             "use a smaller solver.step, or an exact approach",
         )
-    points = Points(x_r, v_r, np.asarray(out.d, dtype=np.int8), force)
+    x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
+    points = Points(x_r, v_r, np.asarray(out.d, dtype=np.int8), x_dd, force)
     events = mode_changes(plant, u_dd, dt, points)
     numerics = Numerics(name, FIXED_STEP, why, engine(), len(x_r) - 1, len(events))
-    x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
-    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, x_dd, events)
+    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, events)
     grid = stored_grid(dt, u_dd, points)
     return Response(plant, law, motion, grid, events, numerics, trajectory)
 
@@ -136,14 +136,13 @@ class FixedStepTrajectory(BaseTrajectory):
     dt: float
     u_dd: Floats
     points: Points
-    x_dd: Floats
     events: Events
     closest_decision: float = math.inf
 
     @property
     def end(self) -> float:
         """Final time [s]."""
-        return (len(self.x_dd) - 1) * self.dt
+        return (len(self.u_dd) - 1) * self.dt
 
     @property
     def path(self) -> Path:
@@ -155,15 +154,15 @@ class FixedStepTrajectory(BaseTrajectory):
 
     def state(self, t: float) -> State:
         """Return the state at time t [s], interpolated linearly."""
-        n = min(int(t / self.dt), len(self.x_dd) - 2)
+        n = min(int(t / self.dt), len(self.u_dd) - 2)
         q = t / self.dt - n
         return State(*(float((1.0 - q) * one[n] + q * one[n + 1]) for one in self.points[:2]))
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s] as sums over its grid points."""
         part = self._window_slice(begin, end)
-        x_r, v_r, d, force, _ = self.points.select(part)
-        x_dd, u_dd = self.x_dd[part], self.u_dd[part]
+        x_r, v_r, d, x_dd, force, *_ = self.points.select(part)
+        u_dd = self.u_dd[part]
         share = (
             force / self.law.F_fk if self.law.F_fk and force is not None else np.zeros(len(x_r))
         )
@@ -175,7 +174,7 @@ class FixedStepTrajectory(BaseTrajectory):
         )
         totals = Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
         # Both ends of the window count.
-        peak = float(np.abs(self.x_dd[part.start : part.stop + 1]).max(initial=0.0))
+        peak = float(np.abs(self.points.x_dd[part.start : part.stop + 1]).max(initial=0.0))
         return totals._replace(x_dd_peak=peak)
 
     def chatter(self, begin: float, end: float) -> float:

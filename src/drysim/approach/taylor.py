@@ -13,8 +13,9 @@ Method
     the others again when they are needed.
 
 Error
-    `solve` computes a second solution with a larger tolerance and half the hysteresis depth.
-    Its distance at the points of the grid estimates the error of the first. As a rule that is
+    `TaylorTrajectory.error` computes a second solution with a larger tolerance and half the
+    hysteresis depth. Its distance at the points of the grid estimates the error of the first.
+    As a rule that is
     smaller by orders of magnitude, but both round, so that the estimate is no bound where it is
     as small as rounding.
 
@@ -28,19 +29,17 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from drysim.approach.scene import (
+    as_arrays,
     base_square_integrals,
     check_progress,
-    count_grid_points,
     empty_columns,
     empty_log,
-    empty_motion,
-    exact_response,
+    empty_points,
     grid_times,
     initial_base_acceleration,
     last_interval,
@@ -52,9 +51,8 @@ from drysim.approach.scene import (
 from drysim.approach.solution import (
     Events,
     Floats,
+    Grid,
     MarchedTrajectory,
-    PointsOfRange,
-    Response,
     events_from_log,
 )
 from drysim.core.compile import as_engine_array
@@ -64,11 +62,11 @@ from drysim.core.march import Scene
 from drysim.core.model import (
     BLOCK_SIZE,
     LEUVEN,
-    MAX_CACHED,
     AnyState,
     ContactState,
     DynamicLaw,
     Plant,
+    Points,
     Samples,
     Sines,
     Totals,
@@ -84,7 +82,7 @@ from drysim.core.taylor import (
     motion_direction_at,
     set_forcing,
 )
-from drysim.core.trajectory import Columns, Solution
+from drysim.core.trajectory import Solution
 
 COARSENING_FACTOR = 1e3
 """Ratio of the tolerances of the second and the first solution, whose distance states the
@@ -94,44 +92,10 @@ MAX_TOLERANCE = 1e-3
 """Largest tolerance for which the series converge reasonably [-]."""
 
 
-def response_on_grid(trajectory: TaylorTrajectory, step: float) -> Response:
-    """Return the response of a solution on a grid, with its estimated error.
-
-    Samples have their own step.
-    """
-    plant, law, motion = trajectory.plant, trajectory.law, trajectory.motion
-    dt = motion.dt if isinstance(motion, Samples) else step
-    n = count_grid_points(trajectory.end, dt)
-    part: PointsOfRange = partial(points_of_trajectory, trajectory, dt)
-    if n <= MAX_CACHED:
-        part = part(0, n).part
-    start, end = trajectory.state(0.0), trajectory.end
-    coarse = compute_trajectory(plant, coarsened_law(law), motion, start, end)
-    error = relative_distance(part, n, dt, coarse)
-    return exact_response(trajectory, dt, n, part, error=error)
-
-
 def coarsened_law(law: DynamicLaw) -> DynamicLaw:
     """Return the law with the tolerance and hysteresis depth of the second solution."""
     tolerance = min(COARSENING_FACTOR * law.tolerance, MAX_TOLERANCE)
     return law._replace(tolerance=tolerance, depth=law.depth // 2)
-
-
-def relative_distance(
-    part: PointsOfRange, length: int, dt: float, other: TaylorTrajectory
-) -> float:
-    """Return the largest distance of another solution from a grid, relative to its peak [-].
-
-    `part`, `length` and `dt` are as in `Grid`.
-    """
-    off, peak = 0.0, 0.0
-    for first in range(0, length, BLOCK_SIZE):
-        last = min(first + BLOCK_SIZE, length)
-        x_r = part(first, last).x_r
-        coarse = other.at(grid_times(first, last, 1, dt)).x_r
-        off = max(off, float(np.abs(coarse - x_r).max()))
-        peak = max(peak, float(np.abs(x_r).max()))
-    return off / (peak or 1.0)
 
 
 def compute_trajectory(
@@ -177,9 +141,9 @@ class TaylorTrajectory(MarchedTrajectory):
         """Largest magnitude of each state component, block by block."""
         return tuple(np.array(column) for column in zip(*self.march.scales, strict=True))
 
-    def at(self, t: Floats) -> Columns:
+    def at(self, t: Floats) -> Points:
         """Return the motion at ascending times [s]."""
-        march, parts = self.march, [Columns(*map(np.asarray, empty_motion(0)))]
+        march, parts = self.march, [as_arrays(empty_points(0))]
         while len(t):
             number = march.block_index(float(t[0]))
             last = number == len(march.checkpoints) - 2
@@ -187,12 +151,28 @@ class TaylorTrajectory(MarchedTrajectory):
             count = max(int(np.searchsorted(t, ends)), 1)
             parts.append(march.read(number, t[:count]))
             t = t[count:]
-        columns = Columns(*map(np.concatenate, zip(*parts, strict=True)))
-        return columns._replace(d=columns.d.astype(np.int8))
+        return Points(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]."""
+        return points_of_trajectory(self, dt, first, last)
+
+    def error(self, grid: Grid) -> float:
+        """Return the largest distance of a coarser solution on a grid, relative to the peak."""
+        start, law = self.state(0.0), coarsened_law(self.law)
+        coarse = compute_trajectory(self.plant, law, self.motion, start, self.end)
+        off, peak = 0.0, 0.0
+        for first in range(0, len(grid), BLOCK_SIZE):
+            last = min(first + BLOCK_SIZE, len(grid))
+            x_r = grid.points(first, last).x_r
+            distances = np.abs(coarse.at(grid_times(grid.dt, first, last)).x_r - x_r)
+            off, peak = max(off, float(distances.max())), max(peak, float(np.abs(x_r).max()))
+        return off / (peak or 1.0)
 
     def state(self, t: float) -> ContactState:
         """Return the state at time t [s], with the hysteresis stack of a Leuven law."""
-        x_r, v_r, z = (float(column[0]) for column in self.at(np.array([t]))[:3])
+        points = self.at(np.array([t]))
+        x_r, v_r, z = (float(column[0]) for column in (points.x_r, points.v_r, points.z))
         return ContactState(x_r, v_r, z, self.march.hysteresis_at(t))
 
     def totals(self, begin: float, end: float) -> Totals:
@@ -365,16 +345,16 @@ class TaylorMarch:
             self.cache_block(number, self.march_block(number, self.until)[1])
         return self.cached[number]
 
-    def read(self, number: int, t: Floats) -> Columns:
+    def read(self, number: int, t: Floats) -> Points:
         """Return the motion at ascending times of a block [s]."""
         first, solution, begins = self.block(number)
         t = t - first
         low, high = np.searchsorted(begins, (t[0], t[-1]), "right")
         steps = slice(max(int(low) - 1, 0), max(int(high), 1))
         near = SeriesSegments(*(column[steps] for column in solution.segments))
-        solution, out = solution._replace(segments=near), empty_motion(len(t))
+        solution, out = solution._replace(segments=near), empty_points(len(t))
         evaluate_series(solution, workspace(self.law), as_engine_array(t), out)
-        return Columns(*map(np.asarray, out))
+        return as_arrays(out)
 
     def integrate(self, number: int, begin: float, end: float) -> tuple[float, ...]:
         """Return the integrals and the violation over a window within a block [s]."""

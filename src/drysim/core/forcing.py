@@ -174,6 +174,82 @@ def force_rate_bounds(waves, r):
     return first, second, third, fastest
 
 
+# Base acceleration on a grid: linear combinations of table columns.
+
+GRID_COLUMNS = 128
+"""Grid points that follow from one by rotation, to a rounding or two."""
+
+FIRST_COLUMNS = 16
+"""Columns that are computed one by one, as is every so many-th; they give the others."""
+
+TURN_ROWS = 2
+"""Rows of a wave: sine and cosine of the angle by which it turns in 0, 1, ... grid steps."""
+
+
+@compiled
+def fill_turns(waves, dt, table):
+    """Write `TURN_ROWS` rows a wave, the first ones of a table with `GRID_COLUMNS` columns."""
+    for i in range(waves.size):
+        turn = waves.values[WAVE_COLUMNS * i + OMEGA] * dt
+        sine, cosine = table[TURN_ROWS * i], table[TURN_ROWS * i + 1]
+        for k in range(FIRST_COLUMNS):
+            sine[k], cosine[k] = math.sin(turn * k), math.cos(turn * k)
+        for k in range(FIRST_COLUMNS, GRID_COLUMNS, FIRST_COLUMNS):
+            s, c = math.sin(turn * k), math.cos(turn * k)
+            for j in range(FIRST_COLUMNS):
+                sine[k + j] = s * cosine[j] + c * sine[j]
+                cosine[k + j] = c * cosine[j] - s * sine[j]
+
+
+@compiled
+def sample_base(waves, points, dt, table, first, u_dd):
+    """Write ü of the waves [m/s²] at grid points n·dt.
+
+    Parameters
+    ----------
+    waves : Waves
+    points : (int, int)
+        First grid point, and the one after the last.
+    dt : float
+        Grid spacing [s].
+    table : array
+        Rows of `fill_turns`.
+    first : int
+        Grid point of the first element of `u_dd`.
+    u_dd : array
+        Written.
+
+    Notes
+    -----
+    Phases are computed at every `GRID_COLUMNS`-th point, counted from t = 0. The result is
+    therefore independent of the blocks in which a grid is written.
+    """
+    n, last = points
+    while n < last:
+        start = n - n % GRID_COLUMNS
+        count = min(last, start + GRID_COLUMNS) - n
+        column, at = n - start, n - first
+        if column < 0 or at < 0:
+            # Never true; tells the compiler that no index counts from the end.
+            return
+        for k in range(count):
+            u_dd[at + k] = 0.0
+        for i in range(waves.base):
+            sine, cosine = table[TURN_ROWS * i], table[TURN_ROWS * i + 1]
+            from_sine, from_cosine = turn_coefficients(waves, i, start * dt)
+            for k in range(count):
+                u_dd[at + k] += from_sine * sine[column + k] + from_cosine * cosine[column + k]
+        n += count
+
+
+@inlined
+def turn_coefficients(waves, i, t):
+    """Return the coefficients of the rows of `fill_turns` for wave i, column 0 at t [s]."""
+    values, wave = waves.values, WAVE_COLUMNS * i
+    angle = phase_at(values[wave + FREQUENCY], values[wave + PHASE], t)
+    return values[wave + A] * math.cos(angle), values[wave + A] * math.sin(angle)
+
+
 # A scene as a row of numbers, which costs less per call than tuples.
 
 M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, SCENE_COLUMNS = range(11)

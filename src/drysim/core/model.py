@@ -410,6 +410,44 @@ AnyState = State | ContactState
 """Any start of a motion."""
 
 
+class Points(NamedTuple):
+    """Motion at given times; each array has shape (n,).
+
+    Attributes
+    ----------
+    x_r, v_r : array of float
+        Relative displacement [m] and velocity [m/s].
+    d : array of int
+        Direction of motion: -1, +1, or 0 at rest, held by friction or against a rigid stop.
+    x_dd : array of float
+        Absolute acceleration [m/s²]; ü at rest.
+    F_f : array of float, or None
+        Friction force [N]; None where it follows from the others and the law.
+    F_stop : array of float, or None
+        Force of an end stop [N], sign as for friction; None without end stops.
+    z : array of float, or None
+        x_r at which an elastic contact would carry no force, or deflection of bristles [m];
+        None where it is not known.
+    """
+
+    x_r: NDArray[np.float64]
+    v_r: NDArray[np.float64]
+    d: NDArray[np.int8]
+    x_dd: NDArray[np.float64]
+    F_f: Any = None
+    F_stop: Any = None
+    z: Any = None
+
+    def part(self, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1."""
+        return self.select(slice(first, last))
+
+    def select(self, which: Any) -> Points:
+        """Return some of the points, by a slice or an index."""
+        parts: Any = (None if column is None else column[which] for column in self)
+        return Points(*parts)
+
+
 ATTRACTING_MODULUS = 1.0 - 1e-7
 """Modulus of a Floquet multiplier below which an orbit attracts its neighbours [-].
 

@@ -400,21 +400,21 @@ def wall_side(law, mode, xi):
 
 
 @compiled
-def friction_and_stop_forces(plant, law, state, u_dd, load):
+def friction_and_stop_forces(law, mode, forces, state, u_dd, load):
     """Return the friction force and the force of a stop [N].
 
-    At rest against a rigid stop only the sum is determined: friction then carries as much as
-    its static limit allows, the stop the rest.
+    `forces` are those of the mode, and the state is xi [m] and v_r [m/s]. At rest against a
+    rigid stop only the sum is determined: friction then carries as much as its static limit
+    allows, the stop the rest.
     """
-    mode, xi, v_r, x_0 = state
+    xi, v_r = state
     x_r = origin_of(law, mode.origin) + xi
-    forces = mode_forces(plant, law, mode, x_0)
     stop = bumper_force(forces, xi, v_r)
     sticks = mode.direction == AT_REST and mode.contact == HOLD and law.k_t == 0.0
     friction = 0.0 if sticks else contact_force(forces, x_r, load)
     if mode.direction != AT_REST:
         return friction, stop
-    F_L = limit_force(plant, x_r, u_dd) + stop
+    F_L = limit_force(forces.plant, x_r, u_dd) + stop
     if wall_side(law, mode, xi) == 0:
         return -F_L, stop
     if sticks:

@@ -265,6 +265,16 @@ def march(scene, state, out, log, end):
 
 
 @compiled
+def accelerations_at_samples(plant, F_fk, motion, u_dd, x_dd):
+    """Write the absolute acceleration of a `SampledMotion` [m/s²]; ü at rest."""
+    m, k_x, b = plant
+    x_r, v_r, d = motion
+    for n in range(len(x_dd)):
+        pull = k_x * x_r[n] + b * v_r[n] + d[n] * F_fk
+        x_dd[n] = u_dd[n] if d[n] == 0 else -pull / m
+
+
+@compiled
 def all_finite(u_dd):
     """Return whether all values are finite."""
     finite = 0

@@ -509,27 +509,29 @@ NO_TRUNCATION = 1e-300
 
 @compiled
 def evaluate_series(solution, series, t, out):
-    """Write a motion at ascending times t [s] to `Columns`; parameters as `rebuild_series`.
+    """Write a motion at ascending times t [s] to `Points`; parameters as `rebuild_series`.
 
     A mass on bristles is never stuck: at rest its direction is 1.
     """
     (plant, law, _, _, dt), segments = solution
-    i, known, last = int(ZERO), -1, 0
+    i, rebuilt, last = int(ZERO), -1, 0
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
-        if known != i:
+        if rebuilt != i:
             last = rebuild_series(solution, series, i)
-            known = i
+            rebuilt = i
         s = t[k] - (segments.n[i] * dt + segments.s[i])
         d = sign(segments.d[i])
         x, v, z = segments.x_r[i], 0.0, segments.z[i]
         if d == 0:
-            out.F_f[k] = -limit_force(plant, x, horner(series.u, ORDER, s))
+            out.x_dd[k] = horner(series.u, ORDER, s)
+            out.F_f[k] = -limit_force(plant, x, out.x_dd[k])
         else:
             v = segments.v_r[i]
             if s != 0.0:
                 x, v, z = series_state(series, last, s)
             out.F_f[k] = dynamic_force(law, d, v, z)
+            out.x_dd[k] = -(plant.b * v + plant.k_x * x + out.F_f[k]) / plant.m
         out.x_r[k] = x
         out.v_r[k] = v
         out.z[k] = z

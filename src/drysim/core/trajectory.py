@@ -10,7 +10,7 @@ Method
     - State at any time: the flow of the segment, `motion_at`.
     - Output grid under sines: the flow and the sine responses over 0, 1, ... grid steps are
       tabulated once. Every grid point is then a linear combination of table rows and does not
-      depend on the point before it.
+      depend on the point before it. So is ü (`forcing.sample_base`).
     - Integrals: Gauss-Legendre quadrature on panels of at most `PANEL_RADIANS` of the fastest
       rate that is still present, with an error below rounding. Whole sampled steps are
       summed (`core.measure`).
@@ -31,18 +31,27 @@ from typing import Any, NamedTuple
 from drysim.core.compile import ZERO, compiled, inlined, merged
 from drysim.core.events import record_segment, sign
 from drysim.core.forcing import (
-    COSINE,
+    FIRST_COLUMNS,
+    FREQUENCY,
+    GRID_COLUMNS,
+    IN_PHASE,
     OMEGA,
-    SINE,
+    PHASE,
+    QUADRATURE,
     STEADY,
     STEADY_V,
     STEADY_X,
+    TURN_ROWS,
     WAVE_COLUMNS,
     A,
     base_motion,
+    fill_turns,
     motion_at,
+    phase_at,
     response_from_rest,
+    sample_base,
     set_phases,
+    turn_coefficients,
 )
 from drysim.core.model import (
     FOUR_NODES,
@@ -57,7 +66,6 @@ from drysim.core.modes import (
     CHATTERING,
     FREE,
     HOLD,
-    ModeState,
     SegmentBase,
     bumper_force,
     chatter_mean_square,
@@ -283,57 +291,85 @@ def fill_segments(rows, samples, at, steps, out):
 # Motion at given times.
 
 
-class Columns(NamedTuple):
-    """Values of a motion at given times; arrays of shape (n,).
-
-    Attributes
-    ----------
-    x_r, v_r : array of float
-        Displacement [m] and velocity [m/s].
-    z : array of float
-        x_r at which an elastic contact would carry no force [m]; 0 for a rigid contact.
-    F_f, F_stop : array of float
-        Friction force and force of an end stop [N].
-    d : array of int
-        Direction of motion; 0 at rest, held by friction or against a rigid stop.
-    """
-
-    x_r: Any
-    v_r: Any
-    z: Any
-    F_f: Any
-    F_stop: Any
-    d: Any
-
-
 @compiled
 def evaluate_segments(solution, t, out):
-    """Write a motion at ascending times t [s] to `Columns`."""
-    (plant, law, waves, _, dt), segments = solution
-    i = known = int(ZERO)
+    """Write a motion at ascending times t [s] to `Points`."""
+    (_, law, waves, _, dt), segments = solution
+    i = resumed = int(ZERO)
     part = resume_segment(solution, i)
     for k in range(len(t)):
         i = segment_index(segments, dt, i, t[k])
-        if known != i:
+        if resumed != i:
             part = resume_segment(solution, i)
-            known = i
+            resumed = i
         s = t[k] - (segments.n[i] * dt + segments.s[i])
-        mode = part.mode
-        xi, v = motion_in_segment(waves, part, s)
-        x_r = part.x_origin + xi
-        u = base_motion(waves, part.u_0, part.slope, s)[0]
+        state = motion_in_segment(waves, part, s)
+        u_dd = base_motion(waves, part.u_0, part.slope, s)[0]
         load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
-        state = ModeState(mode, xi, v, part.forces.x_0)
-        F_f, F_stop = friction_and_stop_forces(plant, law, state, u, load)
-        out.x_r[k], out.v_r[k] = x_r, v
-        out.F_f[k], out.F_stop[k] = F_f, F_stop
-        out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
-        if is_rigid_slip(law, mode):
-            out.d[k] = mode.contact
-        elif mode.direction == AT_REST:
-            out.d[k] = 0
-        else:
-            out.d[k] = -1 if v < 0.0 else 1
+        write_point(solution.scene, part, state, (u_dd, load), k, out)
+
+
+@compiled
+def evaluate_samples(solution, samples, out):
+    """Write a solution over samples, under a constant normal force, to `Points`.
+
+    Parameters
+    ----------
+    solution : SampledSolution
+    samples : (int, int)
+        First sample, and the one after the last.
+    out : Points
+        Written. Where the mode changes at a sample, they are those after it.
+    """
+    scene, motion, rows = solution
+    (first, end), i = samples, last_event_index(rows.n, samples[0])
+    while i > 0 and rows.n[i] == first and rows.s[i] > 0.0:
+        i -= 1
+    n = first
+    while n < end:
+        # The last row that begins at or before sample n.
+        while i + 1 < len(rows.n) and rows.n[i + 1] + (rows.s[i + 1] > 0.0) <= n:
+            i += 1
+        until = end
+        if i + 1 < len(rows.n):
+            until = min(until, rows.n[i + 1] + (rows.s[i + 1] > 0.0))
+        begin = motion.x_r[n], motion.v_r[n], rows.x_0[i]
+        part = resume_mode(scene, (n, 0.0), begin, rows.d[i])
+        for k in range(n, until):
+            state = motion.x_r[k], motion.v_r[k]
+            write_point(scene, part, state, (scene.u_dd[k], 1.0), k - first, out)
+        n = until
+
+
+@inlined
+def write_point(scene, part, state, base, k, out):
+    """Write one of the `Points`.
+
+    Parameters
+    ----------
+    scene : Scene
+    part : ResumedSegment
+    state : (float, float)
+        xi [m] and v_r [m/s].
+    base : (float, float)
+        ü [m/s²], and relative normal force [-], at least 0.
+    k : int
+        Index of the point.
+    out : Points
+    """
+    plant, law, _, _, _ = scene
+    (xi, v_r), (u_dd, load), mode, forces = state, base, part.mode, part.forces
+    x_r = part.x_origin + xi
+    F_f, F_stop = friction_and_stop_forces(law, mode, forces, (xi, v_r), u_dd, load)
+    moves = mode.direction != AT_REST
+    d = int(moves) if v_r >= 0.0 else -int(moves)
+    if is_rigid_slip(law, mode):
+        d = mode.contact
+    pull = forces.plant.b * v_r + plant.k_x * x_r + F_f + F_stop
+    out.x_r[k], out.v_r[k], out.d[k] = x_r, v_r, d
+    out.x_dd[k] = -pull / plant.m if moves else u_dd
+    out.F_f[k], out.F_stop[k] = F_f, F_stop
+    out.z[k] = x_r - F_f / law.k_t if law.k_t > 0.0 else 0.0
 
 
 @compiled
@@ -366,19 +402,15 @@ def state_at(solution, t):
 @compiled
 def state_in_segment(scene, part, s):
     """Return x_r [m], v_r [m/s] and F_f [N] at time s of a resumed segment."""
-    plant, law, waves, _, _ = scene
-    xi, v_r = motion_in_segment(waves, part, s)
-    u = base_motion(waves, part.u_0, part.slope, s)[0]
+    _, law, waves, _, _ = scene
+    state = motion_in_segment(waves, part, s)
+    u_dd = base_motion(waves, part.u_0, part.slope, s)[0]
     load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
-    state = ModeState(part.mode, xi, v_r, part.forces.x_0)
-    F_f, _ = friction_and_stop_forces(plant, law, state, u, load)
-    return part.x_origin + xi, v_r, F_f
+    F_f, _ = friction_and_stop_forces(law, part.mode, part.forces, state, u_dd, load)
+    return part.x_origin + state[0], state[1], F_f
 
 
 # Motion on a grid under sines: linear combinations of table columns.
-
-TABLE_COLUMNS = 128
-"""Number of grid steps in the table: a few kilobytes per wave, computed once per grid."""
 
 FLOW_ROWS = 3
 """Rows of the free motion: y, y_d and Y of `flow`."""
@@ -389,12 +421,12 @@ derivative of the latter where the steady response is used."""
 
 
 def table_shape(size: int) -> tuple[int, int]:
-    """Return the shape of the table for a number of waves."""
-    return FLOW_ROWS + RESPONSE_ROWS * size, TABLE_COLUMNS
+    """Return the shape of the table for a number of waves: turns, free motion, responses."""
+    return FLOW_ROWS + (TURN_ROWS + RESPONSE_ROWS) * size, GRID_COLUMNS
 
 
 @compiled
-def sample_coulomb_grid(solution, first, dt, table, out, d_out):
+def sample_coulomb_grid(solution, first, dt, table, out):
     """Write a solution with Coulomb friction under waves at the grid points n·dt.
 
     Parameters
@@ -407,23 +439,23 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
         Grid spacing [s].
     table : array, shape `table_shape`
         Work space for the responses over whole grid steps.
-    out, d_out : tuple of array, and array, shape (n,)
-        Written: x_r [m] and v_r [m/s], and the direction of sliding.
+    out : tuple of array, shape (n,)
+        Written: x_r [m], v_r [m/s], direction of sliding, x_dd [m/s²].
 
     Notes
     -----
     The motion is the steady response plus a free motion that starts with the difference from
-    it. The sums restart at every `TABLE_COLUMNS`-th point after an event, counted from the
+    it. The sums restart at every `GRID_COLUMNS`-th point after an event, counted from the
     event and not from `first`. The result is therefore independent of the blocks in which a
     grid is written.
     """
     (plant, kernel_law, waves, _, _), (_, t, x_r, v_r, _, codes) = solution
-    law, (x_out, v_out) = coulomb_limits(kernel_law, 1), out
+    law, (x_out, v_out, d_out, x_dd) = coulomb_limits(kernel_law, 1), out
     c, w, last = plant.b / plant.m, plant.k_x / plant.m, first + len(d_out)
-    filled = at_rest = int(ZERO)
-    event = last_event_index(t, first * dt)
-    n = first
-    set_phases(waves, plant, law, t[0], at_rest)
+    event, n = last_event_index(t, first * dt), first
+    fill_table(plant, law, waves, dt, table)
+    flow_row = TURN_ROWS * waves.size
+    y, y_d, Y = table[flow_row], table[flow_row + 1], table[flow_row + 2]
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
@@ -434,58 +466,68 @@ def sample_coulomb_grid(solution, first, dt, table, out, d_out):
         if d == 0:
             for k in range(n - first, until - first):
                 x_out[k], v_out[k], d_out[k] = x_r[event], 0.0, 0
+            sample_base(waves, (n, until), dt, table, first, x_dd)
             n = until
             continue
         begin = grid_index_before(t[event], dt) + 1
-        g = -d * law.F_fk / plant.m
+        f = d * law.F_fk / plant.m
+        set_phases(waves, plant, law, t[event], d)
         while n < until:
             # Column 0 of the table is grid point `start`.
-            start = n - (n - begin) % TABLE_COLUMNS
-            end = min(until, start + TABLE_COLUMNS)
-            filled = fill_table(plant, waves, dt, table, filled, end - start)
-            set_phases(waves, plant, law, t[event], d)
+            start = n - (n - begin) % GRID_COLUMNS
+            count = min(until, start + GRID_COLUMNS) - n
             s = start * dt - t[event]
-            x, v = transient_state(c, w, waves, x_r[event], v_r[event], g, s)
-            set_phases(waves, plant, law, start * dt, d)
-            push = g - w * x
-            y, y_d, Y = table[0], table[1], table[2]
+            x, v = transient_state(c, w, waves, x_r[event], v_r[event], -f, s)
+            push = -f - w * x
             column, at = n - start, n - first
             if column < 0 or at < 0:
                 # Never true; tells the compiler that no index counts from the end.
                 return
-            for k in range(end - n):
+            for k in range(count):
                 i = column + k
                 x_out[at + k] = x + (v * y[i] + push * Y[i])
                 v_out[at + k] = v * y_d[i] + push * y[i]
             for wave in range(waves.size):
-                row = FLOW_ROWS + RESPONSE_ROWS * wave
+                row = flow_row + FLOW_ROWS + RESPONSE_ROWS * wave
                 R, P, P_d = table[row], table[row + 1], table[row + 2]
-                from_sine, from_cosine = wave_coefficients(waves, wave)
-                for k in range(end - n):
+                from_sine, from_cosine = wave_coefficients(waves, wave, start * dt)
+                for k in range(count):
                     i = column + k
                     x_out[at + k] += from_sine * R[i] + from_cosine * P[i]
                     v_out[at + k] += from_sine * P[i] + from_cosine * P_d[i]
             against = 0
-            for k in range(end - n):
+            for k in range(count):
                 d_out[at + k] = d
                 against += v_out[at + k] * d <= 0.0
             # A sum of rows may have the wrong sign where |v_r| is of the size of rounding.
-            for k in range(end - n if against > 0 else 0):
+            for k in range(count if against > 0 else 0):
                 if v_out[at + k] * d <= 0.0:
                     part = resume_segment(solution, event)
                     state = motion_in_segment(waves, part, (n + k) * dt - t[event])
                     x_out[at + k], v_out[at + k] = state
-            n = end
+            for k in range(count):
+                x_dd[at + k] = -(f + c * v_out[at + k] + w * x_out[at + k])
+            # Any wave besides those of the base varies the friction.
+            for wave in range(waves.base, waves.size):
+                sine, cosine = table[TURN_ROWS * wave], table[TURN_ROWS * wave + 1]
+                from_sine, from_cosine = turn_coefficients(waves, wave, start * dt)
+                for k in range(count):
+                    i = column + k
+                    x_dd[at + k] -= from_sine * sine[i] + from_cosine * cosine[i]
+            n += count
 
 
 @inlined
-def wave_coefficients(waves, i):
-    """Return the coefficients of the sine and cosine rows of wave i at column 0."""
+def wave_coefficients(waves, i, t):
+    """Return the coefficients of the response rows R and P of wave i, column 0 at t [s]."""
     values, wave = waves.values, WAVE_COLUMNS * i
+    omega = values[wave + OMEGA]
+    along, across = -values[wave + A], 0.0
     if values[wave + STEADY] > 0.0:
-        return values[wave + STEADY_V], values[wave + STEADY_X]
-    push = -values[wave + A]
-    return push * values[wave + COSINE] * values[wave + OMEGA], push * values[wave + SINE]
+        along, across = values[wave + IN_PHASE], values[wave + QUADRATURE]
+    angle = phase_at(values[wave + FREQUENCY], values[wave + PHASE], t)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return omega * (along * cosine - across * sine), along * sine + across * cosine
 
 
 @inlined
@@ -512,27 +554,38 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
 
 
 @compiled
-def fill_table(plant, waves, dt, table, begin, end):
-    """Write the columns `begin` to end - 1 of the table; return the number of valid columns.
+def fill_table(plant, law, waves, dt, table):
+    """Write the table of a grid: turns of the waves, free motion, responses to the waves.
 
-    The phases of the waves must be set at some time, because `set_phases` decides which waves
-    have a usable steady response.
+    Sets the phases of the waves, because `set_phases` decides which of them have a usable
+    steady response.
     """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    for k in range(begin, end):
-        s = k * dt
-        y, y_d, Y = free_response(c, w, s)
-        table[0][k], table[1][k], table[2][k] = y, y_d, Y
-        for i in range(waves.size):
-            row = FLOW_ROWS + RESPONSE_ROWS * i
-            omega = waves.values[WAVE_COLUMNS * i + OMEGA]
+    c, w, d = plant.b / plant.m, plant.k_x / plant.m, int(ZERO)
+    set_phases(waves, plant, law, 0.0, d)
+    fill_turns(waves, dt, table)
+    row = TURN_ROWS * waves.size
+    y, y_d, Y = table[row], table[row + 1], table[row + 2]
+    for k in range(FIRST_COLUMNS):
+        y[k], y_d[k], Y[k] = free_response(c, w, k * dt)
+    for k in range(FIRST_COLUMNS, GRID_COLUMNS, FIRST_COLUMNS):
+        a, a_d, a_sum = free_response(c, w, k * dt)
+        for j in range(FIRST_COLUMNS):
+            # The free motion over both times, one after the other.
+            y[k + j] = (a_d + c * a) * y[j] + a * y_d[j]
+            y_d[k + j] = a_d * y_d[j] - w * a * y[j]
+            Y[k + j] = a_sum + a * y[j] + (1.0 - w * a_sum) * Y[j]
+    for i in range(waves.size):
+        row += RESPONSE_ROWS
+        R, P, P_d = table[row], table[row + 1], table[row + 2]
+        sine, cosine = table[TURN_ROWS * i], table[TURN_ROWS * i + 1]
+        omega = waves.values[WAVE_COLUMNS * i + OMEGA]
+        for k in range(GRID_COLUMNS):
+            s = k * dt
             if waves.values[WAVE_COLUMNS * i + STEADY] > 0.0:
-                R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
-                P_d = -omega * omega * R
+                R[k], P[k] = sine[k] / omega if omega > 0.0 else s, cosine[k]
+                P_d[k] = -omega * omega * R[k]
             else:
-                R, P, P_d, _, _ = sine_response(c, w, omega, s, y, y_d)
-            table[row][k], table[row + 1][k], table[row + 2][k] = R, P, P_d
-    return max(begin, end)
+                R[k], P[k], P_d[k], _, _ = sine_response(c, w, omega, s, y[k], y_d[k])
 
 
 @inlined

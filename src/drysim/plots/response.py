@@ -491,7 +491,7 @@ def time_bounds(response: Response, part: slice) -> tuple[float, float]:
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Return the one-sided values at the events of an interval: just before and just after."""
-    if response.points(slice(0, 1)).stop is not None or response.law.is_directed:
+    if response.points(slice(0, 1)).F_stop is not None or response.law.is_directed:
         return _event_sides_at_stops(response, begin, end)
     events = response.events
     directions = np.sign(events.kind)
@@ -524,14 +524,10 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
     trajectory = cast("PiecewiseTrajectory", response.trajectory)
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
-    (m, k_x, b), law = response.plant, response.law
 
     def side(at: Floats) -> Curve:
-        x_r, v_r, _, F_f, F_stop, d = trajectory.at(at)
-        u_dd = acceleration_at(response.motion, at)
-        damper = b if law.damping is None else np.where(v_r > 0.0, *law.damping)
-        x_dd = np.where(d == 0, u_dd, -(k_x * x_r + damper * v_r + F_f + F_stop) / m)
-        return Curve(t, u_dd, x_dd, x_r, v_r, F_f)
+        x_r, v_r, _, x_dd, F_f, *_ = trajectory.at(at)
+        return Curve(t, acceleration_at(response.motion, at), x_dd, x_r, v_r, F_f)
 
     return side(np.nextafter(t, 0.0)), side(t)
 
