@@ -1,4 +1,4 @@
-"""Passages and excursions counted from turn to turn, where the answer can be seen."""
+"""Integrals over stretches of sliding, and the rules of quadrature."""
 
 from __future__ import annotations
 
@@ -7,47 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import waves_of
 
 from drysim.core import trajectory
-
-# Passages and excursions counted from turn to turn, where the answer can be seen.
-
-
-TURNS = [0.0, 3.0, -4.0, 1.0, -1.0, 5.0]
-"""Displacements at the turns of a motion that goes on to 2 [m]."""
-
-
-def test_passages_count_each_return_to_the_limit_on_either_side(
-    kernel: SimpleNamespace,
-) -> None:
-    t, turns = np.arange(6.0), np.array(TURNS)
-    count, limits = kernel.trajectory.extremes_and_crossings, kernel.model.StrokeLimits
-    scene = (t, turns, 0.0, 2.0, 6.0)
-    assert tuple(count(*scene, limits(2.5, 2.5))) == (-4.0, 5.0, 2, 3)
-    assert tuple(count(*scene, limits(4.5, 4.5))) == (-4.0, 5.0, 2, 1)
-    assert tuple(count(*scene, limits(2.5, 4.5))) == (-4.0, 5.0, 2, 2)
-    back_and_forth = np.array([3.0, -3.0, 3.0])
-    found = count(np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, limits(2.5, 2.5))
-    assert tuple(found) == (-3.0, 3.0, 1, 2)
-
-
-@pytest.mark.parametrize("repeats", [False, True])
-def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
-    kernel: SimpleNamespace, repeats: bool
-) -> None:
-    law, plant = kernel.model.CoulombLaw(1.0, 1.0), kernel.model.Plant(1.0, 0.0, 0.0)
-    waves = waves_of(kernel, [(1.0, 1.0, 0.0)], law)
-    kernel_law = kernel.modes.coulomb_kernel_law(plant, law, np.zeros(2))
-    scene = kernel.march.Scene(plant, kernel_law, waves, np.zeros(2), 7.0)
-    code = kernel.modes.encode_mode(kernel.modes.mode_of(0, 0, 0, 0))
-    still = kernel.events.Segments(*(np.full(1, x) for x in (0, 0.0, 0.3, 0.0, 0.0, code)))
-    path = still.s, still.x_r
-    scene = (kernel.trajectory.Solution(scene, still), path, 0.3, 7.0)
-    find, limits = kernel.trajectory.excursions, kernel.model.StrokeLimits
-    assert tuple(find(*scene, limits(0.2, 0.4), repeats)) == (1, 0, 0.0, 7.0)
-    assert tuple(find(*scene, limits(0.4, 0.2), repeats)) == (0, 0, -1.0, 0.0)
-
 
 # Integrals over a stretch of sliding, by few nodes where it is short.
 

@@ -112,7 +112,6 @@ from drysim.core.trajectory import (
     fill_segments,
     integrate_segments,
     peak_bumper_force,
-    state_at,
     state_in_step,
 )
 from drysim.core.variational import Deviations, propagate_deviations
@@ -224,10 +223,11 @@ class PiecewiseBlock:
         segments = Segments(*(np.asarray(column[:count]) for column in out))
         return segments, count - int(segments.n[-1] == last)
 
-    @property
+    @cached_property
     def solution(self) -> SampledSolution:
-        """A motion over samples as kernels take it."""
-        return SampledSolution(self.scene, self.samples, self.rows)
+        """The block as kernels take it."""
+        samples = empty_samples(2) if self.samples is None else self.samples
+        return SampledSolution(self.scene, samples, self.rows)
 
     def turning_points(self, dt: float) -> Path:
         """Return the changes of mode with v_r = 0, and the start."""
@@ -518,11 +518,8 @@ class PiecewiseTrajectory(BaseTrajectory):
         """Return x_r [m], v_r [m/s] and z [m] at one time [s]."""
         n = self.step_at(t)
         block: PiecewiseBlock = self.march.block_at(n)
-        if block.samples is None:
-            x_r, v_r, F_f = map(float, state_at(self.solution, t))
-        else:
-            t -= block.first * self.dt
-            x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
+        t -= block.first * self.dt
+        x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
         k_t = self.march.kernel_law.k_t
         return x_r, v_r, x_r - F_f / k_t if k_t > 0.0 else 0.0
 
@@ -594,8 +591,6 @@ class PiecewiseTrajectory(BaseTrajectory):
 
     def crossing_times(self, crossings: Crossings) -> Floats:
         """Return the times of crossings of levels [s]."""
-        if isinstance(self.motion, Sines):
-            return super().crossing_times(crossings)
         return self.march.crossing_times(self.dt, crossings)
 
     def hits(self) -> Impacts:

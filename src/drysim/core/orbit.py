@@ -62,13 +62,20 @@ from drysim.core.march import (
 from drysim.core.model import ATTRACTING_MODULUS, StrokeLimits
 from drysim.core.modes import coulomb_kernel_law
 from drysim.core.status import LOG_FULL, NOT_SETTLED, NOT_UNIQUE, OVERFLOW
-from drysim.core.trajectory import (
-    Solution,
-    excursions,
+from drysim.core.stroke import (
+    crossing_times,
     extremes_and_crossings,
+    limit_crossings,
+    stroke_side,
+    sum_excursions,
+)
+from drysim.core.trajectory import (
+    SampledSolution,
+    Solution,
     integrate_segments,
+    last_event_index,
     motion_in_segment,
-    resume_at,
+    resume_segment,
 )
 from drysim.core.variational import event_monodromy, monodromy
 
@@ -133,6 +140,10 @@ class Workspace(NamedTuple):
         Takes the events of an orbit and its end.
     deviations : Deviations
         Arrays of shape (2,).
+    crossings : Crossings
+        Takes those of the stroke limits.
+    samples : SampledMotion
+        At the ends of an orbit, not used.
     u_dd : array, shape (2,)
         Zeros: base acceleration besides the waves [m/s²].
     """
@@ -142,6 +153,8 @@ class Workspace(NamedTuple):
     log: Any
     segments: Any
     deviations: Any
+    crossings: Any
+    samples: Any
     u_dd: Any
 
 
@@ -265,7 +278,7 @@ def measure_orbit(scene, start, length, limits, work, answer):
             answer[EXCURSIONS_DOWN],
             answer[T_FIRST],
             answer[TIME_BEYOND],
-        ) = excursions(solution, (t, x_events), answer[X_END], length, limits, True)
+        ) = excursions(solution, (t, x_events), limits, work)
     a, b, c, e = monodromy(solution, work.deviations)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
     answer[STOPS] = count_stops(log, count)
@@ -287,6 +300,19 @@ def orbit_solution(scene, v_r, end, work):
     return Solution(Scene(plant, kernel_law, waves, work.u_dd, end.s), segments)
 
 
+@merged
+def excursions(solution, path, limits, work):
+    """Return the excursions of an orbit with this path, as `sum_excursions`."""
+    (scene, rows), (t, x_r), last = solution, path, len(solution.segments.n) - 1
+    end, x_end = rows.s[last], rows.x_r[last]
+    count = limit_crossings(t, x_r, x_end, end, limits, work.crossings)
+    # Each time replaces that before it.
+    times = work.crossings.low[:count]
+    crossing_times(SampledSolution(scene, work.samples, rows), work.crossings, times)
+    sides = stroke_side(x_r[0], limits), stroke_side(x_end, limits)
+    return sum_excursions(work.crossings, times, sides, end, True)
+
+
 @compiled
 def count_stops(log, events):
     """Return the number of stops among the events of a motion, however short they are.
@@ -306,9 +332,10 @@ def half_wave_change(solution, length):
     It is 0 for an orbit whose halves mirror each other. Without a spring only velocities count,
     as all positions are equivalent.
     """
-    (plant, _, waves, _, _), (_, _, x_r, v_r, _, _) = solution
-    part, s = resume_at(solution, 0.5 * length)
-    x_half, v_half = motion_in_segment(waves, part, s)
+    (plant, _, waves, _, _), (_, s, x_r, v_r, _, _) = solution
+    i = last_event_index(s, 0.5 * length)
+    part = resume_segment(solution, i)
+    x_half, v_half = motion_in_segment(waves, part, 0.5 * length - s[i])
     rate = velocity_scale_rate(plant, length)
     change = abs(x_r[0] + x_half) if plant.k_x > 0.0 else 0.0
     return max(change, abs(v_r[0] + v_half) / rate)

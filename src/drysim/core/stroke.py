@@ -17,14 +17,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compile import ZERO, compiled
+from drysim.core.compile import ZERO, compiled, merged
+from drysim.core.events import sign
 from drysim.core.roots import MAX_BISECTIONS, safeguarded_newton
-from drysim.core.trajectory import (
-    extremes_and_crossings,
-    last_event_index,
-    state_in_step,
-    stroke_side,
-)
+from drysim.core.trajectory import last_event_index, state_in_step
 
 
 class PathMeasures(NamedTuple):
@@ -89,6 +85,55 @@ def measure_path(t, x_r, window, ends, limits, peaks):
     for i in range(first):
         run_lowest, run_highest = min(run_lowest, x_r[i]), max(run_highest, x_r[i])
     return PathMeasures(lowest, highest, run_lowest, run_highest, upcrossings, entries, count)
+
+
+@merged
+def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
+    """Return the extremes of x_r and the counts of zero and limit crossings.
+
+    Parameters
+    ----------
+    t, x_r : array, shape (events,)
+        Time [s] and displacement [m] of the events; x_r is monotone between
+        them.
+    x_begin, x_end, end : float
+        Displacement at both ends of the window [m], and its end [s].
+    limits : StrokeLimits
+        Stroke limits [m]; infinite for none.
+
+    Returns
+    -------
+    lowest, highest : float
+        Extremes of x_r [m].
+    upcrossings, entries : int
+        Number of zero crossings with positive slope, and of entries of x_r into the ranges at
+        or beyond the limits.
+    """
+    lowest, highest = min(x_begin, x_end), max(x_begin, x_end)
+    upcrossings, entries = 0, 0
+    side = sign(x_begin)
+    beyond = stroke_side(x_begin, limits)
+    for i in range(len(t) + 1):
+        x = x_r[i] if i < len(t) else x_end
+        if i < len(t):
+            lowest, highest = min(lowest, x), max(highest, x)
+            if not 0.0 < t[i] < end:
+                continue
+        if x != 0.0:
+            upcrossings += side < 0 and x > 0.0
+            side = sign(x)
+        now = stroke_side(x, limits)
+        entries += now != 0 and now != beyond
+        beyond = now
+    return lowest, highest, upcrossings, entries
+
+
+@compiled
+def stroke_side(x_r, limits):
+    """Return 1 at or beyond the upper stroke limit, -1 at or beyond the lower one, else 0."""
+    if x_r >= limits.up:
+        return 1
+    return -1 if x_r <= -limits.down else 0
 
 
 @compiled
@@ -222,3 +267,45 @@ def crossing_time(solution, level, side, bracket):
         if done:
             break
     return t
+
+
+@compiled
+def sum_excursions(crossings, times, sides, end, repeats):
+    """Return the numbers of excursions to the limits, the first time and the total time.
+
+    Parameters
+    ----------
+    crossings, times : Crossings, array, shape (n,)
+        Crossings of the limits, and their times [s].
+    sides : (int, int)
+        `stroke_side` at the start and at the end.
+    end : float
+        End of the motion [s].
+    repeats : bool
+        Whether the end continues at the start, as on a periodic orbit.
+
+    Returns
+    -------
+    up, down : int
+        Number of excursions to either limit.
+    first : float
+        Time of the first one [s]; negative if there is none.
+    beyond : float
+        Total time at or beyond the limits [s].
+    """
+    before, after = sides
+    up, down = int(before > 0), int(before < 0)
+    first = 0.0 if before != 0 else -1.0
+    # The total time is the sum of the leaving times minus that of the entering times.
+    entered, left = 0.0, end if after != 0 else 0.0
+    for i in range(len(times)):
+        if crossings.enters[i] == 0.0:
+            left += times[i]
+            continue
+        entered += times[i]
+        first = times[i] if up + down == 0 else first
+        up, down = up + int(crossings.side[i] > 0.0), down + int(crossings.side[i] < 0.0)
+    # On an orbit, an excursion across the end of the period counts once.
+    if repeats and before != 0 and after == before and up + down > 1:
+        up, down = up - int(after > 0), down - int(after < 0)
+    return up, down, first, max(left - entered, 0.0)

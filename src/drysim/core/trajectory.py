@@ -95,7 +95,6 @@ from drysim.core.peak import Decay, bend, peak_of_segment
 from drysim.core.roots import (
     MAX_BISECTIONS,
     RESOLUTION,
-    safeguarded_newton,
 )
 
 # A solution, and a segment of it.
@@ -117,14 +116,14 @@ class Solution(NamedTuple):
 
 
 class SampledSolution(NamedTuple):
-    """Solution over samples.
+    """Solution over samples, or under waves alone as one step.
 
     Attributes
     ----------
     scene : Scene
         As of `core.march`.
     samples : SampledMotion
-        xi and v_r at all samples.
+        xi and v_r at all samples; not used under waves alone.
     rows : Segments
         Starts of the segments, except those that begin at a sample in the mode before.
     """
@@ -194,6 +193,20 @@ def last_event_index(t, at):
 
 
 @inlined
+def last_row_index(rows, dt, n, t):
+    """Return the index of the last row at or before a time t [s] in step n; bisection."""
+    low, high = 0, len(rows.n)
+    while high - low > 1:
+        middle = (low + high) // 2
+        m = rows.n[middle]
+        if m < n or (m == n and n * dt + rows.s[middle] <= t):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
 def segment_length(segments, dt, i):
     """Return the time from the start of segment i to that of the next, or to the step's end."""
     followed = i + 1 < len(segments.n) and segments.n[i + 1] == segments.n[i]
@@ -213,16 +226,6 @@ def resume_segment(solution, i):
     scene, segments = solution
     state = segments.x_r[i], segments.v_r[i], segments.x_0[i]
     return resume_mode(scene, (segments.n[i], segments.s[i]), state, segments.d[i])
-
-
-@inlined
-def resume_at(solution, t):
-    """Return the segment of a solution under waves that holds at t [s], and t since its start.
-
-    Where the state changes at this time, as at an impact, it is the segment after it.
-    """
-    i = last_event_index(solution.segments.s, t)
-    return resume_segment(solution, i), t - solution.segments.s[i]
 
 
 @compiled
@@ -379,30 +382,12 @@ def state_in_step(solution, n, t):
     Where the state changes at this time, as at an impact, it is that after it.
     """
     scene, samples, rows = solution
-    i = last_event_index(rows.n, n)
-    while i > 0 and rows.n[i] == n and n * scene.dt + rows.s[i] > t:
-        i -= 1
+    i = last_row_index(rows, scene.dt, n, t)
     s, xi, v_r = 0.0, samples.x_r[n], samples.v_r[n]
     if rows.n[i] == n:
         s, xi, v_r = rows.s[i], rows.x_r[i], rows.v_r[i]
     part = resume_mode(scene, (n, s), (xi, v_r, rows.x_0[i]), rows.d[i])
-    return state_in_segment(scene, part, t - (n * scene.dt + s))
-
-
-@compiled
-def state_at(solution, t):
-    """Return x_r [m], v_r [m/s] and F_f [N] of a `Solution` under waves at a time t [s].
-
-    Where the state changes at this time, as at an impact, it is that after it.
-    """
-    part, s = resume_at(solution, t)
-    return state_in_segment(solution.scene, part, s)
-
-
-@compiled
-def state_in_segment(scene, part, s):
-    """Return x_r [m], v_r [m/s] and F_f [N] at time s of a resumed segment."""
-    _, law, waves, _, _ = scene
+    s, law, waves = t - (n * scene.dt + s), scene.law, scene.waves
     state = motion_in_segment(waves, part, s)
     u_dd = base_motion(waves, part.u_0, part.slope, s)[0]
     load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
@@ -990,128 +975,3 @@ def local_force_peak(waves, part, low, high):
             break
         s = 0.5 * (low + high)
     return bumper_force_and_rate(waves, part, s)[0]
-
-
-# Peaks, crossings and excursions from the turning points.
-
-
-@merged
-def extremes_and_crossings(t, x_r, x_begin, x_end, end, limits):
-    """Return the extremes of x_r and the counts of zero and limit crossings.
-
-    Parameters
-    ----------
-    t, x_r : array, shape (events,)
-        Time [s] and displacement [m] of the events; x_r is monotone between
-        them.
-    x_begin, x_end, end : float
-        Displacement at both ends of the window [m], and its end [s].
-    limits : StrokeLimits
-        Stroke limits [m]; infinite for none.
-
-    Returns
-    -------
-    lowest, highest : float
-        Extremes of x_r [m].
-    upcrossings, entries : int
-        Number of zero crossings with positive slope, and of entries of x_r into the ranges at
-        or beyond the limits.
-    """
-    lowest, highest = min(x_begin, x_end), max(x_begin, x_end)
-    upcrossings, entries = 0, 0
-    side = sign(x_begin)
-    beyond = stroke_side(x_begin, limits)
-    for i in range(len(t) + 1):
-        x = x_r[i] if i < len(t) else x_end
-        if i < len(t):
-            lowest, highest = min(lowest, x), max(highest, x)
-            if not 0.0 < t[i] < end:
-                continue
-        if x != 0.0:
-            upcrossings += side < 0 and x > 0.0
-            side = sign(x)
-        now = stroke_side(x, limits)
-        entries += now != 0 and now != beyond
-        beyond = now
-    return lowest, highest, upcrossings, entries
-
-
-@compiled
-def stroke_side(x_r, limits):
-    """Return 1 at or beyond the upper stroke limit, -1 at or beyond the lower one, else 0."""
-    if x_r >= limits.up:
-        return 1
-    return -1 if x_r <= -limits.down else 0
-
-
-@merged
-def excursions(solution, path, x_end, end, limits, repeats):
-    """Return the numbers of excursions to the limits, the first time and the total time.
-
-    As `metrics.stroke.excursions`, within the kernel that solves a block of orbits.
-
-    Parameters
-    ----------
-    solution : Solution
-        Under waves.
-    path : (array, array)
-        Times [s] and x_r [m] of the start and the turning points.
-    x_end, end : float
-        Displacement at the end [m], and the end [s].
-    limits : StrokeLimits
-        Stroke limits [m].
-    repeats : bool
-        Whether the motion is periodic, so that an excursion at the end continues at the start.
-
-    Returns
-    -------
-    up, down : int
-        Number of excursions to either limit.
-    first : float
-        Time of the first one [s]; negative if there is none.
-    beyond : float
-        Total time at or beyond the limit [s].
-    """
-    t, x_r = path
-    begins = stroke_side(x_r[0], limits)
-    up, down = int(begins > 0), int(begins < 0)
-    first = 0.0 if begins != 0 else -1.0
-    entered, left = 0.0, 0.0
-    side = begins
-    for i in range(len(t)):
-        until = t[i + 1] if i + 1 < len(t) else end
-        x = x_r[i + 1] if i + 1 < len(t) else x_end
-        now = stroke_side(x, limits)
-        if now == side:
-            continue
-        # The total time is the sum of the leaving times minus that of the entering times.
-        if side != 0:
-            level = limits.up if side > 0 else -limits.down
-            left += level_crossing_time(solution, level, t[i], until, x > x_r[i])
-        if now != 0:
-            level = limits.up if now > 0 else -limits.down
-            at = level_crossing_time(solution, level, t[i], until, x > x_r[i])
-            entered += at
-            first = at if up + down == 0 else first
-            up, down = up + int(now > 0), down + int(now < 0)
-        side = now
-    if side != 0:
-        left += end
-    # On an orbit, an excursion across the end of the period counts once.
-    if repeats and begins != 0 and side == begins and up + down > 1:
-        up, down = up - int(side > 0), down - int(side < 0)
-    return up, down, first, left - entered
-
-
-@compiled
-def level_crossing_time(solution, level, lo, hi, rising):
-    """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m]."""
-    waves, at, side = solution.scene.waves, 0.5 * (lo + hi), 1.0 if rising else -1.0
-    for _ in range(MAX_BISECTIONS):
-        part, s = resume_at(solution, at)
-        xi, v = motion_in_segment(waves, part, s)
-        gap = level - part.x_origin - xi
-        lo, hi, at, done = safeguarded_newton(lo, hi, at, side * gap, -side * v)
-        if done:
-            break
-    return at

@@ -120,7 +120,7 @@ def break_away_factor(d, k, away, approach):
     return away * d * k / approach if approach != 0.0 else math.inf
 
 
-# Coulomb friction under waves: the events are the solution.
+# Coulomb friction under waves, from its events.
 
 
 @compiled
@@ -145,6 +145,11 @@ def event_monodromy(scene, length, rate, d, first, events):
     a, b, c, e : float
         Derivatives of x_r and v_r/rate at the end with respect to x_r (a, c) and to v_r/rate
         (b, e) at the start; infinite where the motion grazes.
+
+    Notes
+    -----
+    For searches, which need it after every period: `propagate_deviations` finds the same from
+    the segments of any law, but would make the search for an orbit slower by a tenth.
     """
     plant, law, waves, log = scene
     damping = plant.b / plant.m

@@ -56,23 +56,18 @@ def excursions(
     -----
     Between two turning points a limit is passed at most once, so that no excursion is missed.
     """
+    from drysim.core.stroke import Crossings, sum_excursions
+
     path, end = trajectory.path, trajectory.end
     x_end = float(trajectory.state(end).x_r)
     if limits.up > max(path.x_r.max(), x_end) and -limits.down < min(path.x_r.min(), x_end):
         return Excursions(0, 0, None, 0.0)
-    first, last = int(limits.side(path.x_r[0])), int(limits.side(x_end))
     crossings = crossings_of(path, x_end, end, limits)
-    times, enters = trajectory.crossing_times(crossings), crossings.enters == 1.0
-    sides = crossings.side[enters]
-    up = int(np.count_nonzero(sides > 0.0)) + int(first > 0)
-    down = int(np.count_nonzero(sides < 0.0)) + int(first < 0)
-    begins = np.append(times[enters], [0.0] * abs(first))
-    ends = np.append(times[~enters], [end] * abs(last))
-    beyond = max(float(ends.sum() - begins.sum()), 0.0)
-    # On an orbit, an excursion at the end and one at the start are the same.
-    if repeats and first and first == last and up + down > 1:
-        up, down = up - int(last > 0), down - int(last < 0)
-    return Excursions(up, down, float(begins.min()), beyond)
+    times = as_engine_array(trajectory.crossing_times(crossings))
+    sides = int(limits.side(path.x_r[0])), int(limits.side(x_end))
+    columns = Crossings(*map(as_engine_array, crossings))
+    up, down, first, beyond = sum_excursions(columns, times, sides, end, repeats)
+    return Excursions(up, down, first, beyond)
 
 
 def crossings_of(path: Path, x_end: float, end: float, limits: StrokeLimits) -> Crossings:

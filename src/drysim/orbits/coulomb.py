@@ -13,7 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import LOG_LENGTH, empty_columns, empty_log, make_waves
+from drysim.approach.scene import (
+    LOG_LENGTH,
+    empty_columns,
+    empty_log,
+    empty_samples,
+    make_waves,
+)
 from drysim.approach.solution import Floats, Orbit
 from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
@@ -22,6 +28,7 @@ from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
 from drysim.core.march import initial_slip_state
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
 from drysim.core.status import Status
+from drysim.core.stroke import Crossings
 from drysim.core.variational import Deviations
 
 MAX_PERIODS = 5_000
@@ -113,8 +120,16 @@ def workspace(columns: int) -> orbit.Workspace:
     """Return the work space of `solve_orbits` for scenes with so many columns."""
     log, segments = empty_log(LOG_LENGTH), empty_columns(Segments, LOG_LENGTH + 1)
     deviations = Deviations(*(as_engine_array(np.zeros(2)) for _ in range(3)))
-    values, u_dd = scene_buffer(columns), as_engine_array(np.zeros(2))
-    return orbit.Workspace(values, period_buffers(), log, segments, deviations, u_dd)
+    return orbit.Workspace(
+        scene_buffer(columns),
+        period_buffers(),
+        log,
+        segments,
+        deviations,
+        empty_columns(Crossings, 2 * LOG_LENGTH),
+        empty_samples(2),
+        as_engine_array(np.zeros(2)),
+    )
 
 
 def scene_buffer(columns: int) -> Any:
