@@ -186,15 +186,7 @@ def measure_steps(solution, steps, window, runs, sums, forms):
                 if summed and lowest <= n < highest and (rests or short):
                     forces, base = run_forces(plant, law, d, x_0), base_at(u_dd, dt, n, s)
                     slide = Slide(forces, factors[group_of(forces)])
-                    if rests:
-                        part, highest_part = integrate_hold(
-                            plant, law, forces.origin + state[0], base, length
-                        )
-                        peak = max(peak, highest_part)
-                    else:
-                        part, peak = integrate_slide(
-                            plant, law, slide, base, state, length, peak
-                        )
+                    part, peak = integrate_simple(plant, law, slide, base, state, length, peak)
                     total = add_segment_sums(total, part)
                 else:
                     total, peak = add_segment(
@@ -255,7 +247,7 @@ def rest_sums(plant, law, x_r, u2, low, high, length):
 
 
 @compiled
-def integrate_hold(plant, law, x_r, base, length):
+def integrate_rest_of_step(plant, law, x_r, base, length):
     """Return the integrals over a part of a step at rest, and its largest |x_dd| [m/s²]."""
     u_0, u_1 = base.u_0, base.u_0 + base.slope * length
     u2 = length * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1) / 3.0
@@ -267,10 +259,10 @@ def integrate_hold(plant, law, x_r, base, length):
 
 
 @compiled
-def integrate_slide(plant, law, slide, base, state, length, peak):
-    """Integrate a short segment of motion under a constant normal force, without stops.
+def integrate_simple(plant, law, slide, base, state, length, peak):
+    """Integrate rest, or a short motion without stops, under a constant normal force.
 
-    As `integrate_part` and `peak_in_segment`, by the power series of the velocity.
+    As `integrate_part` and `peak_in_segment`; a motion by the power series of its velocity.
 
     Parameters
     ----------
@@ -285,6 +277,11 @@ def integrate_slide(plant, law, slide, base, state, length, peak):
         Largest |x_dd| before [m/s²].
     """
     (forces, factors), (t, u_0, slope), m = slide, base, plant.m
+    if forces.d == 0.0:
+        sums, highest = integrate_rest_of_step(
+            plant, law, forces.origin + state[0], base, length
+        )
+        return sums, max(peak, highest)
     c, w = forces.c, forces.spring + forces.hold
     x_0, v_0 = forces.origin + state[0], state[1]
     y_0 = c * v_0 + (forces.spring * x_0 + (forces.hold * (x_0 - forces.x_0) + forces.f))
@@ -478,7 +475,7 @@ class RunForces(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """A mode in motion under a constant normal force: its forces and its power series."""
+    """A mode under a constant normal force: its forces, and its power series in motion."""
 
     forces: RunForces
     factors: SeriesFactors

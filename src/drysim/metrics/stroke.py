@@ -181,7 +181,9 @@ def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | Non
     if len(heights) < MIN_HALF_CYCLES * sides // 2:
         return None
     count = max(MIN_TAIL_PEAKS * sides // 2, int(TAIL_SHARE * len(heights)))
-    squares = np.square(np.sort(heights)[-count - 1 :])
-    excess = float(np.mean(squares[1:] - squares[0]))
+    ascending = heights.copy()
+    ascending.sort()
+    squares = np.square(ascending[-count - 1 :])
+    excess = float((squares[1:] - squares[0]).sum()) / count
     often = max(math.log(count * HOUR / length), 0.0)
     return math.sqrt(float(squares[0]) + excess * often)
