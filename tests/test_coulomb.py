@@ -699,6 +699,22 @@ def test_grid_has_the_states_between_the_events(scene):
     for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
         assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
     assert np.abs(found.u_dd - base_acceleration(motion, found.t)).max() < 1e-13
+    forces = plant.m * found.x_dd, plant.b * found.v_r, plant.k_x * found.x_r, found.F_f
+    assert np.abs(sum(forces)).max() <= 1e-13 * max(np.abs(force).max() for force in forces)
+    assert (found.x_dd[found.stuck] == found.u_dd[found.stuck]).all()
+
+
+@pytest.mark.parametrize("law", LAWS | PIECEWISE)
+def test_points_at_samples_obey_newton_and_are_those_of_the_motion_there(law, motion):
+    found = StickSlip().solve(PARTS_PLANT, (LAWS | PIECEWISE)[law], motion, START, STEP, 9.7)
+    (m, k_x, b), damping = PARTS_PLANT, found.law.damping
+    b = b if damping is None else np.where(found.v_r > 0.0, *damping)
+    forces = m * found.x_dd, b * found.v_r, k_x * found.x_r, found.F_f, found.F_stop
+    assert np.abs(sum(forces)).max() <= 1e-13 * max(np.abs(force).max() for force in forces)
+    states = np.array([found.trajectory.state(t)[:2] for t in found.t.tolist()])
+    for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
+        assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
+    assert (found.x_dd[found.stuck] == found.u_dd[found.stuck]).all()
 
 
 def test_friction_only_takes_at_every_point_also_where_the_motion_dies_out():

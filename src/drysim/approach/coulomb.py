@@ -198,7 +198,8 @@ class SlipMarch(PiecewiseMarch):
         n, (s, x_r, v_r, x_0) = np.zeros(count + 1, np.int64), np.zeros((4, count + 1))
         s[:count], x_r[:count], v_r[0] = t, x, v_0
         s[count], x_r[count], v_r[count], d, _, closest = end
-        codes = CODES[np.sign(np.append(kind, d))]
+        codes = np.full(count + 1, CODES[d])
+        codes[:count] = CODES[np.sign(kind)]
         rows, log = Segments(n, s, x_r, v_r, x_0, codes), EventLog(n[:count], t, kind, x, F_L)
         scene = Scene(self.plant, self.kernel_law, self.waves, as_engine_array(u_dd), end.s)
         self.cached[number] = PiecewiseBlock(0, u_dd, None, rows, log, scene)
@@ -212,10 +213,14 @@ class SlipTrajectory(PiecewiseTrajectory):
 
     def points(self, dt: float, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1 of a grid with step dt [s]."""
+        v_0, events, _ = self.march.checkpoints[0]
+        contact, waves = self.law.without_stops, self.march.waves
+        columns = map(as_engine_array, (events.t, events.kind, events.x_r))
         x_r, v_r, x_dd = as_engine_array(np.empty((3, last - first)))
         points = Points(x_r, v_r, as_engine_array(np.empty(last - first, np.int8)), x_dd)
-        table = as_engine_array(np.empty(table_shape(self.march.waves.size)))
-        sample_coulomb_grid(self.solution, first, dt, table, points[:4])
+        table = as_engine_array(np.empty(table_shape(waves.size)))
+        scene = self.plant, contact, waves
+        sample_coulomb_grid(scene, (*columns, v_0), first, dt, table, points[:4])
         return as_arrays(points)
 
 

@@ -213,10 +213,10 @@ class PiecewiseBlock:
 
         Where the block goes on, the start of the next segment follows.
         """
-        begin, end = np.searchsorted(self.rows.n, (first, last)).tolist()
         if self.samples is None:
-            rows = Segments(*(column[begin : end + 1] for column in self.rows))
-            return rows, end - begin
+            # One step holds all of them.
+            return self.rows, len(self.rows.n)
+        begin, end = np.searchsorted(self.rows.n, (first, last)).tolist()
         out = empty_columns(Segments, last - first + 1 + end - begin)
         rows = Segments(*map(as_engine_array, self.rows))
         count = fill_segments(rows, self.samples, begin, (first, last), out)

@@ -44,6 +44,7 @@ from drysim.core.forcing import (
     TURN_ROWS,
     WAVE_COLUMNS,
     A,
+    Equation,
     base_motion,
     fill_turns,
     motion_at,
@@ -70,7 +71,6 @@ from drysim.core.modes import (
     bumper_force,
     chatter_mean_square,
     contact_force,
-    coulomb_limits,
     decode_mode,
     friction_and_stop_forces,
     is_rigid_slip,
@@ -411,13 +411,15 @@ def table_shape(size: int) -> tuple[int, int]:
 
 
 @compiled
-def sample_coulomb_grid(solution, first, dt, table, out):
-    """Write a solution with Coulomb friction under waves at the grid points n·dt.
+def sample_coulomb_grid(scene, events, first, dt, table, out):
+    """Write a motion with Coulomb friction under waves at the grid points n·dt.
 
     Parameters
     ----------
-    solution : Solution
-        Of a rigid contact that is the same in both directions and never meets an end stop.
+    scene : (Plant, CoulombLaw, Waves)
+    events : tuple
+        Time [s], kind and x_r [m] of the events as arrays, of which the first is the start; and
+        v_r there [m/s], which is 0 at every later event.
     first : int
         Index of the first grid point.
     dt : float
@@ -434,8 +436,8 @@ def sample_coulomb_grid(solution, first, dt, table, out):
     event and not from `first`. The result is therefore independent of the blocks in which a
     grid is written.
     """
-    (plant, kernel_law, waves, _, _), (_, t, x_r, v_r, _, codes) = solution
-    law, (x_out, v_out, d_out, x_dd) = coulomb_limits(kernel_law, 1), out
+    (plant, law, waves), (t, kind, x_r, v_first) = scene, events
+    x_out, v_out, d_out, x_dd = out
     c, w, last = plant.b / plant.m, plant.k_x / plant.m, first + len(d_out)
     event, n = last_event_index(t, first * dt), first
     fill_table(plant, law, waves, dt, table)
@@ -444,7 +446,7 @@ def sample_coulomb_grid(solution, first, dt, table, out):
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
-        d = decode_mode(codes[event]).direction
+        d = sign(kind[event])
         until = last
         if event + 1 < len(t):
             until = min(until, grid_index_before(t[event + 1], dt) + 1)
@@ -455,14 +457,13 @@ def sample_coulomb_grid(solution, first, dt, table, out):
             n = until
             continue
         begin = grid_index_before(t[event], dt) + 1
-        f = d * law.F_fk / plant.m
+        v_r, f = v_first if event == 0 else 0.0, d * law.F_fk / plant.m
         set_phases(waves, plant, law, t[event], d)
         while n < until:
             # Column 0 of the table is grid point `start`.
             start = n - (n - begin) % GRID_COLUMNS
             count = min(until, start + GRID_COLUMNS) - n
-            s = start * dt - t[event]
-            x, v = transient_state(c, w, waves, x_r[event], v_r[event], -f, s)
+            x, v = transient_state(c, w, waves, x_r[event], v_r, -f, start * dt - t[event])
             push = -f - w * x
             column, at = n - start, n - first
             if column < 0 or at < 0:
@@ -487,9 +488,9 @@ def sample_coulomb_grid(solution, first, dt, table, out):
             # A sum of rows may have the wrong sign where |v_r| is of the size of rounding.
             for k in range(count if against > 0 else 0):
                 if v_out[at + k] * d <= 0.0:
-                    part = resume_segment(solution, event)
-                    state = motion_in_segment(waves, part, (n + k) * dt - t[event])
-                    x_out[at + k], v_out[at + k] = state
+                    equation, s = Equation(c, w, -f, 0.0), (n + k) * dt - t[event]
+                    state = motion_at(equation, waves, x_r[event], v_r, s)
+                    x_out[at + k], v_out[at + k] = state[:2]
             for k in range(count):
                 x_dd[at + k] = -(f + c * v_out[at + k] + w * x_out[at + k])
             # Any wave besides those of the base varies the friction.
