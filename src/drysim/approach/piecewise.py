@@ -573,22 +573,6 @@ class PiecewiseTrajectory(BaseTrajectory):
         n = 3 if self.law.is_elastic else 2
         return np.array(deviations)[:n, :n]
 
-    def jacobian(self) -> tuple[float, float] | None:
-        """Return trace and determinant of the derivative of the final state by the first one.
-
-        Of the three multipliers of an elastic contact one is trivial and left out: 0 of a
-        contact that yields, as it forgets where it was, and 1 of one that never does. None
-        where the motion grazes a stop or v_r = 0.
-        """
-        M = self.monodromy()
-        if not np.isfinite(M).all():
-            return None
-        if keeps_anchor(M):
-            M = M[:2, :2]
-        pairs = ((0, 1), (0, 2), (1, 2))[: 1 if len(M) == 2 else 3]
-        minors = [float(M[i, i] * M[j, j] - M[i, j] * M[j, i]) for i, j in pairs]
-        return float(np.trace(M)), sum(minors)
-
     def crossing_times(self, crossings: Crossings) -> Floats:
         """Return the times of crossings of levels [s]."""
         return self.march.crossing_times(self.dt, crossings)
@@ -617,11 +601,3 @@ def decoded(code: int) -> Mode:
     """Return an encoded mode."""
     mode: Mode = decode_mode(code)
     return mode
-
-
-# Laws as kernels take them, and what follows from events.
-
-
-def keeps_anchor(monodromy: Floats) -> bool:
-    """Return whether an elastic contact never yields, from a derivative by `monodromy`."""
-    return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())

@@ -304,6 +304,13 @@ class Trajectory(Protocol):
     def chatter(self, begin: float, end: float) -> float:
         """Return the share of a window with two sign changes of v_r in four steps [-]."""
 
+    def monodromy(self) -> Floats:
+        """Return the derivative of the final state by the first one, shape (n, n).
+
+        The state is x_r [m], v_r [m/s] and, with an elastic contact, the x_r at which that
+        carries no force [m]. NaN where it is not known in closed form.
+        """
+
     def jacobian(self) -> tuple[float, float] | None:
         """Return trace and determinant of the derivative of the final state by the first one.
 
@@ -340,6 +347,11 @@ class ExactTrajectory(Trajectory, Protocol):
 
     def error(self, grid: Grid) -> float | None:
         """Return the estimated error of x_r on a grid relative to its peak [-], or None."""
+
+
+def keeps_anchor(monodromy: Floats) -> bool:
+    """Return whether an elastic contact never yields, from a derivative by `monodromy`."""
+    return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())
 
 
 class BaseTrajectory:
@@ -381,9 +393,25 @@ class BaseTrajectory:
             times[i] = t
         return times
 
+    def monodromy(self) -> Floats:
+        """Return NaN: the derivative of the final state is not known in closed form."""
+        return np.full((2, 2), math.nan)
+
     def jacobian(self) -> tuple[float, float] | None:
-        """Return None: it is not known in closed form."""
-        return None
+        """Return trace and determinant of the derivative of the final state by the first one.
+
+        Of the three multipliers of an elastic contact one is trivial and left out: 0 of a
+        contact that yields, as it forgets where it was, and 1 of one that never does. None
+        where the motion grazes a stop or v_r = 0, and where no closed form is known.
+        """
+        M = self.monodromy()
+        if not np.isfinite(M).all():
+            return None
+        if keeps_anchor(M):
+            M = M[:2, :2]
+        pairs = ((0, 1), (0, 2), (1, 2))[: 1 if len(M) == 2 else 3]
+        minors = [float(M[i, i] * M[j, j] - M[i, j] * M[j, i]) for i, j in pairs]
+        return float(np.trace(M)), sum(minors)
 
     def error(self, grid: Grid) -> float | None:
         """Return None: a closed form has no error but rounding."""

@@ -35,8 +35,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach import taylor
-from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
-from drysim.approach.solution import Trajectory
+from drysim.approach.piecewise import PiecewiseTrajectory
+from drysim.approach.solution import Trajectory, keeps_anchor
 from drysim.approach.taylor import TaylorTrajectory
 from drysim.core.events import CONTACT, IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
@@ -271,7 +271,7 @@ class ShootingReturnMap:
         peak = float(np.abs(path_of(trajectory)).max())
         counts = event_counts(scene.law, trajectory)
         events = trajectory.events.t[1:] / scene.period
-        if not isinstance(trajectory, TaylorTrajectory):
+        if not isinstance(scene.law, DynamicLaw):
             jacobian = closed_form_jacobian(trajectory, repetition)
             grazes = not np.isfinite(jacobian).all()
             return None if grazes else Image(end, lambda: (jacobian, 0.0), counts, events, peak)
@@ -443,7 +443,7 @@ class ShootingReturnMap:
         return not path_of(self.march(scene, rest, Repetition())[1]).any()
 
 
-def closed_form_jacobian(trajectory: PiecewiseTrajectory, repetition: Repetition) -> Floats:
+def closed_form_jacobian(trajectory: Trajectory, repetition: Repetition) -> Floats:
     """Return the derivative of the components at the end by those at the start."""
     jacobian = trajectory.monodromy()
     if len(jacobian) == 3:

@@ -43,8 +43,7 @@ import numpy as np
 
 from drysim.approach import exact, piecewise
 from drysim.approach.coulomb import sine_trajectory
-from drysim.approach.piecewise import PiecewiseTrajectory, keeps_anchor
-from drysim.approach.solution import Orbit
+from drysim.approach.solution import Orbit, keeps_anchor
 from drysim.core.events import IMPACT, REVERSAL, SLIP, STICK
 from drysim.core.model import (
     ATTRACTING_MODULUS,
@@ -75,7 +74,8 @@ from drysim.orbits.coulomb import find_coulomb_orbit
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from drysim.approach.solution import Floats, Path
+    from drysim.approach.piecewise import PiecewiseTrajectory
+    from drysim.approach.solution import Floats, Path, Trajectory
     from drysim.approach.taylor import TaylorTrajectory
 
 
@@ -203,7 +203,8 @@ def march_to_orbit(
         path = trajectory.path
         sizes, end = state_scales(trajectory, path, period), trajectory.state(period)
         events = int(np.isin(np.abs(trajectory.events.kind[1:]), CONTACT_EVENTS).sum())
-        if convergence.add(end, sizes, events, closed_form(trajectory)):
+        closed_form = None if isinstance(law, DynamicLaw) else trajectory
+        if convergence.add(end, sizes, events, closed_form):
             periods, peak = periods + 1, max(peak, sizes[0])
             change, multiple = convergence.repetition()
             if change <= convergence.closed or periods >= most:
@@ -390,13 +391,6 @@ def perturbed_state(state: AnyState, part: int, size: float) -> tuple[AnyState, 
     return State(x_r, v_r), step
 
 
-def closed_form(
-    trajectory: PiecewiseTrajectory | TaylorTrajectory,
-) -> PiecewiseTrajectory | None:
-    """Return a trajectory whose monodromy is known in closed form; None of a dynamic law."""
-    return trajectory if isinstance(trajectory, PiecewiseTrajectory) else None
-
-
 def closure_tolerance(law: PiecewiseLaw | DynamicLaw) -> float:
     """Return the scaled change over a repetition that counts as zero [-]."""
     if isinstance(law, DynamicLaw):
@@ -501,7 +495,7 @@ class OrbitConvergence:
         self.quiet_repetitions, self.moved = quiet_repetitions, False
         self.eventless_periods = 0
         self.period_ends: list[AnyState] = []
-        self.trajectories: list[PiecewiseTrajectory] = []
+        self.trajectories: list[Trajectory] = []
         self.scale: Sequence[float] = ()
         self.gain, self.patience = 1.0, 1
         self.step: Step | None = None
@@ -511,7 +505,7 @@ class OrbitConvergence:
         end: AnyState,
         largest: Sequence[float],
         events: int = 0,
-        trajectory: PiecewiseTrajectory | None = None,
+        trajectory: Trajectory | None = None,
     ) -> bool:
         """Add the state at the end of a period, and the scale of each component in it.
 

@@ -306,10 +306,10 @@ def draw_limit(
 
 def stop_impacts(response: Response) -> list[tuple[float, float]]:
     """Return time [s] and x_r [m] of every impact on an end stop."""
-    law, trajectory = response.law, cast("PiecewiseTrajectory", response.trajectory)
-    if law.stops is None:
+    stops, trajectory = response.law.stops, response.trajectory
+    if stops is None or trajectory is None:
         return []
-    (t, v_r), limits = trajectory.hits(), law.stops.limits
+    (t, v_r), limits = trajectory.hits(), stops.limits
     x_r = np.where(v_r > 0.0, limits.up, -limits.down)
     return list(zip(t.tolist(), x_r.tolist(), strict=True))
 
