@@ -23,6 +23,7 @@ from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
 from drysim.study.outcome import Outcome, Result, count_verdicts, format_metrics, format_repr
 from drysim.study.plan import CaseRange
+from drysim.study.run import MotionCache
 from drysim.study.statistics import (
     FAILED,
     OK,
@@ -175,9 +176,12 @@ def solve(
     scenario, seeds = case.scenario, seed_range(case.scenario)
     compile.choose_engine(case.work * len(seeds), case.kernels)
 
+    motions = MotionCache()
+
     def solve_one(case_range: CaseRange) -> Batch:
         chosen = seeds[case_range.begin : case_range.end]
-        return Batch.of(case_range.first, [plan.solve_seed(case, seed) for seed in chosen])
+        rows = [plan.solve_seed(case, seed, motions) for seed in chosen]
+        return Batch.of(case_range.first, rows)
 
     threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(case)
     with closing(solve_ranges(ranges, solve_one, threads, store, finished)) as found:

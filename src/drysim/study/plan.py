@@ -28,7 +28,6 @@ from drysim.core.model import (
     NO_LIMITS,
     AnyState,
     Plant,
-    Samples,
     Sines,
     State,
     StrokeLimits,
@@ -53,15 +52,12 @@ from drysim.scenario.sampling import LazySequence
 from drysim.study.case import (
     Case,
     assemble,
-    base_motion,
     case_error,
     combined_sha256,
     response_memory,
-    signal_sha256,
 )
 from drysim.study.run import (
     MotionCache,
-    MotionSource,
     solve_row,
     solve_row_from,
     try_case,
@@ -270,7 +266,7 @@ def solve_case(
     seeds = seed_range(scenario)
     case = assemble(scenario, motions.of(with_seed(scenario, seeds[0])))
     solved = map_in_order(
-        lambda seed: solve_seed(case, seed, motions.of), seeds, case_workers.seeds
+        lambda seed: solve_seed(case, seed, motions), seeds, case_workers.seeds
     )
     with closing(solved):
         for row in needed_seeds(scenario, solved):
@@ -280,7 +276,7 @@ def solve_case(
     return mean_row(scenario, point, rows)
 
 
-def solve_seed(case: Case, seed: int, motion_of: MotionSource = base_motion) -> Row:
+def solve_seed(case: Case, seed: int, motions: MotionCache) -> Row:
     """Return the row of one seed; a numerical failure becomes a status.
 
     Parameters
@@ -288,15 +284,13 @@ def solve_seed(case: Case, seed: int, motion_of: MotionSource = base_motion) -> 
     case : Case
         Case of any seed: the base motion is all that differs.
     seed : int
-    motion_of : callable, optional
-        Returns the base motion of a scenario.
+    motions : MotionCache
     """
-    scenario, law = case.scenario, case.law
-    motion = motion_of(with_seed(scenario, seed))
-    assert isinstance(motion, Samples), "random motion is sampled"
+    law, one_seed = case.law, with_seed(case.scenario, seed)
+    motion = motions.of(one_seed)
     found, _ = try_case(replace(case, motion=motion))
-    sha256 = signal_sha256(motion.u_dd)
-    return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
+    sha256 = motions.sha256_of(one_seed, motion)
+    return Row({SEED_KEY: seed}, case.scenario.label, law.F_fk, law.F_fs, *found, sha256)
 
 
 def mean_row(scenario: Scenario, point: Point, rows: Sequence[Row]) -> Row:

@@ -37,6 +37,7 @@ from drysim.study.case import (
     base_motion,
     resonance_width,
     segment_length,
+    signal_sha256,
     swept_files,
 )
 from drysim.study.outcome import Outcome
@@ -319,9 +320,10 @@ MAX_CACHED_BYTES = 256e6
 
 @dataclass
 class MotionCache:
-    """Base motions of the latest cases, shared by threads."""
+    """Base motions of the latest cases and their hashes, shared by threads."""
 
     cached: dict[object, Sines | Samples] = field(default_factory=dict)
+    hashes: dict[object, str] = field(default_factory=dict)
     max_size: int = MAX_CACHED_MOTIONS
     lock: Lock = field(default_factory=Lock)
 
@@ -341,11 +343,25 @@ class MotionCache:
         motion = self.cached.get(wanted)
         if motion is None:
             motion = base_motion(scenario)
-            with self.lock:
-                self.cached[wanted] = motion
-                while len(self.cached) > self.max_size:
-                    del self.cached[next(iter(self.cached))]
+            self._keep(self.cached, wanted, motion)
         return motion
+
+    def sha256_of(self, scenario: Scenario, motion: Sines | Samples) -> str:
+        """Return the SHA-256 (hex) of a scenario's base acceleration, which is in samples."""
+        wanted = motion_key(scenario)
+        found = self.hashes.get(wanted)
+        if found is None:
+            assert isinstance(motion, Samples), "only samples are hashed"
+            found = signal_sha256(motion.u_dd)
+            self._keep(self.hashes, wanted, found)
+        return found
+
+    def _keep(self, kept: dict[object, Any], key: object, value: object) -> None:
+        """Keep a value in one of the two, and no more than `max_size`."""
+        with self.lock:
+            kept[key] = value
+            while len(kept) > self.max_size:
+                del kept[next(iter(kept))]
 
 
 def motion_key(scenario: Scenario) -> tuple[object, ...]:
