@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from drysim.approach import APPROACHES, Approach
+from drysim.approach.base_motion import count_grid_points
 from drysim.approach.fixed_step import Moreau, Signum, Smooth, Switch
-from drysim.approach.scene import count_grid_points
 from drysim.approach.simulate import simulate
 from drysim.approach.solution import Response, Trajectory
 from drysim.approach.stick_slip import StickSlip

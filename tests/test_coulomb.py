@@ -10,7 +10,7 @@ from hang import no_hang
 from law_scenes import elastic_law, separating_law, stopped_law
 
 import drysim
-from drysim.approach import coulomb, exact, piecewise, scene
+from drysim.approach import coulomb, exact, piecewise, progress
 from drysim.approach import coulomb as marching
 from drysim.approach import solution as responses
 from drysim.approach.stick_slip import StickSlip, Viscous
@@ -573,7 +573,7 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
 
 def test_blocks_begin_where_a_march_may_be_handed_over():
     assert BLOCK_SIZE % CHUNK == 0
-    assert scene.SAMPLES_PER_CALL % CHUNK == 0
+    assert coulomb.SAMPLES_PER_CALL % CHUNK == 0
 
 
 def test_any_stretch_of_a_march_can_be_had(motion, small):
@@ -772,8 +772,8 @@ def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
 
 def test_motion_under_sines_with_more_events_than_memory_holds_is_refused(monkeypatch):
     """A motion whose events crowd must end in a message, not fill the memory."""
-    monkeypatch.setattr(scene, "MAX_EVENTS", 1_500)
-    monkeypatch.setattr(scene, "MAX_EVENTS_PER_INTERVAL", 0)
+    monkeypatch.setattr(progress, "MAX_EVENTS", 1_500)
+    monkeypatch.setattr(progress, "MAX_EVENTS_PER_INTERVAL", 0)
     law, base = CoulombLaw(15.0, 15.0), Sines((2.0,), (1.6,), (0.0,))
     with pytest.raises(SolverError, match="too many events: "):
         StickSlip().trajectory(Plant(75.0, 7500.0, 500.0), law, base, State(0.0, 0.0), 2e3)

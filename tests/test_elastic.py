@@ -14,8 +14,8 @@ from paths import measured_path
 from reference import assert_agrees, peak
 
 from drysim.approach import piecewise
+from drysim.approach.buffers import empty_columns, empty_log, empty_samples
 from drysim.approach.piecewise import PiecewiseTrajectory, mode_steps_table, to_kernel
-from drysim.approach.scene import empty_columns, empty_log, empty_samples
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.events import SLIP, STICK, Segments
 from drysim.core.forcing import Waves

@@ -12,7 +12,7 @@ from invariants import Invariants
 from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
-from drysim.approach.scene import make_waves
+from drysim.approach.base_motion import make_waves
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.taylor import compute_trajectory, initial_checkpoint, workspace
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop

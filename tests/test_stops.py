@@ -412,9 +412,9 @@ def test_without_friction_turning_points_are_no_events():
 
 def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch):
     """Pressed for long and braked by nothing but the damper, it hits the stop ever faster."""
-    from drysim.approach import scene
+    from drysim.approach import progress
 
-    monkeypatch.setattr(scene, "MAX_EVENTS", 2_000)
+    monkeypatch.setattr(progress, "MAX_EVENTS", 2_000)
     law = stopped_law(0.0, 0.0, 0.01, e=1.0)
     pressed = Samples(np.full(101, -5.0), 1.0)
     with pytest.raises(SolverError, match="too many events: "):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from drysim.approach.scene import check_progress
+from drysim.approach.progress import check_progress
 from drysim.core import status
 from drysim.core.events import MAX_EVENTS_PER_STEP
 from drysim.core.status import Status

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drysim.approach.scene import empty_columns
+from drysim.approach.buffers import empty_columns
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
 from drysim.core.sampled import SampledMotion

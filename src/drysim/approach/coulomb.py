@@ -30,26 +30,29 @@ from functools import cached_property
 
 import numpy as np
 
-from drysim.approach.piecewise import PiecewiseBlock, PiecewiseMarch, PiecewiseTrajectory
-from drysim.approach.scene import (
-    SAMPLES_PER_CALL,
+from drysim.approach.base_motion import (
+    initial_base_acceleration,
+    last_sample_indices,
+    make_waves,
+    run_duration,
+    wave_values,
+)
+from drysim.approach.buffers import (
     as_arrays,
-    check_event_count,
-    check_progress,
-    count_intervals,
     empty_log,
     empty_samples,
     enlarge_column,
     enlarge_columns,
-    grid_times,
-    initial_event,
-    last_sample_indices,
-    make_waves,
-    run_duration,
-    to_kernel,
-    wave_values,
     write_first_row,
 )
+from drysim.approach.grid import grid_times
+from drysim.approach.piecewise import (
+    PiecewiseBlock,
+    PiecewiseMarch,
+    PiecewiseTrajectory,
+    to_kernel,
+)
+from drysim.approach.progress import check_event_count, check_progress, count_intervals
 from drysim.approach.solution import (
     BlockwiseMarch,
     Events,
@@ -58,12 +61,8 @@ from drysim.approach.solution import (
     MarchedTrajectory,
 )
 from drysim.core.compile import as_engine_array, python_of
-from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments
-from drysim.core.forcing import (
-    SCENE_COLUMNS,
-    WAVE_COLUMNS,
-    Waves,
-)
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, initial_direction
+from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Waves
 from drysim.core.march import (
     Interval,
     MarchState,
@@ -287,6 +286,23 @@ class SampledTrajectory(MarchedTrajectory):
         totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
         known = None if self.law.variation else peak
         return totals._replace(violation=violation, x_dd_peak=known)
+
+
+SAMPLES_PER_CALL = 4_000_000
+"""Samples per kernel call; between calls Python can handle an interrupt."""
+
+
+def initial_event(
+    plant: Plant, law: CoulombLaw, motion: Sines | Samples, start: AnyState
+) -> tuple[EventLog, float]:
+    """Return the state at t = 0 as a row of an event log, and the margin of its mode [-].
+
+    The margin is infinite where no force acts.
+    """
+    d, F_L, margin = initial_direction(
+        plant, law, start.x_r, start.v_r, initial_base_acceleration(motion)
+    )
+    return EventLog(0, 0.0, d, start.x_r, F_L), margin
 
 
 # March over samples, block by block.

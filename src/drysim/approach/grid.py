@@ -5,17 +5,32 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import base_acceleration_on_grid, count_grid_points
-from drysim.approach.solution import Events, ExactTrajectory, Grid, Numerics, Response
+from drysim.approach.base_motion import base_acceleration_on_grid, count_grid_points
+from drysim.approach.solution import Events, ExactTrajectory, Floats, Grid, Numerics, Response
 from drysim.approach.solvers import solver_of
 from drysim.core.compile import engine
 from drysim.core.events import CONTACT, SLIP
 from drysim.core.model import Points, Samples, Sines, has_friction
 
 NOT_REACHED = "the end stops are never reached"
+
+
+def grid_times(dt: float, first: int, last: int) -> Floats:
+    """Return the times [s] of the grid points `first` to `last` - 1."""
+    return np.arange(first, last, dtype=np.float64) * dt
+
+
+def points_of_trajectory(trajectory: Any, dt: float, first: int, last: int) -> Points:
+    """Return grid points `first` to `last` - 1 of a trajectory that is known at any time."""
+    points: Points = trajectory.at(grid_times(dt, first, last))
+    rest = np.flatnonzero(points.d == 0)
+    if len(rest):
+        points.x_dd[rest] = base_acceleration_on_grid(trajectory.motion, dt, first, last)[rest]
+    return points if trajectory.law.stops is not None else points._replace(F_stop=None)
 
 
 def response_on_grid(trajectory: ExactTrajectory, step: float) -> Response:

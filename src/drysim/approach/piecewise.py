@@ -31,25 +31,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.scene import (
-    as_arrays,
+from drysim.approach.base_motion import (
     base_square_integrals,
-    check_event_count,
-    check_progress,
-    count_intervals,
+    initial_base_acceleration,
+    last_interval,
+    make_waves,
+    run_duration,
+)
+from drysim.approach.buffers import (
+    as_arrays,
     empty_columns,
     empty_log,
     empty_points,
     empty_samples,
     enlarge_columns,
-    initial_base_acceleration,
-    last_interval,
-    make_waves,
-    points_of_trajectory,
-    run_duration,
-    to_kernel,
     write_first_row,
 )
+from drysim.approach.grid import points_of_trajectory
+from drysim.approach.progress import check_event_count, check_progress, count_intervals
 from drysim.approach.solution import (
     BaseTrajectory,
     BlockwiseMarch,
@@ -59,28 +58,19 @@ from drysim.approach.solution import (
     Path,
 )
 from drysim.core.compile import as_engine_array
-from drysim.core.events import (
-    LIFT,
-    EventLog,
-    Segments,
-)
+from drysim.core.events import LIFT, EventLog, Segments
 from drysim.core.forcing import Waves
-from drysim.core.march import (
-    MODES,
-    Course,
-    MarchState,
-    ModesLog,
-    ModeSteps,
-    Scene,
-    march_modes,
-)
+from drysim.core.march import MODES, Course, MarchState, ModesLog, ModeSteps, Scene, march_modes
 from drysim.core.measure import measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
+    MAX_STAGES,
+    NO_LIMITS,
     AnyState,
     ContactState,
     CoulombLaw,
+    EndStops,
     PiecewiseLaw,
     Plant,
     Points,
@@ -97,6 +87,7 @@ from drysim.core.modes import (
     KernelLaw,
     Mode,
     SegmentBase,
+    Side,
     decode_mode,
     initial_piecewise_state,
     origin_of,
@@ -115,7 +106,7 @@ from drysim.core.trajectory import (
     state_in_step,
 )
 from drysim.core.variational import Deviations, propagate_deviations
-from drysim.errors import SolverError
+from drysim.errors import SolverError, UsageError
 
 ROWS_PER_CALL, STEPS_PER_CALL = 16_384, 1 << 18
 """Segments or events, and steps, per kernel call; between calls Python can handle an interrupt.
@@ -178,6 +169,40 @@ def compute_trajectory(
 def joined(parts: list[Any]) -> Any:
     """Return the columns of consecutive parts as one."""
     return parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+
+
+NO_RECORD, NO_STOPS = np.ones(2), EndStops(NO_LIMITS)
+"""A normal force without a record, and a mass without end stops, for kernels."""
+
+
+def to_kernel(plant: Plant, law: PiecewiseLaw) -> KernelLaw:
+    """Return a law, with the damper of the plant, as its kernels take it.
+
+    Raises
+    ------
+    UsageError
+        For a combination that is not modelled: an elastic contact would yield while its mass
+        rests against a rigid stop.
+    """
+    if law.stops is not None and law.stops.rigid and law.is_elastic and law.varies:
+        raise UsageError(
+            "an elastic contact under a varying normal force does not go with rigid stops",
+            "use bumpers",
+        )
+    record, step = as_engine_array(NO_RECORD), 0.0
+    if law.force_record is not None:
+        record, step = law.force_record.kernel_input, law.force_record.step
+    stops = law.stops or NO_STOPS
+    stages = [*stops.stages, *[(math.inf, 0.0)] * (MAX_STAGES - len(stops.stages))]
+    if not stops.stages:
+        stages[0] = 0.0, 0.0
+    (a_1, k_1), (a_2, k_2), (a_3, k_3) = stages
+    b_up, b_down = law.damping or (plant.b, plant.b)
+    up = Side(law.F_fk, law.F_fs, b_up, stops.limits.up)
+    down = Side(*(law.compression or (law.F_fk, law.F_fs)), b_down, stops.limits.down)
+    wave = law.variation, law.omega, law.phase
+    k_s, begins = (k_1, k_2, k_3), (a_1, a_2, a_3)
+    return KernelLaw(up, down, law.k_t, *wave, record, step, k_s, begins, stops.b_s, stops.e)
 
 
 @dataclass(frozen=True, eq=False)

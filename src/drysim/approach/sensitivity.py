@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import CONSTANT_FRICTION, make_waves, to_kernel
+from drysim.approach.base_motion import CONSTANT_FRICTION, make_waves
+from drysim.approach.piecewise import to_kernel
 from drysim.approach.solution import Floats, Response
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments

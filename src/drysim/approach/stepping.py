@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drysim.approach.scene import base_square_integrals, count_grid_points, make_waves
+from drysim.approach.base_motion import base_square_integrals, count_grid_points, make_waves
 from drysim.approach.solution import (
     FIXED_STEP,
     BaseTrajectory,

@@ -33,28 +33,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.scene import (
-    as_arrays,
+from drysim.approach.base_motion import (
     base_square_integrals,
-    check_progress,
-    empty_columns,
-    empty_log,
-    empty_points,
-    grid_times,
     initial_base_acceleration,
     last_interval,
     make_waves,
-    points_of_trajectory,
     run_duration,
-    speed_floor,
 )
-from drysim.approach.solution import (
-    Events,
-    Floats,
-    Grid,
-    MarchedTrajectory,
-    events_from_log,
-)
+from drysim.approach.buffers import as_arrays, empty_columns, empty_log, empty_points
+from drysim.approach.grid import grid_times, points_of_trajectory
+from drysim.approach.progress import check_progress
+from drysim.approach.solution import Events, Floats, Grid, MarchedTrajectory, events_from_log
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments, decision_margin
@@ -71,6 +60,7 @@ from drysim.core.model import (
     Sines,
     Totals,
     limit_force,
+    max_abs,
 )
 from drysim.core.taylor import (
     ORDER,
@@ -362,6 +352,23 @@ class TaylorMarch:
         work = workspace(self.law)
         sums: tuple[float, ...] = integrate_series(solution, work, begin - first, end - first)
         return sums
+
+
+SPEED_FLOOR_RATIO = 1e-9
+"""Lower bound of the velocity scale relative to the speed that the scene can produce [-]."""
+
+
+def speed_floor(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
+    """Return a lower bound on the speed to which tolerances refer [m/s]."""
+    if isinstance(motion, Sines):
+        swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
+        base = max(swings, default=0.0)
+    else:
+        base = max_abs(motion.u_dd) * motion.dt
+    free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
+    return max(
+        SPEED_FLOOR_RATIO * base, SPEED_FLOOR_RATIO * free, abs(start.v_r), np.finfo(float).tiny
+    )
 
 
 # Work space of the kernels, and the checkpoint at the start.

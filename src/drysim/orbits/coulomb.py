@@ -13,13 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.scene import (
-    LOG_LENGTH,
-    empty_columns,
-    empty_log,
-    empty_samples,
-    make_waves,
-)
+from drysim.approach.base_motion import make_waves
+from drysim.approach.buffers import LOG_LENGTH, empty_columns, empty_log, empty_samples
 from drysim.approach.solution import Floats, Orbit
 from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
