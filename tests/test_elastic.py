@@ -18,8 +18,8 @@ from drysim.approach.buffers import empty_columns, empty_log, empty_samples
 from drysim.approach.piecewise import PiecewiseTrajectory, mode_steps_table, to_kernel
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.events import SLIP, STICK, Segments
-from drysim.core.forcing import Waves
-from drysim.core.march import Course, MarchState, ModesLog, Scene, march_modes
+from drysim.core.forcing import Scene, Waves
+from drysim.core.march import Course, MarchState, ModesLog, march_modes
 from drysim.core.model import (
     BRISTLE,
     NO_LIMITS,

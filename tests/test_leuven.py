@@ -16,7 +16,7 @@ from drysim.approach.base_motion import make_waves
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.taylor import compute_trajectory, initial_checkpoint, workspace
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop
-from drysim.core.march import Scene
+from drysim.core.forcing import Scene
 from drysim.core.model import BRISTLE, LEUVEN, ContactState, DynamicLaw, Plant, Samples, Sines
 from drysim.metrics.table import measure
 from drysim.orbits.search import find_orbit

@@ -38,11 +38,12 @@ def march(
     log = log_of(kernel)
     sampled = kernel.sampled
     end = sampled.march(
-        sampled.sampled_scene(core_plant, law, u_dd, dt),
+        kernel.forcing.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt),
         sampled.SampledState(0, *start, mode, math.nan, 0, math.inf),
         sampled.SampledMotion(x_r, v_r, d),
         log,
         n - 1,
+        sampled.empty_base_sums(),
     )
     events = [column[: end.events].copy() for column in log]
     return SimpleNamespace(x_r=x_r, v_r=v_r, d=d, t=events[0] * dt + events[1], events=events)

@@ -160,7 +160,7 @@ def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNames
     columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
     log = log_of(kernel)
     core, waves = kernel.march, waves_of(kernel, [], law)
-    scene = core.Scene(plant, law, waves, np.zeros(n), 5e-3)
+    scene = kernel.forcing.Scene(plant, law, waves, np.zeros(n), 5e-3)
     state = core.SlipState(0.0, 0.05, 0.2, 1, 0, math.inf)
     _, state = core.march_varying_limits(scene, 0, 0, n - 1, state, tuple(columns), log)
     t = log.n[: state.events] * 5e-3 + log.s[: state.events]
@@ -292,7 +292,7 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
     (mode, xi, _, x_0), _ = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, *start, start[0]
     )
-    scene = kernel.march.Scene(plant, law, waves, u_dd, DT)
+    scene = kernel.forcing.Scene(plant, law, waves, u_dd, DT)
     state = kernel.march.MarchState(0, 0.0, xi, start[1], math.nan, x_0, mode, 0, 0, math.inf)
     at, count, out = march_modes(kernel, scene, state, 20 * len(u_dd))
     written = [column[:at] for column in out.segments] + [
@@ -366,7 +366,7 @@ def contact_march(kernel, u_dd, k_t, calls=1):
     (mode, xi, _, x_0), _ = kernel.modes.initial_piecewise_state(
         plant, law, waves, base, 0.0, 0.0, 0.0
     )
-    scene = kernel.march.Scene(plant, law, waves, u_dd, DT)
+    scene = kernel.forcing.Scene(plant, law, waves, u_dd, DT)
     state = kernel.march.MarchState(0, 0.0, xi, 0.0, math.nan, x_0, mode, 0, 0, math.inf)
     _, count, out = march_modes(kernel, scene, state, 3 * len(u_dd), calls)
     return out.samples, [column[:count] for column in out.events]

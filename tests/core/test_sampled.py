@@ -74,10 +74,13 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     columns[2][0] = kernel.events.initial_direction(plant, law, 0.0, 0.0, u_dd[0])[0]
     sampled = kernel.sampled
-    scene, out = sampled.sampled_scene(plant, law, u_dd, DT), sampled.SampledMotion(*columns)
+    scene = kernel.forcing.Scene(plant, law, waves_of(kernel, [], law), u_dd, DT)
+    out, base_sums = sampled.SampledMotion(*columns), sampled.empty_base_sums()
     state = sampled.SampledState(0, 0.0, 0.0, int(columns[2][0]), math.nan, 0, math.inf)
     for end in ends:
-        state = sampled.march(scene, state._replace(events=0), out, log_of(kernel), end)
+        state = sampled.march(
+            scene, state._replace(events=0), out, log_of(kernel), end, base_sums
+        )
     return np.array(columns[:2])
 
 
@@ -106,12 +109,13 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 36.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     sampled = kernel.sampled
-    scene, out = sampled.sampled_scene(plant, law, u_dd, DT), sampled.SampledMotion(*columns)
+    scene = kernel.forcing.Scene(plant, law, waves_of(kernel, [], law), u_dd, DT)
+    out, base_sums = sampled.SampledMotion(*columns), sampled.empty_base_sums()
     state = sampled.SampledState(0, 0.0, 0.0, int(whole.d[0]), math.nan, 0, math.inf)
     handed = 0
     while state.n < 2999:
         log = log_of(kernel, kernel.events.MAX_EVENTS_PER_STEP + 2)
-        state = sampled.march(scene, state._replace(events=0), out, log, 2999)
+        state = sampled.march(scene, state._replace(events=0), out, log, 2999, base_sums)
         handed += 1
     assert handed > 5
     assert np.array_equal(columns[0][1:], whole.x_r[1:])
@@ -243,7 +247,7 @@ def leap(
     mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])[0]
     x_r[0], v_r[0] = start
     log = log_of(kernel)
-    scene = kernel.march.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt)
+    scene = kernel.forcing.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt)
     state = kernel.march.SlipState(0.0, *start, mode, 0, math.inf)
     _, end = kernel.march.march_varying_limits(
         scene, 0, 0, len(u_dd) - 1, state, (x_r, v_r, d), log

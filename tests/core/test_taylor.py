@@ -57,7 +57,7 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
     d = kernel.taylor.motion_direction_at(plant, law, series, 0.0, 0.0, 0.0)
     if kind == kernel.model.LEUVEN:
         kernel.dynamic_friction.update_branch(law, series, d or 1, 0.0, 0.0)
-    log, scene = log_of(kernel), kernel.march.Scene(plant, law, waves, u_dd, dt)
+    log, scene = log_of(kernel), kernel.forcing.Scene(plant, law, waves, u_dd, dt)
     start = kernel.taylor.SeriesState(0, 0.0, 0.0, 0.0, 0.0, d, 0, 0, math.inf)
     state = kernel.taylor.march_taylor(scene, (end, dt), start, series, segments, log)
     return SimpleNamespace(

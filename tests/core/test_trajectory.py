@@ -32,7 +32,7 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
         u_dd = np.array([u_0, u_0 + slope * h])
         kernel_law = kernel.modes.coulomb_kernel_law(plant, law, u_dd)
         code = kernel.modes.encode_mode(kernel.modes.mode_of(d, d, 0, 0))
-        moving = kernel.march.Scene(plant, kernel_law, waves, u_dd, h)
+        moving = kernel.forcing.Scene(plant, kernel_law, waves, u_dd, h)
         part = kernel.trajectory.resume_mode(moving, (0, 0.0), (x_r, v_r, 0.0), code)
         scene = kernel_law, waves, part, 0.0
         whole = kernel.trajectory.integrate_motion(*scene, 0.0, h)

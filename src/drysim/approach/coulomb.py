@@ -62,11 +62,10 @@ from drysim.approach.solution import (
 )
 from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, initial_direction
-from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Waves
+from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Scene, Waves
 from drysim.core.march import (
     Interval,
     MarchState,
-    Scene,
     SlipState,
     march_sines,
     march_sines_from_start,
@@ -93,8 +92,8 @@ from drysim.core.sampled import (
     SampledMotion,
     SampledState,
     accelerations_at_samples,
+    empty_base_sums,
     march,
-    sampled_scene,
 )
 from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
@@ -409,9 +408,8 @@ class CoulombMarch(BlockwiseMarch):
         log = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT)
         F_L = limit_force(self.plant, state.x_r, float(u_dd[0]))
         write_first_row(log, (0, 0.0, state.d, state.x_r, F_L))
-        kernel_input = as_engine_array(u_dd)
-        scene = sampled_scene(self.plant, self.law, kernel_input, dt)
-        varying_scene = Scene(self.plant, self.law, self.waves, kernel_input, dt)
+        scene = Scene(self.plant, self.law, self.waves, as_engine_array(u_dd), dt)
+        base_sums = empty_base_sums()
         while state.n < last:
             if state.events > len(log.n) - MAX_EVENTS_PER_STEP:
                 log = enlarge_columns(log, 2 * len(log.n))
@@ -419,11 +417,11 @@ class CoulombMarch(BlockwiseMarch):
             if self.law.variation:
                 n, x_r, v_r, d, _, count, closest = state
                 here = SlipState(0.0, x_r, v_r, d, count, closest)
-                n, here = march_varying_limits(varying_scene, first, n, end, here, out, log)
+                n, here = march_varying_limits(scene, first, n, end, here, out, log)
                 _, x_r, v_r, d, count, closest = here
                 state = SampledState(n, x_r, v_r, d, math.nan, count, closest)
             else:
-                state = march(scene, state, out, log, end)
+                state = march(scene, state, out, log, end, base_sums)
             check_progress(state.events, (first + state.n) * dt, (state.x_r, state.v_r), dt)
         points = np.asarray(out.x_r), np.asarray(out.v_r), np.asarray(out.d, dtype=np.int8)
         log = EventLog(*(np.asarray(column[: state.events]) for column in log))

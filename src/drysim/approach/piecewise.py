@@ -59,8 +59,8 @@ from drysim.approach.solution import (
 )
 from drysim.core.compile import as_engine_array
 from drysim.core.events import LIFT, EventLog, Segments
-from drysim.core.forcing import Waves
-from drysim.core.march import MODES, Course, MarchState, ModesLog, ModeSteps, Scene, march_modes
+from drysim.core.forcing import Scene, Waves
+from drysim.core.march import MODES, Course, MarchState, ModesLog, ModeSteps, march_modes
 from drysim.core.measure import measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,

@@ -17,7 +17,7 @@ from drysim.approach.piecewise import to_kernel
 from drysim.approach.solution import Floats, Response
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
-from drysim.core.march import Scene
+from drysim.core.forcing import Scene
 from drysim.core.model import AnyLaw, AnyState, CoulombLaw, DynamicLaw, Plant, Samples
 from drysim.core.trajectory import Solution
 from drysim.core.variational import (

@@ -47,7 +47,7 @@ from drysim.approach.solution import Events, Floats, Grid, MarchedTrajectory, ev
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments, decision_margin
-from drysim.core.march import Scene
+from drysim.core.forcing import Scene
 from drysim.core.model import (
     BLOCK_SIZE,
     LEUVEN,

@@ -67,6 +67,25 @@ class Waves(NamedTuple):
     base: int
 
 
+class Scene(NamedTuple):
+    """What a march needs to know and does not change.
+
+    Attributes
+    ----------
+    plant : Plant
+    law : KernelLaw, CoulombLaw or DynamicLaw
+    waves : Waves
+    u_dd, dt : array of float, float
+        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
+    """
+
+    plant: Any
+    law: Any
+    waves: Any
+    u_dd: Any
+    dt: float
+
+
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
     """Write amplitude, frequency and phase of wave i into the table."""

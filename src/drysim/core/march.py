@@ -161,25 +161,6 @@ MAX_STALLED_EVENTS = 100
 """Steps in a row without progress in time after which double precision is exhausted."""
 
 
-class Scene(NamedTuple):
-    """What a march needs to know and does not change.
-
-    Attributes
-    ----------
-    plant : Plant
-    law : KernelLaw, CoulombLaw or DynamicLaw
-    waves : Waves
-    u_dd, dt : array of float, float
-        Base acceleration besides the waves at the samples [m/s²], and their interval [s].
-    """
-
-    plant: Any
-    law: Any
-    waves: Any
-    u_dd: Any
-    dt: float
-
-
 # Coulomb friction under waves: slip, stop, stick, break away.
 
 

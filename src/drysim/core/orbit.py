@@ -46,6 +46,7 @@ from drysim.core.forcing import (
     WAVE_COLUMNS,
     X_R,
     A,
+    Scene,
     Waves,
     mean_squares,
     plant_and_law,
@@ -53,7 +54,6 @@ from drysim.core.forcing import (
 )
 from drysim.core.march import (
     Interval,
-    Scene,
     SlipState,
     initial_slip_state,
     march_sines,

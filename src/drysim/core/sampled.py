@@ -83,27 +83,11 @@ STICK_BLOCK = 16
 """Stuck samples that are tested at once; a few vector registers hold them."""
 
 
-class SampledScene(NamedTuple):
-    """Input of a march over samples.
+class BaseSums(NamedTuple):
+    """Work arrays of a march, of shape (CHUNK,) each; see `Chunk`."""
 
-    Attributes
-    ----------
-    plant, law : Plant, CoulombLaw
-        With constant limits of friction.
-    u_dd : array, shape (samples,)
-        Base acceleration [m/s²].
-    dt : float
-        Sample interval [s].
-    x_base_sums, v_base_sums : array, shape (CHUNK,)
-        Work arrays, see `Chunk`.
-    """
-
-    plant: Any
-    law: Any
-    u_dd: Any
-    dt: float
-    x_base_sums: Any
-    v_base_sums: Any
+    x: Any
+    v: Any
 
 
 class SampledState(NamedTuple):
@@ -184,19 +168,19 @@ class Chunk(NamedTuple):
     v_base_sums: Any
 
 
-def sampled_scene(plant, law, u_dd, dt):
-    """Return the scene of a march, with work arrays."""
-    base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
-    return SampledScene(plant, law, u_dd, dt, *base_sums)
+def empty_base_sums():
+    """Return the work arrays of a march."""
+    return BaseSums(as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK)))
 
 
 @compiled
-def march(scene, state, out, log, end):
+def march(scene, state, out, log, end, base_sums):
     """March to sample `end`, or until the log is nearly full.
 
     Parameters
     ----------
-    scene : SampledScene
+    scene : Scene
+        With constant limits of friction.
     state : SampledState
         Where to begin.
     out : SampledMotion
@@ -206,6 +190,7 @@ def march(scene, state, out, log, end):
         `MAX_EVENTS_PER_STEP` entries must be free.
     end : int
         Last sample of this march.
+    base_sums : BaseSums
 
     Returns
     -------
@@ -218,7 +203,8 @@ def march(scene, state, out, log, end):
     interruption: to the last bit where n is a multiple of `CHUNK` or the log was full, to
     rounding elsewhere.
     """
-    plant, law, u_dd, dt, x_base_sums, v_base_sums = scene
+    plant, law, _, u_dd, dt = scene
+    x_base_sums, v_base_sums = base_sums
     steps = discretise_slip(plant.b / plant.m, plant.k_x / plant.m, dt)
     f, grazing = (
         law.F_fk / plant.m,

@@ -106,7 +106,7 @@ class Solution(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        As of `core.march`; under waves alone its one step is as long as the motion.
+        As of `core.forcing`; under waves alone its one step is as long as the motion.
     segments : Segments
         With encoded modes. Under waves the state at the end of the motion follows.
     """
@@ -121,7 +121,7 @@ class SampledSolution(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        As of `core.march`.
+        As of `core.forcing`.
     samples : SampledMotion
         xi and v_r at all samples; not used under waves alone.
     rows : Segments
