@@ -7,13 +7,14 @@ They act on the mean acceleration in each step, which `metrics.spectra` uses as 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import Samples, Sines, base_acceleration
+from drysim.core.model import MAX_CACHED, Samples, Sines, base_acceleration
 
 Complexes = NDArray[np.complex128]
 
@@ -141,10 +142,27 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
 
     n = len(means)
     length = n if periodic else fft.next_fast_len(n + math.ceil(PADDING_TIME / dt), real=True)
-    f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
     spectrum = fft.rfft(means, length)
-    spectrum *= weighting_gain(name, f) / averaging_gain(f, dt)
+    spectrum *= gain_at_lines(name, length, dt)
     return np.asarray(fft.irfft(spectrum, length)[:n], dtype=np.float64)
+
+
+def gain_at_lines(name: str, length: int, dt: float) -> Complexes:
+    """Return the gain from means over steps dt [s] at all lines of a series; read-only.
+
+    Computed once for all series of this length unless it is large.
+    """
+    compute = recall_gain if length <= MAX_CACHED else recall_gain.__wrapped__
+    return compute(name, length, dt)
+
+
+@lru_cache(maxsize=4)
+def recall_gain(name: str, length: int, dt: float) -> Complexes:
+    """Return the gain of `gain_at_lines`."""
+    f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
+    gain: Complexes = weighting_gain(name, f) / averaging_gain(f, dt)
+    gain.flags.writeable = False
+    return gain
 
 
 def rms(series: Floats) -> float:
@@ -167,11 +185,11 @@ def max_running_rms(series: Floats, dt: float, periodic: bool = False) -> float 
     # Differences of the cumulative energy; a window that begins within a step takes a share
     # of it.
     energy = np.concatenate(([0.0], np.cumsum(np.square(series))))
-    ends = np.arange(len(energy))
-    begins = ends - span
-    before = np.interp(begins, ends, energy)
-    squares = (energy - before)[begins >= 0] / span
-    return math.sqrt(max(float(squares.max()), 0.0))
+    first, share = math.ceil(span), math.ceil(span) - span
+    before = energy[: len(energy) - first]
+    if share:
+        before = before + share * np.diff(energy[: len(before) + 1])
+    return math.sqrt(max(float((energy[first:] - before).max()) / span, 0.0))
 
 
 def weighting_gain(name: str, f: Floats) -> Complexes:

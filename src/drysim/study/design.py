@@ -923,10 +923,15 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
                 values = at_points[:, i] + matrix @ deviations[:, i, :, seed]
                 beyond[:, seed] = ~limit.holds(values).all(axis=1)
                 used = np.maximum(used, values.max(axis=1) / limit.limit)
+    # Of few seeds each is interpolated once, of many the mean of each resampling.
+    by_seed = np.tensordot(matrix, deviations, 1) if seeds <= len(tried) else None
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
     for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
         weights = np.bincount(drawn, minlength=seeds) / seeds
-        resampled = at_points + np.tensordot(matrix, deviations @ weights, 1)
+        if by_seed is None:
+            resampled = at_points + np.tensordot(matrix, deviations @ weights, 1)
+        else:
+            resampled = at_points + by_seed @ weights
         holds = beyond @ weights == 0.0
         for i, limit in enumerate(limits, 1):
             if limit != EVERY_SEED:
