@@ -351,11 +351,10 @@ def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> 
     log, no_samples = log_of(kernel, capacity), np.zeros(2)
     n, d = np.zeros((2, capacity + 1), np.int64)
     segments = kernel.events.Segments(n, *np.zeros((4, capacity + 1)), d)
-    deviations = kernel.variational.Deviations(*np.zeros((3, 2)))
     crossings = kernel.stroke.Crossings(*np.empty((5, 2 * capacity)))
     samples = kernel.sampled.SampledMotion(*np.empty((2, 2)), np.empty(2, np.int8))
     work = kernel.orbit.Workspace(
-        values, period_starts(kernel), log, segments, deviations, crossings, samples, no_samples
+        values, period_starts(kernel), log, segments, crossings, samples, no_samples
     )
     kernel.orbit.solve_orbits(scenes, answers, FEW, work)
     return answers

@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from drysim.approach import piecewise
+from drysim.approach import coulomb, piecewise
 from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Floats, keeps_anchor
 from drysim.core.model import (
     AnyState,
     ContactState,
+    CoulombLaw,
     EndStops,
     PiecewiseLaw,
     Plant,
@@ -445,3 +446,17 @@ def test_fold_of_one_impact_a_period_is_that_of_the_closed_form():
     # Beyond the fold the orbit of the slower impact is followed, which no march reaches.
     largest = [float(np.abs(point.multipliers).max()) for point in branch.points]
     assert min(largest) < 1.0 < max(largest)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_monodromy_from_events_under_sines_is_that_from_the_segments(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    plant = Plant(10.0, float(draw.uniform(100.0, 1500.0)), float(draw.choice([0.0, 30.0])))
+    F, swing = float(draw.uniform(2.0, 8.0)), float(draw.choice([0.0, 0.4]))
+    law = CoulombLaw(F, 1.2 * F, swing, 7.0 * swing, 0.3)
+    A, f, phase = (tuple(draw.uniform(0.5, 2.0, 2).tolist()) for _ in range(3))
+    start = State(float(draw.normal(0.0, 5e-3)), float(draw.normal(0.0, 0.1)))
+    trajectory = coulomb.sine_trajectory(plant, law, Sines(A, f, phase), start, 1.5)
+    assert len(trajectory.events) > 2
+    known = PiecewiseTrajectory.monodromy(trajectory)
+    assert np.abs(trajectory.monodromy() - known).max() <= 1e-11 * np.abs(known).max()

@@ -88,6 +88,7 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.core.modes import APART, REGULAR, Mode, encode_mode
+from drysim.core.orbit import SineScene
 from drysim.core.sampled import (
     SampledMotion,
     SampledState,
@@ -102,6 +103,7 @@ from drysim.core.trajectory import (
     state_in_step,
     table_shape,
 )
+from drysim.core.variational import event_monodromy
 
 
 def compute_trajectory(
@@ -220,6 +222,17 @@ class SlipTrajectory(PiecewiseTrajectory):
         scene = self.plant, contact, waves
         sample_coulomb_grid(scene, (*columns, v_0), first, dt, table, points[:4])
         return as_arrays(points)
+
+    def monodromy(self) -> Floats:
+        """Return the derivative of x_r [m] and v_r [m/s] at the end by the first ones.
+
+        To the last bit that of the same orbit in a block.
+        """
+        log = EventLog(*map(as_engine_array, self.march.block(0).log))
+        scene = SineScene(self.plant, self.law.without_stops, self.march.waves, log)
+        # The first event is the state at the start.
+        d, count = log.kind[0], len(log.kind)
+        return np.array(event_monodromy(scene, self.end, 1.0, d, 1, count)).reshape(2, 2)
 
 
 # Samples: known at every sample and at every event between samples.

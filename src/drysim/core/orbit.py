@@ -77,7 +77,7 @@ from drysim.core.trajectory import (
     motion_in_segment,
     resume_segment,
 )
-from drysim.core.variational import event_monodromy, monodromy
+from drysim.core.variational import event_monodromy
 
 # A block of scenes in one call.
 
@@ -138,8 +138,6 @@ class Workspace(NamedTuple):
     log : EventLog
     segments : Segments
         Takes the events of an orbit and its end.
-    deviations : Deviations
-        Arrays of shape (2,).
     crossings : Crossings
         Takes those of the stroke limits.
     samples : SampledMotion
@@ -152,7 +150,6 @@ class Workspace(NamedTuple):
     past: Any
     log: Any
     segments: Any
-    deviations: Any
     crossings: Any
     samples: Any
     u_dd: Any
@@ -279,7 +276,8 @@ def measure_orbit(scene, start, length, limits, work, answer):
             answer[T_FIRST],
             answer[TIME_BEYOND],
         ) = excursions(solution, (t, x_events), limits, work)
-    a, b, c, e = monodromy(solution, work.deviations)
+    # The first event is the state at the start.
+    a, b, c, e = event_monodromy(scene, length, 1.0, state.d, 1, count)
     answer[TRACE], answer[DETERMINANT] = a + e, a * e - b * c
     answer[STOPS] = count_stops(log, count)
     peak = max(answer[HIGHEST], -answer[LOWEST])

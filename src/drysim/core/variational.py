@@ -148,8 +148,8 @@ def event_monodromy(scene, length, rate, d, first, events):
 
     Notes
     -----
-    For searches, which need it after every period: `propagate_deviations` finds the same from
-    the segments of any law, but would make the search for an orbit slower by a tenth.
+    `propagate_deviations` finds the same from the segments of any law. In the kernel of orbits
+    it takes 0.6 µs more each time, of 26 for an orbit, and 10 s to compile.
     """
     plant, law, waves, log = scene
     damping = plant.b / plant.m
@@ -243,18 +243,6 @@ def propagate_deviations(solution, deviations):
         pass_event(solution, before, mode, i, deviations)
     if law.k_t > 0.0 and mode.contact != HOLD:
         reset_anchor(deviations, False)
-
-
-@inlined
-def monodromy(solution, deviations):
-    """Return the monodromy matrix of a `Solution` under a rigid contact, row by row.
-
-    `deviations` are work space for two.
-    """
-    x_r, v_r, _ = deviations
-    x_r[0], x_r[1], v_r[0], v_r[1] = 1.0, 0.0, 0.0, 1.0
-    propagate_deviations(solution, deviations)
-    return x_r[0], x_r[1], v_r[0], v_r[1]
 
 
 @compiled

@@ -24,7 +24,6 @@ from drysim.core.march import initial_slip_state
 from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
 from drysim.core.status import Status
 from drysim.core.stroke import Crossings
-from drysim.core.variational import Deviations
 
 MAX_PERIODS = 5_000
 """Periods after which a motion counts as not settled: thirty times as many as the slowest of
@@ -114,13 +113,11 @@ def scene_row(
 def workspace(columns: int) -> orbit.Workspace:
     """Return the work space of `solve_orbits` for scenes with so many columns."""
     log, segments = empty_log(LOG_LENGTH), empty_columns(Segments, LOG_LENGTH + 1)
-    deviations = Deviations(*(as_engine_array(np.zeros(2)) for _ in range(3)))
     return orbit.Workspace(
         scene_buffer(columns),
         period_buffers(),
         log,
         segments,
-        deviations,
         empty_columns(Crossings, 2 * LOG_LENGTH),
         empty_samples(2),
         as_engine_array(np.zeros(2)),
