@@ -122,8 +122,8 @@ def compute_trajectory(
         return sine_trajectory(plant, law, motion, start, duration)
     end = run_duration(motion, duration)
     last = last_sample_indices(motion, end)[1]
-    march, found, closest_decision = march_blocks(plant, law, motion, start, last, whole)
-    return SampledTrajectory(march, found.until(end), end, closest_decision)
+    march, events, closest_decision = march_blocks(plant, law, motion, start, last, whole)
+    return SampledTrajectory(march, events.until(end), end, closest_decision)
 
 
 # Sines: from event to event, on any grid.
@@ -290,14 +290,14 @@ class SampledTrajectory(MarchedTrajectory):
         for block in self.march.blocks(first, min(last, len(motion.u_dd) - 1)):
             steps = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
             t = block.first * motion.dt
-            more, highest = measure(block.solution, steps, (begin - t, end - t))
-            parts.append(more)
+            sums, highest = measure(block.solution, steps, (begin - t, end - t))
+            parts.append(sums)
             peak = max(peak, highest)
         squares = integrate_base_squares(motion, begin, end)
         x2, v2, x_dd2, power, sliding_distance, stuck, _, _, violation = total_of(parts)
         totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
-        known = None if self.law.variation else peak
-        return totals._replace(violation=violation, x_dd_peak=known)
+        x_dd_peak = None if self.law.variation else peak
+        return totals._replace(violation=violation, x_dd_peak=x_dd_peak)
 
 
 SAMPLES_PER_CALL = 4_000_000

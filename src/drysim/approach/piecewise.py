@@ -562,11 +562,11 @@ class PiecewiseTrajectory(BaseTrajectory):
             window, count = (begin - t, end - t), len(block.u_dd) - 1
             if block.samples is None:
                 segments = Segments(*map(as_engine_array, block.rows))
-                more, peak = integrate_segments(Solution(block.scene, segments), *window, 0.0)
+                sums, peak = integrate_segments(Solution(block.scene, segments), *window, 0.0)
             else:
                 steps = max(first - block.first, 0), min(last + 1 - block.first, count)
-                more, peak = measure(block.solution, steps, window)
-            parts.append(more)
+                sums, peak = measure(block.solution, steps, window)
+            parts.append(sums)
             peaks.append(peak)
         x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = total_of(
             parts

@@ -156,7 +156,9 @@ class FixedStepTrajectory(BaseTrajectory):
         """Return the state at time t [s], interpolated linearly."""
         n = min(int(t / self.dt), len(self.u_dd) - 2)
         q = t / self.dt - n
-        return State(*(float((1.0 - q) * one[n] + q * one[n + 1]) for one in self.points[:2]))
+        return State(
+            *(float((1.0 - q) * column[n] + q * column[n + 1]) for column in self.points[:2])
+        )
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s] as sums over its grid points."""
