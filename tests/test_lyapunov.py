@@ -23,7 +23,7 @@ from drysim.core.model import (
 from drysim.core.orbit import velocity_scale_rate
 from drysim.orbits import search
 from drysim.orbits.lyapunov import lyapunov_exponent
-from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.return_map import PeriodicSystem
 from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
@@ -43,7 +43,7 @@ def exponent_of(case):
     """Return the exponent of the motion that begins at rest, and the search for its orbit."""
     plant, law, motion, period = scene(*case)
     orbit = find_orbit(plant, law, motion, State(0.5, 0.0), period)
-    return orbit, lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
+    return orbit, lyapunov_exponent(PeriodicSystem(plant, law, motion, period), orbit.state)
 
 
 def test_exponent_of_a_chaotic_motion_is_clearly_above_zero():
@@ -88,7 +88,7 @@ def test_settled_motion_has_the_exponent_of_its_multipliers():
     plant, law, motion, period = scene(1.0, 1 / 3, 0.6, 1.2)
     orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
     assert orbit.settled
-    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
+    exponent = lyapunov_exponent(PeriodicSystem(plant, law, motion, period), orbit.state)
     assert exponent.value == pytest.approx(log(0.07120099) / period, rel=1e-6)
     assert not exponent.chaotic
 
@@ -96,7 +96,7 @@ def test_settled_motion_has_the_exponent_of_its_multipliers():
 def test_equal_limits_are_never_chaotic_and_have_no_exponent():
     plant, _, motion, period = scene(*CHAOTIC)
     law = CoulombLaw(0.27, 0.27)
-    found = lyapunov_exponent(PeriodicScene(plant, law, motion, period), State(0.5, 0.1))
+    found = lyapunov_exponent(PeriodicSystem(plant, law, motion, period), State(0.5, 0.1))
     assert found is None
 
 
@@ -114,7 +114,7 @@ def test_impact_oscillator_is_chaotic_beyond_its_period_doublings():
     plant, law, motion, period = impacts(2.4)
     orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
     assert not orbit.settled
-    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
+    exponent = lyapunov_exponent(PeriodicSystem(plant, law, motion, period), orbit.state)
     assert exponent.chaotic
     assert exponent.verdict.startswith("chaotic")
 
@@ -123,7 +123,7 @@ def test_exponent_of_one_impact_a_period_is_that_of_its_restitution():
     # The multipliers are a complex pair of modulus 0.8.
     plant, law, motion, period = impacts(2.2)
     orbit = find_orbit(plant, law, motion, State(0.0, 1.0), period)
-    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, period), orbit.state)
+    exponent = lyapunov_exponent(PeriodicSystem(plant, law, motion, period), orbit.state)
     assert (orbit.settled, orbit.periods, exponent.chaotic) == (True, 1, False)
     assert exponent.low < log(0.8) / period < exponent.high
 
@@ -151,7 +151,7 @@ def test_settled_motion_of_a_marched_law_has_the_exponent_of_its_multipliers(nam
     length = 0.5 * orbit.periods
     trajectory = search.march_period(plant, law, motion, orbit.state, length)
     largest = abs(np.linalg.eigvals(trajectory.monodromy())).max()
-    exponent = lyapunov_exponent(PeriodicScene(plant, law, motion, 0.5), orbit.state)
+    exponent = lyapunov_exponent(PeriodicSystem(plant, law, motion, 0.5), orbit.state)
     if name == "jenkins":
         assert exponent is None
         return

@@ -13,7 +13,7 @@ from periods import KINDS, changes_after, draw_steady_scene, true_period
 from drysim.approach.solution import Orbit
 from drysim.core.model import AnyState, CoulombLaw, PiecewiseLaw, State
 from drysim.orbits import coulomb, search
-from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.return_map import PeriodicSystem
 from drysim.orbits.search import (
     OrbitConvergence,
     find_orbit,
@@ -45,7 +45,7 @@ itself two to four periods earlier before it is of itself one period earlier."""
 CASES = Path(__file__).parents[2] / "shared" / "cases" / "numerics"
 
 
-def orbit_of(kind: str, seed: int) -> tuple[PeriodicScene, Orbit]:
+def orbit_of(kind: str, seed: int) -> tuple[PeriodicSystem, Orbit]:
     scene, start = draw_steady_scene(kind, seed)
     return scene, find_orbit(scene.plant, scene.law, scene.motion, start, scene.period)
 
@@ -122,7 +122,7 @@ def test_repetition_under_coulomb_friction_is_distinct_only_from_what_changes_mo
 # Distance to the orbit.
 
 
-def deviation(scene: PeriodicScene, orbit: Orbit, repetitions: int) -> float:
+def deviation(scene: PeriodicSystem, orbit: Orbit, repetitions: int) -> float:
     """Return the scaled distance of an orbit from where a long march leads."""
     state: AnyState = orbit.state
     length = orbit.periods * scene.period
@@ -161,7 +161,7 @@ def test_distance_beside_a_multiplier_near_1_covers_what_the_closure_does_not():
     start = State(0.0016, 0.002)
     exact = coulomb.find_coulomb_orbit(PAPER, CoulombLaw(*forces), motion, start, 2.0)
     found = find_orbit(PAPER, marched, motion, start, 2.0)
-    scene = PeriodicScene(PAPER, marched, motion, 2.0)
+    scene = PeriodicSystem(PAPER, marched, motion, 2.0)
     assert (exact.settled, found.settled) == (True, True)
     peak = float(np.abs(march_period(*scene[:3], exact.state, 2.0).path.x_r).max())
     off = abs(found.state.x_r - exact.state.x_r) / peak
@@ -215,7 +215,7 @@ def test_branches_of_a_motion_that_swings_are_one_stable_branch():
 # A scene that begins later, and as a row of numbers.
 
 
-def forcing(scene: PeriodicScene, t: np.ndarray) -> np.ndarray:
+def forcing(scene: PeriodicSystem, t: np.ndarray) -> np.ndarray:
     """Return ü [m/s²] and the relative normal force [-] at some times [s]."""
     u_dd = sum(
         A * np.sin(math.tau * f * t + phase) for A, f, phase in zip(*scene.motion, strict=True)
@@ -242,4 +242,4 @@ def test_a_row_of_numbers_is_the_scene_it_was_made_of(kind):
     for seed in range(8):
         scene, start = draw_steady_scene(kind, seed)
         row = coulomb.scene_row(scene.plant, scene.law, scene.motion, start, scene.period)
-        assert PeriodicScene.from_row(row) == scene
+        assert PeriodicSystem.from_row(row) == scene

@@ -30,7 +30,7 @@ def orbit(
     log = log_of(kernel)
     d = kernel.events.initial_direction(plant, law, *start, 0.0)[0]
     period = 2 * math.pi / omega
-    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    scene = kernel.orbit.SineMarch(plant, law, waves, log)
     state, multiple, closure, periods, _ = kernel.orbit.iterate_period_map(
         scene, period, kernel.orbit.PeriodState(*start, d), most, period_starts(kernel)
     )
@@ -152,7 +152,7 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
     )
     period = 2 * math.pi / (beta * math.sqrt(K / M))
     waves, log = waves_of(fast, [(1.0, 1 / period, 0.0)], law), log_of(fast)
-    scene = fast.orbit.SineScene(plant, law, waves, log)
+    scene = fast.orbit.SineMarch(plant, law, waves, log)
     state, before = fast.orbit.PeriodState(*start, 1), None
     while state != before:
         before = state
@@ -197,7 +197,7 @@ def found_for(
     """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
     plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
-    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    scene = kernel.orbit.SineMarch(plant, law, waves, log)
     (x_r, v_r, _), multiple, closure, _, _, unique, _ = kernel.orbit.converge_to_orbit(
         scene, 1.0 / f, 0.0, 0.0, 300, period_starts(kernel)
     )
@@ -254,7 +254,7 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
         2 * math.pi / omega,
     )
     x_r, v_r = found.state[0] + dx, found.state[1] + dv
-    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    scene = kernel.orbit.SineMarch(plant, law, waves, log)
     state = kernel.orbit.PeriodState(x_r, v_r, 1 if v_r > 0 else -1)
     image, events, _ = kernel.orbit.period_map(scene, period, state)
     rate = kernel.orbit.velocity_scale_rate(plant, period)
@@ -292,7 +292,7 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
     plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.CoulombLaw(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
-    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    scene = kernel.orbit.SineMarch(plant, law, waves, log)
     (x_r, v_r, _), multiple, closure, periods, _, unique, _ = kernel.orbit.converge_to_orbit(
         scene, 1.0 / f, 0.0, -0.5202476676680174, 5000, period_starts(kernel)
     )
@@ -314,7 +314,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
     plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.CoulombLaw(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
-    scene = fast.orbit.SineScene(plant, law, waves, log)
+    scene = fast.orbit.SineMarch(plant, law, waves, log)
     (x_r, *_), multiple, _, periods, _, unique, _ = fast.orbit.converge_to_orbit(
         scene, 1.0, 1.0, 0.0, 5000, period_starts(fast)
     )
@@ -329,7 +329,7 @@ def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamesp
         fast.model.CoulombLaw(0.3, 0.3),
     )
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
-    scene = fast.orbit.SineScene(plant, law, waves, log)
+    scene = fast.orbit.SineMarch(plant, law, waves, log)
     _, multiple, _, periods, *_ = fast.orbit.converge_to_orbit(
         scene, 1 / 1.6, 0.0, 0.0, 5000, period_starts(fast)
     )
@@ -471,7 +471,7 @@ def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     period, rate, h = 1 / 1.1, 10.0, 1e-7
     d = kernel.march.initial_slip_state(plant, law, waves, *start, log).d
 
-    scene = kernel.orbit.SineScene(plant, law, waves, log)
+    scene = kernel.orbit.SineMarch(plant, law, waves, log)
 
     def image(x_r: float, v_r: float) -> np.ndarray:
         state = kernel.orbit.PeriodState(x_r, v_r, d)

@@ -25,7 +25,7 @@ from drysim.core.model import (
 from drysim.core.modes import ARRIVAL, decode_mode, stop_stage
 from drysim.orbits import search
 from drysim.orbits.continuation import FOLD, PERIOD_DOUBLING, Branch, Continuation
-from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
+from drysim.orbits.return_map import PeriodicSystem, ShootingReturnMap
 
 M, K_X, B = 75.0, 7500.0, 150.0
 PLANT, PERIOD = Plant(M, K_X, B), 0.5
@@ -390,11 +390,11 @@ def fold_of_impacts(omega: float) -> float:
     return GAP * h / math.hypot(g, h) * abs(1.0 - omega**2)
 
 
-def impacting(omega: float, A: float) -> PeriodicScene:
+def impacting(omega: float, A: float) -> PeriodicSystem:
     """Return the scene."""
     law = PiecewiseLaw(0.0, 0.0, stops=EndStops(StrokeLimits(GAP, 1e3), e=E))
     motion = Sines((A,), (omega / (2.0 * math.pi),), (0.0,))
-    return PeriodicScene(Plant(1.0, 1.0, 0.0), law, motion, 2.0 * math.pi / omega)
+    return PeriodicSystem(Plant(1.0, 1.0, 0.0), law, motion, 2.0 * math.pi / omega)
 
 
 def impacting_orbit(omega: float, A: float, start: AnyState) -> PiecewiseTrajectory:
@@ -437,7 +437,7 @@ def test_period_doubling_of_one_impact_a_period_is_that_of_the_closed_form():
 def test_fold_of_one_impact_a_period_is_that_of_the_closed_form():
     omega, expected = 1.6, fold_of_impacts(1.6)
 
-    def scene(p: float) -> PeriodicScene:
+    def scene(p: float) -> PeriodicSystem:
         return impacting(omega, (0.9 + 0.4 * p) * expected)
 
     branch = followed(scene, State(0.0, 1.0))

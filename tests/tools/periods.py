@@ -23,7 +23,7 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
-from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.return_map import PeriodicSystem
 from drysim.orbits.search import march_period
 
 KINDS = (
@@ -37,7 +37,7 @@ M, K_X = 75.0, 7500.0
 class SteadyScene(NamedTuple):
     """A periodic scene, and a start."""
 
-    scene: PeriodicScene
+    scene: PeriodicSystem
     start: AnyState
 
 
@@ -93,10 +93,12 @@ def draw_steady_scene(kind: str, seed: int) -> SteadyScene:
         motion, period = Sines((A, 0.6 * A), (f, 1.5 * f), (0.0, phase)), 2.0 / f
     has_contact = isinstance(law, DynamicLaw) or law.is_elastic
     start = ContactState(0.0, 0.0, 0.0) if has_contact else State(0.0, 0.0)
-    return SteadyScene(PeriodicScene(Plant(M, K_X, b), law, motion, period), start)
+    return SteadyScene(PeriodicSystem(Plant(M, K_X, b), law, motion, period), start)
 
 
-def changes_after(scene: PeriodicScene, state: AnyState, periods: int, most: int) -> np.ndarray:
+def changes_after(
+    scene: PeriodicSystem, state: AnyState, periods: int, most: int
+) -> np.ndarray:
     """Return how far a motion is from itself 1, 2, ..., `most` periods earlier, scaled [-].
 
     It is marched for so many periods from a state, and as many more as are compared.

@@ -88,7 +88,7 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.core.modes import APART, REGULAR, Mode, encode_mode
-from drysim.core.orbit import SineScene
+from drysim.core.orbit import SineMarch
 from drysim.core.sampled import (
     SampledMotion,
     SampledState,
@@ -229,7 +229,7 @@ class SlipTrajectory(PiecewiseTrajectory):
         To the last bit that of the same orbit in a block.
         """
         log = EventLog(*map(as_engine_array, self.march.block(0).log))
-        scene = SineScene(self.plant, self.law.without_stops, self.march.waves, log)
+        scene = SineMarch(self.plant, self.law.without_stops, self.march.waves, log)
         # The first event is the state at the start.
         d, count = log.kind[0], len(log.kind)
         return np.array(event_monodromy(scene, self.end, 1.0, d, 1, count)).reshape(2, 2)

@@ -22,7 +22,7 @@ def deviation_growth(scene, period, state, growth):
 
     Parameters
     ----------
-    scene : SineScene
+    scene : SineMarch
     period : float
         Period of the excitation [s].
     state : PeriodState

@@ -103,8 +103,8 @@ violation of the laws as in `Totals`.
 ANSWER_COLUMNS is the number of columns."""
 
 
-class SineScene(NamedTuple):
-    """Oscillator, law and waves of a scene, and the log that takes the events of a period."""
+class SineMarch(NamedTuple):
+    """Input of a march under waves, and the log that takes the events of a period."""
 
     plant: Any
     law: Any
@@ -204,7 +204,7 @@ def solve_orbits(scenes, answers, most, work):
     for i in range(len(scenes)):
         row, answer = scenes[i], answers[i]
         plant, law = plant_and_law(row)
-        scene = SineScene(plant, law, scene_waves(row, work.values, law), work.log)
+        scene = SineMarch(plant, law, scene_waves(row, work.values, law), work.log)
         if most > 0:
             found = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, work.past)
         else:
@@ -707,7 +707,7 @@ def flow_and_monodromy(row, values, length, x_r, v_r, log, image):
         Written, columns as named above; with a `Status`, the derivatives are not.
     """
     plant, law = plant_and_law(row)
-    scene = SineScene(plant, law, scene_waves(row, values, law), log)
+    scene = SineMarch(plant, law, scene_waves(row, values, law), log)
     d = initial_slip_state(plant, law, scene.waves, x_r, v_r, log).d
     end, events, peak = period_map(scene, length, PeriodState(x_r, v_r, d))
     image[X_IMAGE], image[V_IMAGE], image[IMAGE_PEAK] = end.x_r, end.v_r, peak

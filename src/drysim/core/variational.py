@@ -129,7 +129,7 @@ def event_monodromy(scene, length, rate, d, first, events):
 
     Parameters
     ----------
-    scene : SineScene
+    scene : SineMarch
         Its log holds the events.
     length : float
         Length of the motion [s].

@@ -2,7 +2,7 @@
 
 Search, measures, monodromy and growth of deviations are in closed form. The kernels solve a
 block of scenes in one call: a scene is a row of numbers, which is mostly affine in a parameter
-of the scenario (`SceneRows`).
+of the scenario (`ParameterRows`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def find_coulomb_orbit(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Return the periodic orbit reached from a start, as `search.find_orbit` does."""
-    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    scene = orbit.SineMarch(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
     (x_r, v_r, _), multiple, closure, periods, peak, unique, distance = orbit.converge_to_orbit(
         scene, period, *start[:2], MAX_PERIODS, period_buffers()
     )
@@ -51,7 +51,7 @@ def deviation_growth(
     plant: Plant, law: CoulombLaw, motion: Sines, start: AnyState, period: float, periods: int
 ) -> Floats:
     """Return the logarithmic growth of a deviation in each period, as `lyapunov` defines it."""
-    scene = orbit.SineScene(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
+    scene = orbit.SineMarch(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
     x_r, v_r = start[:2]
     d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
     growth = as_engine_array(np.empty(periods))
@@ -142,7 +142,7 @@ AFFINE_TOLERANCE = 8.0 * np.finfo(float).eps
 """Relative difference up to which they count as equal: rounding."""
 
 
-class SceneRows:
+class ParameterRows:
     """Scenes of `orbit.solve_orbits` as a function of one parameter.
 
     Most columns of a scene are affine in the parameter, or do not depend on it. Where all are,

@@ -25,7 +25,7 @@ from drysim.approach.solution import Floats, LyapunovExponent
 from drysim.core.model import AnyState, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.core.orbit import velocity_scale_rate
 from drysim.orbits.coulomb import deviation_growth
-from drysim.orbits.return_map import PeriodicScene
+from drysim.orbits.return_map import PeriodicSystem
 
 BLOCKS, BLOCK_PERIODS = 32, 128
 """Blocks over which the growth of a deviation is averaged, and periods of the excitation in
@@ -42,12 +42,12 @@ MIN_GROWTH = 10.0
 motion is chaotic: a neutral one grows like a power of time at most."""
 
 
-def lyapunov_exponent(scene: PeriodicScene, start: AnyState) -> LyapunovExponent | None:
+def lyapunov_exponent(scene: PeriodicSystem, start: AnyState) -> LyapunovExponent | None:
     """Return the largest Lyapunov exponent of a motion from its state after the transient.
 
     Parameters
     ----------
-    scene : PeriodicScene
+    scene : PeriodicSystem
     start : State or ContactState
         State at the beginning of a period.
 
@@ -56,7 +56,7 @@ def lyapunov_exponent(scene: PeriodicScene, start: AnyState) -> LyapunovExponent
     LyapunovExponent or None
         None under a dynamic law; where the linearised motion is not defined, as at a grazing
         stop; and where the distance of two motions in the norm of the energy never grows, so
-        that none is chaotic (`PeriodicScene.has_one_motion`).
+        that none is chaotic (`PeriodicSystem.has_one_motion`).
     """
     plant, law, motion, period = scene
     if isinstance(law, DynamicLaw) or scene.has_one_motion:
@@ -77,7 +77,7 @@ def lyapunov_exponent(scene: PeriodicScene, start: AnyState) -> LyapunovExponent
 
 
 def marched_growth(
-    scene: PeriodicScene, law: PiecewiseLaw, state: AnyState, marches: int
+    scene: PeriodicSystem, law: PiecewiseLaw, state: AnyState, marches: int
 ) -> Floats:
     """Return the logarithmic growth of a deviation in each of some marches, as `coulomb` does.
 

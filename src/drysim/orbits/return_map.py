@@ -84,8 +84,8 @@ LARGEST_START = 20.0
 with little damping, where friction keeps every motion smaller."""
 
 
-class PeriodicScene(NamedTuple):
-    """Scene under periodic excitation, whose period is in seconds."""
+class PeriodicSystem(NamedTuple):
+    """Oscillator under periodic excitation, whose period is in seconds."""
 
     plant: Plant
     law: AnyLaw
@@ -105,7 +105,7 @@ class PeriodicScene(NamedTuple):
             return sine_turns
         return sine_turns and round(law.omega * self.period / math.tau) % 2 == 0
 
-    def delayed(self, periods: float) -> PeriodicScene:
+    def delayed(self, periods: float) -> PeriodicSystem:
         """Return the scene in which t = 0 is later by so many periods."""
         (A, f, phase), law, period = self.motion, self.law, self.period
         phases = tuple(
@@ -115,14 +115,14 @@ class PeriodicScene(NamedTuple):
         if not isinstance(law, DynamicLaw) and law.variation:
             after = self.phase_after(law.omega / math.tau, periods)
             law = law._replace(phase=law.phase + after)
-        return PeriodicScene(self.plant, law, Sines(A, f, phases), period)
+        return PeriodicSystem(self.plant, law, Sines(A, f, phases), period)
 
     def phase_after(self, frequency: float, periods: float) -> float:
         """Return the phase of a harmonic of the excitation after some periods [rad]."""
         return math.tau * (round(frequency * self.period) * periods % 1.0)
 
     @classmethod
-    def from_row(cls, row: Floats) -> PeriodicScene:
+    def from_row(cls, row: Floats) -> PeriodicSystem:
         """Return the scene of a row of `coulomb.scene_row`."""
         m, k_x, b, *columns = row.tolist()
         law, period, sines = CoulombLaw(*columns[:5]), columns[7], columns[10:]
@@ -235,7 +235,7 @@ class ShootingReturnMap:
         Returns the scene at p, from 0 to 1, or None where there is none.
     """
 
-    def __init__(self, scene: Callable[[float], PeriodicScene | None]) -> None:
+    def __init__(self, scene: Callable[[float], PeriodicSystem | None]) -> None:
         # A correction asks for few values of p again and again: at a point and beside it.
         self.scene, self.coulomb_flow = lru_cache(maxsize=8)(scene), CoulombFlow()
 
@@ -244,7 +244,7 @@ class ShootingReturnMap:
         scene = self.scene(p)
         return 1.0 if scene is None else math.tau / scene.period
 
-    def scene_from(self, p: float, repetition: Repetition) -> PeriodicScene | None:
+    def scene_from(self, p: float, repetition: Repetition) -> PeriodicSystem | None:
         """Return the scene whose t = 0 is the beginning of a repetition.
 
         Dynamic laws have the smallest tolerance: differences need more digits than a run.
@@ -279,7 +279,7 @@ class ShootingReturnMap:
         return Image(end, derive, counts, events, peak)
 
     def coulomb_image(
-        self, scene: PeriodicScene, law: CoulombLaw, state: Floats, repetition: Repetition
+        self, scene: PeriodicSystem, law: CoulombLaw, state: Floats, repetition: Repetition
     ) -> Image | None:
         """Return the image of a state under Coulomb friction; None as for the map."""
         plant, _, motion, period = scene
@@ -311,7 +311,7 @@ class ShootingReturnMap:
         return found if np.isfinite(found).all() else None
 
     def march(
-        self, scene: PeriodicScene, y: Floats, repetition: Repetition
+        self, scene: PeriodicSystem, y: Floats, repetition: Repetition
     ) -> tuple[Floats, PiecewiseTrajectory | TaylorTrajectory]:
         """Return the state after a repetition, and the motion up to it; `scene` begins with it.
 
@@ -329,13 +329,13 @@ class ShootingReturnMap:
         return (-end if repetition.half else end), trajectory
 
     def march_for(
-        self, scene: PeriodicScene, y: Floats, time: float
+        self, scene: PeriodicSystem, y: Floats, time: float
     ) -> PiecewiseTrajectory | TaylorTrajectory:
         """Return the motion from a state for a time in periods."""
         plant, law, motion, period = scene
         return march_period(plant, law, motion, scene.to_state(scene.clip(y)), time * period)
 
-    def scale(self, scene: PeriodicScene, peak: float) -> Floats:
+    def scale(self, scene: PeriodicSystem, peak: float) -> Floats:
         """Return the scale of each state component, shape (n,)."""
         omega = math.tau / scene.period
         size = peak or max(scene.motion.A) / omega**2
@@ -343,7 +343,7 @@ class ShootingReturnMap:
         return np.array(sizes + [scene.deflection] * (scene.deflection > 0.0))
 
     def differentiate(
-        self, scene: PeriodicScene, y: Floats, repetition: Repetition, peak: float
+        self, scene: PeriodicSystem, y: Floats, repetition: Repetition, peak: float
     ) -> tuple[Floats, float]:
         """Return the Jacobian of the return map of a dynamic law, and its estimated error.
 
@@ -360,7 +360,7 @@ class ShootingReturnMap:
         return jacobian, worst / max(1.0, largest)
 
     def column(
-        self, scene: PeriodicScene, y: Floats, repetition: Repetition, j: int, scale: Floats
+        self, scene: PeriodicSystem, y: Floats, repetition: Repetition, j: int, scale: Floats
     ) -> tuple[Floats, float]:
         """Return a column of the Jacobian, and its estimated error when scaled [-].
 

@@ -61,8 +61,8 @@ from drysim.wording import format_count, format_length, format_number, format_un
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
-    from drysim.orbits.coulomb import SceneRows
-    from drysim.orbits.return_map import PeriodicScene, ShootingReturnMap
+    from drysim.orbits.coulomb import ParameterRows
+    from drysim.orbits.return_map import PeriodicSystem, ShootingReturnMap
 
 Floats = NDArray[np.float64]
 
@@ -432,11 +432,11 @@ class Study:
         self.range = axis.range
 
     @cached_property
-    def rows(self) -> SceneRows:
+    def rows(self) -> ParameterRows:
         """Scenes of the orbit kernel along the key."""
-        from drysim.orbits.coulomb import SceneRows
+        from drysim.orbits.coulomb import ParameterRows
 
-        return SceneRows(self.exact_rows, *map(self.value, self.limits))
+        return ParameterRows(self.exact_rows, *map(self.value, self.limits))
 
     @cached_property
     def limits(self) -> tuple[float, float]:
@@ -465,11 +465,11 @@ class Study:
 
         return ShootingReturnMap(self.scene)
 
-    def scene(self, p: float) -> PeriodicScene | None:
+    def scene(self, p: float) -> PeriodicSystem | None:
         """Return the scene at a share of the range; None where there is none."""
-        from drysim.orbits.return_map import PeriodicScene
+        from drysim.orbits.return_map import PeriodicSystem
 
-        return PeriodicScene.from_row(self.rows.at(self.value(p)))
+        return PeriodicSystem.from_row(self.rows.at(self.value(p)))
 
     @property
     def is_symmetric(self) -> bool:
@@ -812,9 +812,9 @@ class MarchedStudy(Study):
         scenes = [self.scene(p) for p in (0.0, 0.5, 1.0)]
         return all(scene is not None and scene.is_symmetric for scene in scenes)
 
-    def scene(self, p: float) -> PeriodicScene | None:
+    def scene(self, p: float) -> PeriodicSystem | None:
         """Return the scene at a share of the range; None where there is none."""
-        from drysim.orbits.return_map import PeriodicScene
+        from drysim.orbits.return_map import PeriodicSystem
 
         try:
             one = self.scenario.at({self.axis.key: self.value(p)})
@@ -830,7 +830,7 @@ class MarchedStudy(Study):
         if period is None:
             return None
         law = approach.effective_law(one.law())
-        scene = PeriodicScene(one.oscillator.plant(), law, motion, period)
+        scene = PeriodicSystem(one.oscillator.plant(), law, motion, period)
         # A phase of the base motion only shifts the time.
         return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0] * period))
 

@@ -142,8 +142,8 @@ class Prediction(NamedTuple):
         return inside
 
 
-class Scene(NamedTuple):
-    """Plant, friction law and start of a motion."""
+class Trial(NamedTuple):
+    """Plant, friction law and start of a motion, at trial values of the free keys."""
 
     plant: Plant
     law: AnyLaw
@@ -234,7 +234,7 @@ class Solved:
     ----------
     model : FitModel
     values : ndarray, shape (p,)
-    scene : Scene
+    scene : Trial
     response : Response
     places : Places
         Of the measured instants.
@@ -242,7 +242,7 @@ class Solved:
 
     model: FitModel
     values: Floats
-    scene: Scene
+    scene: Trial
     response: Response
     places: Places
 
@@ -418,16 +418,16 @@ class FitModel:
         point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
         return self.scenario.at(point) if point else self.scenario
 
-    def scene(self, values: Floats) -> Scene:
+    def scene(self, values: Floats) -> Trial:
         """Return the scene with these values, which are not validated.
 
         Values may be arrays of one length, those of several scenes.
         """
         point = {k: v for k, v in self.point(values).items() if k != DELAY_KEY}
         scenario = self.scenario.with_values(point)
-        return Scene(scenario.oscillator.plant(), scenario.law(), scenario.start.state())
+        return Trial(scenario.oscillator.plant(), scenario.law(), scenario.start.state())
 
-    def moved(self, scene: Scene) -> Scene:
+    def moved(self, scene: Trial) -> Trial:
         """Return the scene whose motion is computed: a rig has no dynamics."""
         if not self.fit.measured.is_rig:
             return scene

@@ -112,10 +112,10 @@ def periodic_motion(case: Case) -> SolvedMotion:
     if not orbit.settled and isinstance(case.approach, ExactApproach):
         assert isinstance(case.motion, Sines), "samples are not periodic"
         from drysim.orbits.lyapunov import lyapunov_exponent
-        from drysim.orbits.return_map import PeriodicScene
+        from drysim.orbits.return_map import PeriodicSystem
 
         law = case.approach.effective_law(case.law)
-        scene = PeriodicScene(case.plant, law, case.motion, case.period)
+        scene = PeriodicSystem(case.plant, law, case.motion, case.period)
         exponent = lyapunov_exponent(scene, orbit.state)
     numerics = replace(
         response.numerics,
