@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from segments import drawn_trajectory, sampled_solution
 
 from drysim.core import trajectory
 
@@ -57,3 +58,22 @@ def test_rule_is_that_of_numpy(name, points):
     np.testing.assert_allclose(
         getattr(trajectory, f"{name}_WEIGHTS"), 0.5 * weights, rtol=1e-13
     )
+
+
+# Points at the samples of a motion between end stops, with any contact.
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_both_engines_write_the_same_points_and_no_velocity_at_rest(
+    plain: SimpleNamespace, fast: SimpleNamespace, seed: int
+) -> None:
+    solution = sampled_solution(drawn_trajectory(np.random.default_rng(seed), 150))
+    count, written = len(solution.scene.u_dd), []
+    for core in (plain, fast):
+        x_r, v_r, *others = np.empty((6, count))
+        points = core.model.Points(x_r, v_r, np.empty(count, np.int8), *others)
+        core.trajectory.evaluate_samples(solution, (0, count), points)
+        written.append(points)
+    for one, other in zip(*written, strict=True):
+        assert np.array_equal(one, other)
+    assert not v_r[points.d == 0].any()

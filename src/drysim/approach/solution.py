@@ -499,15 +499,15 @@ class BlockwiseMarch:
         steps = int(low[0] / dt), min(int(high[-1] / dt) + 1, self.last)
         for block in self.blocks(*steps):
             begin, count = block.first * dt, len(block.u_dd) - 1
-            part = slice(*np.searchsorted(low, (0.0, begin + count * dt), "right").tolist())
             # Those of earlier blocks are known by now, the last one perhaps not.
-            part = slice(int(np.searchsorted(high, begin)), part.stop)
-            found = as_engine_array(np.empty(part.stop - part.start))
+            first = int(np.searchsorted(high, begin))
+            part = slice(first, int(np.searchsorted(low, begin + count * dt, "right")))
+            here_times = as_engine_array(np.empty(part.stop - part.start))
             here = crossings._replace(low=low - begin, high=high - begin)
             here = Crossings(*(as_engine_array(column[part]) for column in here))
-            crossing_times(block.solution, here, found)
+            crossing_times(block.solution, here, here_times)
             unknown = np.isnan(times[part])
-            times[part][unknown] = begin + np.asarray(found)[unknown]
+            times[part][unknown] = begin + np.asarray(here_times)[unknown]
         return np.where(np.isnan(times), high, times)
 
 

@@ -15,9 +15,8 @@ Method
 Error
     `TaylorTrajectory.error` computes a second solution with a larger tolerance and half the
     hysteresis depth. Its distance at the points of the grid estimates the error of the first.
-    As a rule that is
-    smaller by orders of magnitude, but both round, so that the estimate is no bound where it is
-    as small as rounding.
+    As a rule that is smaller by orders of magnitude, but both round, so that the estimate is no
+    bound where it is as small as rounding.
 
 Source
     Jorba and Zou, A software package for the numerical integration of ODEs by means of
@@ -121,7 +120,7 @@ def compute_trajectory(
 class TaylorTrajectory(MarchedTrajectory):
     """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
-    `turning_points` holds every event and every zero of v_r.
+    `events` holds every event and every zero of v_r.
     """
 
     march: TaylorMarch

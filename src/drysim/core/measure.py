@@ -172,8 +172,8 @@ def measure_steps(solution, steps, window, runs, sums, forms):
             changes = goes_on and rows.s[i + 1] == 0.0
             stop = until - int(changes or until == len(u_dd) - 1)
             # A slide that begins in this step need not have its velocity at the sample.
-            whole = rows.n[i] < first or (rests and s == 0.0 and until > n)
-            begin = min(max(n + int(not whole), lowest), until)
+            at_sample = rows.n[i] < first or (rests and s == 0.0 and until > n)
+            begin = min(max(n + int(not at_sample), lowest), until)
             end = max(min(until if rests else stop, highest), begin)
         # The step in which the next mode begins belongs to this one, too.
         while n < until + int(after > 0.0):
@@ -183,7 +183,8 @@ def measure_steps(solution, steps, window, runs, sums, forms):
                 n, count = end, count + 1
             else:
                 length = (after if n == until else dt) - s
-                if summed and lowest <= n < highest and (rests or short):
+                whole = lowest <= n < highest and length > 0.0
+                if summed and whole and (rests or short):
                     forces, base = run_forces(plant, law, d, x_0), base_at(u_dd, dt, n, s)
                     slide = Slide(forces, factors[group_of(forces)])
                     part, peak = integrate_simple(plant, law, slide, base, state, length, peak)

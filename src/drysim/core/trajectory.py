@@ -309,7 +309,7 @@ def evaluate_segments(solution, t, out):
         state = motion_in_segment(waves, part, s)
         u_dd = base_motion(waves, part.u_0, part.slope, s)[0]
         load = max(load_at(law, waves, part.ramp, s)[0], 0.0)
-        write_point(solution.scene, part, state, (u_dd, load), k, out)
+        write_point(solution.scene, part.mode, part.forces, state, (u_dd, load), k, out)
 
 
 @compiled
@@ -336,24 +336,25 @@ def evaluate_samples(solution, samples, out):
         until = end
         if i + 1 < len(rows.n):
             until = min(until, rows.n[i + 1] + (rows.s[i + 1] > 0.0))
-        begin = motion.x_r[n], motion.v_r[n], rows.x_0[i]
-        part = resume_mode(scene, (n, 0.0), begin, rows.d[i])
+        mode = decode_mode(rows.d[i])
+        forces = mode_forces(scene.plant, scene.law, mode, rows.x_0[i])
         for k in range(n, until):
             state = motion.x_r[k], motion.v_r[k]
-            write_point(scene, part, state, (scene.u_dd[k], 1.0), k - first, out)
+            write_point(scene, mode, forces, state, (scene.u_dd[k], 1.0), k - first, out)
         n = until
 
 
 @inlined
-def write_point(scene, part, state, base, k, out):
+def write_point(scene, mode, forces, state, base, k, out):
     """Write one of the `Points`.
 
     Parameters
     ----------
     scene : Scene
-    part : ResumedSegment
+    mode, forces
+        Of the segment.
     state : (float, float)
-        xi [m] and v_r [m/s].
+        xi [m], and v_r where the mass moves [m/s].
     base : (float, float)
         ü [m/s²], and relative normal force [-], at least 0.
     k : int
@@ -361,10 +362,9 @@ def write_point(scene, part, state, base, k, out):
     out : Points
     """
     plant, law, _, _, _ = scene
-    (xi, v_r), (u_dd, load), mode, forces = state, base, part.mode, part.forces
-    x_r = part.x_origin + xi
+    xi, u_dd, load, moves = state[0], base[0], base[1], mode.direction != AT_REST
+    x_r, v_r = origin_of(law, mode.origin) + xi, state[1] if moves else 0.0
     F_f, F_stop = friction_and_stop_forces(law, mode, forces, (xi, v_r), u_dd, load)
-    moves = mode.direction != AT_REST
     d = int(moves) if v_r >= 0.0 else -int(moves)
     if is_rigid_slip(law, mode):
         d = mode.contact
