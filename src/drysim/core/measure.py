@@ -68,9 +68,11 @@ from drysim.core.peak import Decay, bend, peak_of_segment
 from drysim.core.roots import NEVER
 from drysim.core.trajectory import (
     FOUR,
+    FOUR_NODE_PANELS,
     NO_SUMS,
     NODES,
     PANEL_RADIANS,
+    SIX,
     TIME_ROUNDING,
     WEIGHTS,
     SampledSolution,
@@ -140,8 +142,9 @@ def measure_steps(solution, steps, window, runs, sums, forms):
     w, fastest = plant.k_x / plant.m, max(law.up.b, law.down.b) / plant.m
     held = w + law.k_t / plant.m
     # Whether every segment is short, and there are no stops that it may meet.
-    short = (fastest + math.sqrt(held)) * dt <= SERIES_SEGMENT
-    short = short and min(law.up.limit, law.down.limit) == NEVER
+    radians = (fastest + math.sqrt(held)) * dt
+    short = radians <= SERIES_SEGMENT and min(law.up.limit, law.down.limit) == NEVER
+    rule = FOUR if radians <= FOUR_NODE_PANELS * PANEL_RADIANS else SIX
     factors = (
         series_factors(law.down.b / plant.m, w),
         series_factors(law.down.b / plant.m, held),
@@ -186,7 +189,7 @@ def measure_steps(solution, steps, window, runs, sums, forms):
                 whole = lowest <= n < highest and length > 0.0
                 if summed and whole and (rests or short):
                     forces, base = run_forces(plant, law, d, x_0), base_at(u_dd, dt, n, s)
-                    slide = Slide(forces, factors[group_of(forces)])
+                    slide = Slide(forces, factors[group_of(forces)], rule)
                     part, peak = integrate_simple(plant, law, slide, base, state, length, peak)
                     total = add_segment_sums(total, part)
                 else:
@@ -277,7 +280,7 @@ def integrate_simple(plant, law, slide, base, state, length, peak):
     peak : float
         Largest |x_dd| before [m/s²].
     """
-    (forces, factors), (t, u_0, slope), m = slide, base, plant.m
+    (forces, factors, rule), (t, u_0, slope), m = slide, base, plant.m
     if forces.d == 0.0:
         sums, highest = integrate_rest_of_step(
             plant, law, forces.origin + state[0], base, length
@@ -290,7 +293,7 @@ def integrate_simple(plant, law, slide, base, state, length, peak):
     decay = Decay(c, w, u_0, slope, e, -slope - c * e - w * v_0)
     series = velocity_series(factors, v_0, e, decay.e_1)
     x2, v2, x_dd2, power, path, loss, damped, violation = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(FOUR[0], FOUR[1]):
+    for k in range(rule[0], rule[1]):
         s, weight = length * NODES[k], length * WEIGHTS[k]
         x, v = x_0 + series_distance(series, s), series_velocity(series, s)
         y = c * v + (forces.spring * x + (forces.hold * (x - forces.x_0) + forces.f))
@@ -476,10 +479,20 @@ class RunForces(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """A mode under a constant normal force: its forces, and its power series in motion."""
+    """A mode under a constant normal force.
+
+    Attributes
+    ----------
+    forces : RunForces
+    factors : SeriesFactors
+        Of the power series in motion.
+    rule : (int, int)
+        The quadrature that suffices for a step.
+    """
 
     forces: RunForces
     factors: SeriesFactors
+    rule: tuple[int, int]
 
 
 class RunExtremes(NamedTuple):

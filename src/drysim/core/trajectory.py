@@ -610,7 +610,8 @@ exp(±2i·4) with an error of 4e-17."""
 
 FOUR_NODE_PANELS = 0.025
 """Panels, as a share of `panel_length`, up to which four nodes suffice: a tenth of a radian,
-where their error is 1e-15 of a product."""
+where their error is 1e-15 of the product of two amplitudes, and 2e-11 of the integral over a
+segment that begins or ends at rest."""
 
 SIX_NODE_PANELS = 0.125
 """Panels, as a share of `panel_length`, up to which six nodes suffice: half a radian, where
