@@ -502,12 +502,12 @@ class BlockwiseMarch:
             # Those of earlier blocks are known by now, the last one perhaps not.
             first = int(np.searchsorted(high, begin))
             part = slice(first, int(np.searchsorted(low, begin + count * dt, "right")))
-            here_times = as_engine_array(np.empty(part.stop - part.start))
-            here = crossings._replace(low=low - begin, high=high - begin)
-            here = Crossings(*(as_engine_array(column[part]) for column in here))
-            crossing_times(block.solution, here, here_times)
+            here = Crossings(*(column[part] for column in crossings))
+            here = here._replace(low=here.low - begin, high=here.high - begin)
+            since_begin = as_engine_array(np.empty(len(here.low)))
+            crossing_times(block.solution, Crossings(*map(as_engine_array, here)), since_begin)
             unknown = np.isnan(times[part])
-            times[part][unknown] = begin + np.asarray(here_times)[unknown]
+            times[part][unknown] = begin + np.asarray(since_begin)[unknown]
         return np.where(np.isnan(times), high, times)
 
 
