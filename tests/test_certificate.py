@@ -273,29 +273,26 @@ def test_slip_that_begins_below_the_static_limit_is_seen_though_friction_opposes
     events = right.events
     slip = int(np.flatnonzero(np.abs(events.kind[1:]) == 1)[0]) + 1
     wrong = first_rows(right, slip + 1)
-    wrong.segments.s[slip] = 0.05 * events.t[slip - 1] + 0.95 * events.t[slip]
+    wrong.march.block(0).rows.s[slip] = 0.05 * events.t[slip - 1] + 0.95 * events.t[slip]
     energy, law = residuals(wrong, (float(events.t[slip - 1]), float(events.t[slip])))
     assert energy < CLOSES
     assert law > 1e-3
 
 
 def first_rows(trajectory, count):
-    segments = type(trajectory.segments)(
-        *(column[:count].copy() for column in trajectory.segments)
-    )
-    return with_segments(trajectory, segments)
+    rows = trajectory.march.block(0).rows
+    return with_segments(trajectory, type(rows)(*(column[:count].copy() for column in rows)))
 
 
 def without_rows(trajectory, i, count=1):
-    segments = type(trajectory.segments)(
-        *(np.delete(column, slice(i, i + count)) for column in trajectory.segments)
-    )
-    return with_segments(trajectory, segments)
+    rows = trajectory.march.block(0).rows
+    others = (np.delete(column, slice(i, i + count)) for column in rows)
+    return with_segments(trajectory, type(rows)(*others))
 
 
 def test_elastic_contact_beyond_its_limit_is_seen_though_it_is_a_spring():
     right = motion_of(PiecewiseLaw(45.0, 45.0, 1e5))
-    starts = right.segments.s
+    starts = right.march.block(0).rows.s
     wrong = first_rows(right, 1)
     energy, law = residuals(wrong, (0.0, float(starts[3])))
     assert energy < CLOSES
@@ -305,9 +302,9 @@ def test_elastic_contact_beyond_its_limit_is_seen_though_it_is_a_spring():
 def test_missed_impact_penetrates_the_rigid_stop():
     limits = StrokeLimits(0.005, 0.005)
     right = motion_of(PiecewiseLaw(15.0, 15.0, stops=EndStops(limits, e=0.5)))
-    hit = int(np.flatnonzero(right.segments.d == -1)[0])
+    hit = int(np.flatnonzero(right.march.block(0).rows.d == -1)[0])
     wrong = without_rows(right, hit, 2)
-    window = (0.0, float(right.segments.s[hit + 2]))
+    window = (0.0, float(right.march.block(0).rows.s[hit + 2]))
     energy, law = residuals(wrong, (0.0, window[1] * (1.0 - 1e-9)))
     assert energy < CLOSES
     assert law > 1e-3
@@ -316,13 +313,13 @@ def test_missed_impact_penetrates_the_rigid_stop():
 def test_mass_that_a_rigid_stop_would_have_to_pull_is_seen():
     stops = EndStops(StrokeLimits(0.005, 0.005), e=0.0)
     right = motion_of(PiecewiseLaw(15.0, 15.0, stops=stops), Sines((8.0,), (1.0,), (0.0,)))
-    rests = np.flatnonzero(right.segments.x_r[:-1] == 0.0)
-    for i in rests.tolist():
-        window = (float(right.segments.s[i]), float(right.segments.s[i + 1]))
+    rows = right.march.block(0).rows
+    for i in np.flatnonzero(rows.x_r[:-1] == 0.0).tolist():
+        window = (float(rows.s[i]), float(rows.s[i + 1]))
         if window[1] - window[0] < 0.05:
             continue
         later = (window[0], min(window[1] + 0.2, right.end))
-        energy, law = residuals(without_rows(right, i + 1, len(right.segments.s)), later)
+        energy, law = residuals(without_rows(right, i + 1, len(rows.s)), later)
         assert energy < CLOSES
         assert law > 0.1
         return

@@ -214,10 +214,8 @@ def test_both_engines_have_the_same_derivative(plain, name):
 
 def time_in_contact(trajectory: PiecewiseTrajectory) -> float:
     """Return the time for which a bumper touches the mass [s]."""
-    rows = [
-        (s, code) for s, code in zip(trajectory.segments.s, trajectory.segments.d, strict=True)
-        if code != ARRIVAL
-    ]  # fmt: skip
+    starts, codes = trajectory.solution.segments.s, trajectory.solution.segments.d
+    rows = [row for row in zip(starts, codes, strict=True) if row[1] != ARRIVAL]
     total = 0.0
     for (begin, code), (end, _) in itertools.pairwise(rows):
         _, stage, released = stop_stage(decode_mode(int(code)).end_stop)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.coulomb import SampledTrajectory
+from drysim.approach.coulomb import CODES, CoulombMarch
 from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Events
 from drysim.approach.taylor import TaylorTrajectory
@@ -20,9 +20,9 @@ Break = Callable[[Any, int, np.random.Generator], None]
 
 def break_motion(trajectory: Any, way: str, rng: np.random.Generator) -> Any:
     """Return a copy of a motion that is broken in a way, `BREAKS`, at a random place."""
-    if isinstance(trajectory, SampledTrajectory):
-        return break_samples(trajectory, way, rng)
     if isinstance(trajectory, PiecewiseTrajectory):
+        if isinstance(trajectory.march, CoulombMarch):
+            return break_samples(trajectory, way, rng)
         block = trajectory.march.block(0)
         rows = break_segments(block.rows, trajectory.dt, way, rng, turned_mode)
         samples = block.samples
@@ -48,7 +48,7 @@ def between(before: float, now: float, after: float, rng: np.random.Generator) -
     return float(now + rng.uniform(0.3, 0.9) * (to - now))
 
 
-def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Generator) -> Any:
+def break_samples(trajectory: PiecewiseTrajectory, way: str, rng: np.random.Generator) -> Any:
     """Break a motion stored at its samples, with the events between them.
 
     After a missed event the motion goes on in its direction to the next sample that is known.
@@ -56,7 +56,7 @@ def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Genera
     march = trajectory.march
     block = march.block(0)
     log = type(block.log)(*(np.array(column) for column in block.log))
-    x_r, v_r, d = (np.array(column) for column in (block.x_r, block.v_r, block.d))
+    x_r, v_r, d = (np.array(column) for column in block.solution.samples)
     i = int(rng.integers(1, len(log.n)))
     first = int(log.n[i]) + 1
     last = int(log.n[i + 1]) + 1 if i + 1 < len(log.n) else len(d)
@@ -78,7 +78,10 @@ def break_samples(trajectory: SampledTrajectory, way: str, rng: np.random.Genera
     else:
         n = int(rng.integers(1, len(d) - 2))
         x_r[n:-1], v_r[n:-1], d[n:-1] = x_r[n + 1 :], v_r[n + 1 :], d[n + 1 :]
-    broken = replace(block, x_r=x_r, v_r=v_r, d=d, log=log)
+    samples, modes = type(block.samples)(x_r, v_r, d), CODES[np.sign(log.kind)]
+    v_first = np.where(np.arange(len(log.n)) == 0, block.rows.v_r[0], 0.0)
+    rows = type(block.rows)(log.n, log.s, log.x_r, v_first, 0.0 * v_first, modes)
+    broken = replace(block, samples=samples, log=log, rows=rows)
     kind = np.asarray(log.kind, np.int8)
     t = log.n * march.motion.dt + log.s
     points = Events(t, kind, log.x_r, log.F_L)

@@ -10,7 +10,7 @@ Method
     involved; any grid, integral or periodic orbit is evaluated from the events afterwards. Over
     samples ü is linear in each step, so a step without events is one affine map, and a step
     with events is divided at them. Long sample series are marched block by block, and only the
-    state at the beginning of each block is kept (`Checkpoint`): a block is marched again, to
+    state at the beginning of each block is kept: a block is marched again, to
     the same last bit, when its points are needed.
 
 Why no event is missed
@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -50,28 +50,22 @@ from drysim.approach.piecewise import (
     PiecewiseBlock,
     PiecewiseMarch,
     PiecewiseTrajectory,
+    follow,
+    joined,
     to_kernel,
 )
 from drysim.approach.progress import check_event_count, check_progress, count_intervals
-from drysim.approach.solution import (
-    BlockwiseMarch,
-    Events,
-    Floats,
-    Int8Array,
-    MarchedTrajectory,
-)
+from drysim.approach.solution import Events, Floats
 from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, initial_direction
 from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Scene, Waves
 from drysim.core.march import (
     Interval,
-    MarchState,
     SlipState,
     march_sines,
     march_sines_from_start,
     march_varying_limits,
 )
-from drysim.core.measure import measure, total_of
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -82,9 +76,6 @@ from drysim.core.model import (
     Points,
     Samples,
     Sines,
-    State,
-    Totals,
-    integrate_base_squares,
     limit_force,
 )
 from drysim.core.modes import APART, REGULAR, Mode, encode_mode
@@ -96,11 +87,8 @@ from drysim.core.sampled import (
     empty_base_sums,
     march,
 )
-from drysim.core.stroke import Crossings
 from drysim.core.trajectory import (
-    SampledSolution,
     sample_coulomb_grid,
-    state_in_step,
     table_shape,
 )
 from drysim.core.variational import event_monodromy
@@ -113,17 +101,23 @@ def compute_trajectory(
     start: AnyState,
     duration: float | None,
     whole: bool = False,
-) -> SlipTrajectory | SampledTrajectory:
+) -> PiecewiseTrajectory:
     """Solve a scene and return its trajectory; parameters as in `exact.solve`.
 
     Under sines no grid is involved.
     """
     if isinstance(motion, Sines):
         return sine_trajectory(plant, law, motion, start, duration)
-    end = run_duration(motion, duration)
+    end, dt = run_duration(motion, duration), motion.dt
     last = last_sample_indices(motion, end)[1]
-    march, events, closest_decision = march_blocks(plant, law, motion, start, last, whole)
-    return SampledTrajectory(march, events.until(end), end, closest_decision)
+    size = max(last, 1) if whole or last <= MAX_CACHED else BLOCK_SIZE
+    waves = make_waves(motion, law)
+    march = CoulombMarch(plant, law, motion, last, size, [], waves, (dt, dt))
+    u_dd = initial_base_acceleration(motion)
+    d, _, margin = initial_direction(plant, law, start.x_r, start.v_r, u_dd)
+    # The margin is infinite where no force acts.
+    state = SampledState(0, start.x_r, start.v_r, d, math.nan, 1, math.inf)
+    return follow(march, state, margin, end)
 
 
 # Sines: from event to event, on any grid.
@@ -142,7 +136,7 @@ def sine_trajectory(
     motion: Sines,
     start: AnyState,
     duration: float | None,
-) -> SlipTrajectory:
+) -> PiecewiseTrajectory:
     """Solve a scene under sines from event to event, without a grid.
 
     The contact is that of Coulomb friction. End stops of the law do not act: the motion is a
@@ -179,7 +173,19 @@ def sine_trajectory(
     size = (len(scene) - SCENE_COLUMNS) // WAVE_COLUMNS
     waves, steps = Waves(scene[SCENE_COLUMNS:], size, len(motion.A)), (duration, duration)
     march = SlipMarch(plant, law, motion, 1, 1, [(v_0, events, state)], waves, steps)
-    return SlipTrajectory(march, events, None, None, duration, closest_decision)
+    return PiecewiseTrajectory(
+        plant=plant,
+        law=law,
+        motion=motion,
+        events=events,
+        end=duration,
+        closest_decision=closest_decision,
+        march=march,
+    )
+
+
+CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
+"""Encoded modes by direction of sliding, which serves as index."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,31 +196,26 @@ class SlipMarch(PiecewiseMarch):
     end.
     """
 
-    def march_block(self, number: int) -> MarchState:
+    def march_block(self, number: int) -> SlipState:
         """Write the motion as segments and keep it in memory; return the state at its end."""
+        end: SlipState
         v_0, events, end = self.checkpoints[number]
         t, kind, x, F_L = events.t, events.kind, events.x_r, events.F_L
         count, u_dd = len(t), np.zeros(2)
         n, (s, x_r, v_r, x_0) = np.zeros(count + 1, np.int64), np.zeros((4, count + 1))
         s[:count], x_r[:count], v_r[0] = t, x, v_0
-        s[count], x_r[count], v_r[count], d, _, closest = end
+        s[count], x_r[count], v_r[count], d, _, _ = end
         codes = np.full(count + 1, CODES[d])
         codes[:count] = CODES[np.sign(kind)]
         rows, log = Segments(n, s, x_r, v_r, x_0, codes), EventLog(n[:count], t, kind, x, F_L)
         scene = Scene(self.plant, self.kernel_law, self.waves, as_engine_array(u_dd), end.s)
         self.cached[number] = PiecewiseBlock(0, u_dd, None, rows, log, scene)
-        mode, x, v = Mode(d, d, APART, 0, 0, REGULAR), end.x_r, end.v_r
-        return MarchState(1, 0.0, x, v, math.nan, x, mode, count + 1, count, closest)
-
-
-@dataclass(frozen=True, eq=False)
-class SlipTrajectory(PiecewiseTrajectory):
-    """Solution with Coulomb friction under sines."""
+        return end
 
     def points(self, dt: float, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1 of a grid with step dt [s]."""
-        v_0, events, _ = self.march.checkpoints[0]
-        contact, waves = self.law.without_stops, self.march.waves
+        v_0, events, _ = self.checkpoints[0]
+        contact, waves = self.law.without_stops, self.waves
         columns = map(as_engine_array, (events.t, events.kind, events.x_r))
         x_r, v_r, x_dd = as_engine_array(np.empty((3, last - first)))
         points = Points(x_r, v_r, as_engine_array(np.empty(last - first, np.int8)), x_dd)
@@ -228,11 +229,11 @@ class SlipTrajectory(PiecewiseTrajectory):
 
         To the last bit that of the same orbit in a block.
         """
-        log = EventLog(*map(as_engine_array, self.march.block(0).log))
-        scene = SineMarch(self.plant, self.law.without_stops, self.march.waves, log)
+        log = EventLog(*map(as_engine_array, self.block(0).log))
+        scene = SineMarch(self.plant, self.law.without_stops, self.waves, log)
         # The first event is the state at the start.
-        d, count = log.kind[0], len(log.kind)
-        return np.array(event_monodromy(scene, self.end, 1.0, d, 1, count)).reshape(2, 2)
+        d, count, end = log.kind[0], len(log.kind), self.interval[1]
+        return np.array(event_monodromy(scene, end, 1.0, d, 1, count)).reshape(2, 2)
 
 
 # Samples: known at every sample and at every event between samples.
@@ -241,21 +242,24 @@ class SlipTrajectory(PiecewiseTrajectory):
 SAMPLES_PER_EVENT = 16
 """Samples per initial row of the event log; rows that are not written take no memory."""
 
-Checkpoint = tuple[float, float, int, float]
-"""x_r [m], v_r [m/s], direction and relative acceleration [m/s²] at the first sample of a
-block. The acceleration decides where v_r is close to rounding; NaN where x_r and v_r
-determine it."""
+SAMPLES_PER_CALL = 4_000_000
+"""Samples per kernel call; between calls Python can handle an interrupt."""
 
 
 @dataclass(frozen=True, eq=False)
-class SampledTrajectory(MarchedTrajectory):
-    """Solution over samples: known at every sample and at every event between."""
+class CoulombMarch(PiecewiseMarch):
+    """March with Coulomb friction over samples.
 
-    march: CoulombMarch
+    A checkpoint is the `SampledState`. A block is a whole number of chunks of the kernel's
+    march, so marching it again gives the same result to the last bit.
+    """
+
+    law: CoulombLaw
+    motion: Samples
 
     def points(self, dt: float, first: int, last: int) -> Points:
         """Return the points at samples `first` to `last` - 1, dt [s] apart."""
-        law, motion, n = self.law, self.march.samples(first, last), last - first
+        law, motion, n = self.law, self.samples(first, last), last - first
         x_dd, u_dd = as_engine_array(np.empty(n)), as_engine_array(self.motion.u_dd[first:last])
         columns = SampledMotion(*map(as_engine_array, motion))
         accelerations_at_samples(self.plant, law.F_fk, columns, u_dd, x_dd)
@@ -265,164 +269,30 @@ class SampledTrajectory(MarchedTrajectory):
             points.x_dd[:] -= motion.d * (law.F_fk / self.plant.m) * swing
         return points
 
-    def state(self, t: float) -> State:
-        """Return the state at time t [s]."""
-        dt, last = self.march.motion.dt, self.march.last
-        # t / dt may round down to the sample before.
-        n = min(int(t / dt), last)
-        n += (n + 1) * dt <= t and n + 1 <= last
-        block = self.march.block_at(n)
-        at = n - block.first
-        if n * dt >= t:
-            return State(float(block.x_r[at]), float(block.v_r[at]))
-        first = block.first * dt
-        return State(*state_in_step(block.solution, at, t - first)[:2])
-
-    def crossing_times(self, crossings: Crossings) -> Floats:
-        """Return the times of crossings of levels [s]."""
-        return self.march.crossing_times(self.march.motion.dt, crossings)
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s]."""
-        motion = self.march.motion
-        first, last = int(begin / motion.dt), math.ceil(end / motion.dt)
-        parts, peak = [], 0.0
-        for block in self.march.blocks(first, min(last, len(motion.u_dd) - 1)):
-            steps = max(first - block.first, 0), min(last - block.first, len(block.d) - 1)
-            t = block.first * motion.dt
-            sums, highest = measure(block.solution, steps, (begin - t, end - t))
-            parts.append(sums)
-            peak = max(peak, highest)
-        squares = integrate_base_squares(motion, begin, end)
-        x2, v2, x_dd2, power, sliding_distance, stuck, _, _, violation = total_of(parts)
-        totals = Totals(x2, v2, x_dd2, power, sliding_distance, stuck, *squares)
-        x_dd_peak = None if self.law.variation else peak
-        return totals._replace(violation=violation, x_dd_peak=x_dd_peak)
-
-
-SAMPLES_PER_CALL = 4_000_000
-"""Samples per kernel call; between calls Python can handle an interrupt."""
-
-
-def initial_event(
-    plant: Plant, law: CoulombLaw, motion: Sines | Samples, start: AnyState
-) -> tuple[EventLog, float]:
-    """Return the state at t = 0 as a row of an event log, and the margin of its mode [-].
-
-    The margin is infinite where no force acts.
-    """
-    d, F_L, margin = initial_direction(
-        plant, law, start.x_r, start.v_r, initial_base_acceleration(motion)
-    )
-    return EventLog(0, 0.0, d, start.x_r, F_L), margin
-
-
-# March over samples, block by block.
-
-
-def march_blocks(
-    plant: Plant, law: CoulombLaw, motion: Samples, start: AnyState, last: int, whole: bool
-) -> tuple[CoulombMarch, Events, float]:
-    """March to sample `last`; return the march, its events and the closest decision [-].
-
-    `whole` keeps all of it in memory as one block.
-    """
-    entry, closest_decision = initial_event(plant, law, motion, start)
-    size = max(last, 1) if whole or last <= MAX_CACHED else BLOCK_SIZE
-    checkpoint = (start.x_r, start.v_r, entry.kind, math.nan)
-    made = CoulombMarch(plant, law, motion, last, size, [], make_waves(motion, law))
-    turning_points = []
-    for number in range(made.count):
-        made.checkpoints.append(checkpoint)
-        checkpoint, tight = made.march_block(number)
-        closest_decision = min(closest_decision, tight)
-        block = made.cached[number]
-        n, s, *rest = (column[number > 0 :] for column in block.log)
-        t = np.add(n, float(block.first))
-        t *= motion.dt
-        t += s
-        turning_points.append((t, *rest))
-    joined = (np.concatenate(column) for column in zip(*turning_points, strict=True))
-    t, kind, x_r, F_L = joined if len(turning_points) > 1 else turning_points[0]
-    return made, Events(t, kind.astype(np.int8), x_r, F_L), closest_decision
-
-
-CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
-"""Encoded modes by direction of sliding, which serves as index."""
-
-
-@dataclass(frozen=True, eq=False)
-class SampleBlock:
-    """Solution from sample `first` on: one value per sample, shape (n,), and the events.
-
-    The last sample is the first one of the next block. Step numbers of `log` count from
-    `first`, and its first row is the state there.
-    """
-
-    plant: Plant
-    law: CoulombLaw
-    motion: Samples
-    first: int
-    u_dd: Floats
-    x_r: Floats
-    v_r: Floats
-    d: Int8Array
-    log: EventLog
-
-    @cached_property
-    def solution(self) -> SampledSolution:
-        """The block as kernels take it; time counts from its first sample."""
-        dt, law, log = self.motion.dt, self.law, self.log
-        phase = law.phase + math.tau * (law.omega * self.first * dt / math.tau % 1.0)
-        law = law._replace(phase=phase)
-        waves, base = make_waves(self.motion, law), as_engine_array(self.u_dd)
-        scene = Scene(self.plant, to_kernel(self.plant, law.as_piecewise()), waves, base, dt)
-        v_r, x_0 = np.zeros((2, len(log.n)))
-        v_r[0] = self.v_r[0]
-        rows = Segments(log.n, log.s, log.x_r, v_r, x_0, CODES[np.sign(log.kind)])
-        return SampledSolution(scene, SampledMotion(self.x_r, self.v_r, self.d), rows)
-
-
-@dataclass(frozen=True, eq=False)
-class CoulombMarch(BlockwiseMarch):
-    """March with Coulomb friction.
-
-    A block is a whole number of chunks of the kernel's march, so marching it again gives the
-    same result to the last bit.
-    """
-
-    waves: Waves
-
     def samples(self, first: int, last: int) -> SampledMotion:
         """Return the motion at samples `first` to `last` - 1."""
-        block = self.block_at(first)
-        if last - block.first <= len(block.d):
-            part = slice(first - block.first, last - block.first)
-            return SampledMotion(block.x_r[part], block.v_r[part], block.d[part])
-        n = last - first
-        motion = SampledMotion(np.empty(n), np.empty(n), np.empty(n, np.int8))
-        for block in self.blocks(first, last):
-            begin, end = max(first, block.first), min(last, block.first + len(block.d))
-            here = slice(begin - first, end - first)
-            there = slice(begin - block.first, end - block.first)
-            motion.x_r[here], motion.v_r[here] = block.x_r[there], block.v_r[there]
-            motion.d[here] = block.d[there]
-        return motion
+        parts = []
+        while not parts or first < last:
+            block = self.block_at(first)
+            end = min(last, block.first + len(block.u_dd))
+            part = slice(first - block.first, end - block.first)
+            parts.append(tuple(column[part] for column in block.solution.samples))
+            first = end
+        return SampledMotion(*joined(parts))
 
-    def march_block(self, number: int) -> tuple[Checkpoint, float]:
-        """March through a block; return the state at its end and the closest decision [-]."""
+    def march_block(self, number: int) -> SampledState:
+        """March through a block and keep it in memory; return the state at its end."""
         first, dt = number * self.size, self.motion.dt
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
         out = empty_samples(last + 1)
-        checkpoint: Checkpoint = self.checkpoints[number]
-        state = SampledState(0, *checkpoint, 1, math.inf)
+        state: SampledState = self.checkpoints[number]._replace(n=0, events=1, closest=math.inf)
         write_first_row(out, (state.x_r, state.v_r, state.d))
-        log = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT)
+        log, v_0 = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT), state.v_r
         F_L = limit_force(self.plant, state.x_r, float(u_dd[0]))
         write_first_row(log, (0, 0.0, state.d, state.x_r, F_L))
-        scene = Scene(self.plant, self.law, self.waves, as_engine_array(u_dd), dt)
-        base_sums = empty_base_sums()
+        base = as_engine_array(u_dd)
+        scene, base_sums = Scene(self.plant, self.law, self.waves, base, dt), empty_base_sums()
         while state.n < last:
             if state.events > len(log.n) - MAX_EVENTS_PER_STEP:
                 log = enlarge_columns(log, 2 * len(log.n))
@@ -436,10 +306,24 @@ class CoulombMarch(BlockwiseMarch):
             else:
                 state = march(scene, state, out, log, end, base_sums)
             check_progress(state.events, (first + state.n) * dt, (state.x_r, state.v_r), dt)
-        points = np.asarray(out.x_r), np.asarray(out.v_r), np.asarray(out.d, dtype=np.int8)
+        samples = SampledMotion(*map(np.asarray, out))
+        samples = samples._replace(d=samples.d.astype(np.int8, copy=False))
         log = EventLog(*(np.asarray(column[: state.events]) for column in log))
+        log = log._replace(kind=log.kind.astype(np.int8, copy=False))
+        speeds, anchors = np.zeros((2, len(log.n)))
+        speeds[0] = v_0
+        modes = CODES[np.sign(log.kind)]
+        rows = Segments(log.n, log.s, log.x_r, speeds, anchors, modes)
         self.cached.clear()
-        self.cached[number] = SampleBlock(
-            self.plant, self.law, self.motion, first, u_dd, *points, log
+        self.cached[number] = PiecewiseBlock(
+            first, u_dd, samples, rows, log, self.scene_from(first, base)
         )
-        return (state.x_r, state.v_r, state.d, state.a), state.closest
+        return state
+
+    def scene_from(self, first: int, base: Any) -> Scene:
+        """Return the scene as kernels take it, with time counting from sample `first`."""
+        law, dt = self.law, self.motion.dt
+        phase = law.phase + math.tau * (law.omega * first * dt / math.tau % 1.0)
+        law = law._replace(phase=phase)
+        waves = make_waves(self.motion, law)
+        return Scene(self.plant, to_kernel(self.plant, law.as_piecewise()), waves, base, dt)

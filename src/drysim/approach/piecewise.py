@@ -10,7 +10,7 @@ Method
     Within a segment the motion is in closed form; other kernels evaluate and integrate it at
     any time, so that one solution serves any grid and window. Over samples the state at every
     sample is kept besides; long samples are marched block by block, and a block is marched
-    again when it is needed (`BlockwiseMarch`).
+    again when it is needed (`PiecewiseMarch`).
 
 Why no event is missed
     Kernels advance by steps that provably contain no root, or bracket the root; see
@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
@@ -51,7 +51,6 @@ from drysim.approach.grid import points_of_trajectory
 from drysim.approach.progress import check_event_count, check_progress, count_intervals
 from drysim.approach.solution import (
     BaseTrajectory,
-    BlockwiseMarch,
     Events,
     Floats,
     Impacts,
@@ -94,7 +93,7 @@ from drysim.core.modes import (
 )
 from drysim.core.oscillator import STEP_COLUMNS
 from drysim.core.sampled import CHUNK, SampledMotion
-from drysim.core.stroke import Crossings
+from drysim.core.stroke import Crossings, crossing_times
 from drysim.core.trajectory import (
     SampledSolution,
     Solution,
@@ -148,22 +147,43 @@ def compute_trajectory(
     (mode, xi, v_r, x_0), closest = initial_piecewise_state(
         plant, march.kernel_law, waves, origin, x_r, v_r, x_0
     )
-    checkpoint = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
-    events, turns, hits = [], [], []
+    begin = MarchState(0, 0.0, xi, v_r, math.nan, x_0, mode, 0, 1, math.inf)
+    return follow(march, begin, closest, duration)
+
+
+def follow(
+    march: PiecewiseMarch, checkpoint: Any, closest: float, end: float
+) -> PiecewiseTrajectory:
+    """March to the end [s] and return the trajectory.
+
+    `checkpoint` is the state at the start, as `march_block` needs it, and `closest` the margin
+    of its mode [-].
+    """
+    events, turns, impacts, dt = [], [], [], march.interval[0]
     for number in range(march.count):
         march.checkpoints.append(checkpoint)
         checkpoint = march.march_block(number)
         block, closest = march.cached[number], min(closest, checkpoint.closest)
         n, s, *rest = (column[number > 0 :] for column in block.log)
-        events.append(((n + block.first) * dt + s, *rest))
-        # Of a march that is in memory they follow when needed.
-        if march.count > 1:
+        t = np.add(n, float(block.first))
+        t *= dt
+        t += s
+        events.append((t, *rest))
+        # Of a march that is in memory they follow when needed, without stops from the events.
+        if march.count > 1 and not isinstance(march.law, CoulombLaw):
             turns.append(block.turning_points(dt))
-            hits.append(block.hits(dt))
-    found = Events(*joined(events))
-    path = Path(*joined(turns)).until(duration) if turns else None
-    impacts = Impacts(*joined(hits)) if hits else None
-    return PiecewiseTrajectory(march, found, path, impacts, duration, closest)
+            impacts.append(block.hits(dt))
+    return PiecewiseTrajectory(
+        plant=march.plant,
+        law=march.law,
+        motion=march.motion,
+        events=Events(*joined(events)).until(end),
+        end=end,
+        closest_decision=closest,
+        march=march,
+        turns=Path(*joined(turns)).until(end) if turns else None,
+        impacts=Impacts(*joined(impacts)) if impacts else None,
+    )
 
 
 def joined(parts: list[Any]) -> Any:
@@ -254,6 +274,12 @@ class PiecewiseBlock:
         samples = empty_samples(2) if self.samples is None else self.samples
         return SampledSolution(self.scene, samples, self.rows)
 
+    @cached_property
+    def all_segments(self) -> Solution:
+        """All of its segments, as kernels take them."""
+        segments = self.segments(0, len(self.u_dd) - 1)[0]
+        return Solution(self.scene, Segments(*map(as_engine_array, segments)))
+
     def turning_points(self, dt: float) -> Path:
         """Return the changes of mode with v_r = 0, and the start."""
         turns = (self.rows.v_r == 0.0) | (self.rows.d == ARRIVAL)
@@ -278,21 +304,91 @@ class PiecewiseBlock:
 
 
 @dataclass(frozen=True, eq=False)
-class PiecewiseMarch(BlockwiseMarch):
-    """March of a piecewise-linear law over samples, block by block, or under sines.
+class PiecewiseMarch:
+    """March over samples, block by block, or under sines, by the automaton of all modes.
 
-    `interval` holds the length of the intervals of ü, and that of the last one [s].
+    There is a checkpoint for every block, and the latest block is in memory; a march that is
+    kept in memory is one block. Its subclasses march in a faster way.
+
+    Attributes
+    ----------
+    plant, law, motion
+        The scene.
+    last : int
+        Last sample.
+    size : int
+        Samples per block.
+    checkpoints : list
+        State at the first sample of every block, as `march_block` needs it.
+    waves : Waves
+        Sines of base and normal force.
+    interval : (float, float)
+        Length of the intervals of ü, and that of the last one [s].
+    cached : dict
+        Blocks in memory.
     """
 
+    plant: Plant
+    law: CoulombLaw | PiecewiseLaw
+    motion: Sines | Samples
+    last: int
+    size: int
+    checkpoints: list[Any]
     waves: Waves
     interval: tuple[float, float]
+    cached: dict[int, PiecewiseBlock] = field(default_factory=dict)
 
     @cached_property
     def kernel_law(self) -> KernelLaw:
         """The law as kernels take it."""
         return to_kernel(self.plant, self.law.as_piecewise())
 
-    def march_block(self, number: int) -> MarchState:
+    @property
+    def count(self) -> int:
+        """Number of blocks."""
+        return max(1, -(-self.last // self.size))
+
+    def block(self, number: int) -> PiecewiseBlock:
+        """Return a block by its number; it is marched again if it is not in memory."""
+        if number not in self.cached:
+            self.march_block(number)
+        return self.cached[number]
+
+    def block_at(self, n: int) -> PiecewiseBlock:
+        """Return the block of sample n; at a boundary, the block that begins there."""
+        return self.block(min(n // self.size, len(self.checkpoints) - 1))
+
+    def blocks(self, first: int, last: int) -> Iterator[PiecewiseBlock]:
+        """Return the blocks that contain the steps from sample `first` to sample `last`."""
+        numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
+        return map(self.block, numbers)
+
+    def points(self, dt: float, first: int, last: int) -> Points | None:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it.
+
+        None where they are not known better than at any other times.
+        """
+        if isinstance(self.motion, Sines) or self.law.varies:
+            return None
+        parts = []
+        while not parts or first < last:
+            block = self.block_at(first)
+            end = min(last, block.first + len(block.u_dd))
+            points = empty_points(end - first)
+            evaluate_samples(block.solution, (first - block.first, end - block.first), points)
+            parts.append(as_arrays(points))
+            first = end
+        points = Points(*joined(parts))
+        return points if self.law.stops is not None else points._replace(F_stop=None)
+
+    def monodromy(self) -> Floats:
+        """Return the derivative of the state at the end by that at the start, in one block."""
+        block, deviations = self.block(0), Deviations(*map(as_engine_array, np.eye(3)))
+        propagate_deviations(block.all_segments, deviations)
+        n = 3 if self.law.is_elastic else 2
+        return np.array(deviations)[:n, :n]
+
+    def march_block(self, number: int) -> Any:
         """March through a block and keep it in memory; return the state at its end."""
         (dt, length), first = self.interval, number * self.size
         steps, u_dd = min(self.size, self.last - first), np.zeros(2)
@@ -393,59 +489,42 @@ def points_in_part(part: Part, t: Floats) -> Points:
     return as_arrays(points)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PiecewiseTrajectory(BaseTrajectory):
-    """Solution stored as segments.
+    """Solution in closed form, over the blocks of a march.
 
     `turns` and `impacts` are the turning points of x_r and the contacts with a stop of a march
     that is not in memory as a whole.
     """
 
+    law: CoulombLaw | PiecewiseLaw
+    motion: Sines | Samples
     march: PiecewiseMarch
-    events: Events
-    turns: Path | None
-    impacts: Impacts | None
-    end: float
-    closest_decision: float = math.inf
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-        return self.march.plant
-
-    @property
-    def law(self) -> CoulombLaw | PiecewiseLaw:
-        """Friction law."""
-        law: CoulombLaw | PiecewiseLaw = self.march.law
-        return law
+    turns: Path | None = None
+    impacts: Impacts | None = None
 
     @property
     def without_stops(self) -> PiecewiseTrajectory:
         """The same motion in the scene without end stops, where it reaches none."""
-        return replace(self, march=replace(self.march, law=self.law.without_stops))
-
-    @property
-    def motion(self) -> Sines | Samples:
-        """Base motion."""
-        motion: Sines | Samples = self.march.motion
-        return motion
+        return replace(self, law=self.law.without_stops)
 
     @property
     def reaches_stops(self) -> bool:
         """Whether x_r reaches an end stop, at an extreme point of the path or at its end."""
-        stops, rows = self.law.stops, self.march.block(0).rows
-        if stops is None:
+        if self.law.stops is None:
             return False
         # At the end x_r may count from a stop, which the path then has.
-        return bool(stops.limits.side(np.append(self.path.x_r, rows.x_r[-1])).any())
+        x_r = np.append(self.path.x_r, self.march.block(0).rows.x_r[-1])
+        return bool(self.law.stops.limits.side(x_r).any())
 
     @cached_property
     def path(self) -> Path:
         """The start and every turning point of x_r."""
         if self.turns is not None:
             return self.turns
-        block: PiecewiseBlock = self.march.block(0)
-        return block.turning_points(self.dt).until(self.end)
+        if isinstance(self.law, CoulombLaw):
+            return super().path
+        return self.march.block(0).turning_points(self.dt).until(self.end)
 
     @property
     def dt(self) -> float:
@@ -494,36 +573,19 @@ class PiecewiseTrajectory(BaseTrajectory):
 
     def points(self, dt: float, first: int, last: int) -> Points:
         """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it."""
-        if isinstance(self.motion, Sines) or self.law.varies:
-            return points_of_trajectory(self, dt, first, last)
-        parts = []
-        while first < last:
-            block: PiecewiseBlock = self.march.block_at(first)
-            end = min(last, block.first + len(block.u_dd))
-            points = empty_points(end - first)
-            evaluate_samples(block.solution, (first - block.first, end - block.first), points)
-            parts.append(as_arrays(points))
-            first = end
-        points = Points(*joined(parts))
-        return points if self.law.stops is not None else points._replace(F_stop=None)
+        points = self.march.points(dt, first, last)
+        return points_of_trajectory(self, dt, first, last) if points is None else points
 
     @cached_property
     def whole(self) -> Part:
         """A motion under sines as one part."""
-        block: PiecewiseBlock = self.march.block(0)
+        block = self.march.block(0)
         return Part(0.0, 0, block.scene, block.rows, len(block.rows.n))
 
-    @cached_property
-    def segments(self) -> Segments:
-        """All segments of the first block, which is all of a motion under sines."""
-        block: PiecewiseBlock = self.march.block(0)
-        return block.segments(0, len(block.u_dd) - 1)[0]
-
-    @cached_property
+    @property
     def solution(self) -> Solution:
         """The first block as kernels take it, which is all of a motion under sines."""
-        block = self.march.block(0)
-        return Solution(block.scene, Segments(*map(as_engine_array, self.segments)))
+        return self.march.block(0).all_segments
 
     @property
     def series(self) -> tuple[Floats, ...]:
@@ -541,8 +603,12 @@ class PiecewiseTrajectory(BaseTrajectory):
 
     def _at_once(self, t: float) -> tuple[float, float, float]:
         """Return x_r [m], v_r [m/s] and z [m] at one time [s]."""
-        n = self.step_at(t)
-        block: PiecewiseBlock = self.march.block_at(n)
+        n, sample = self.step_at(t), round(t / self.dt)
+        block = self.march.block_at(n)
+        smooth = self.law.stops is None and not self.law.is_elastic
+        if smooth and block.samples is not None and sample * self.dt == t:
+            at = sample - block.first
+            return float(block.samples.x_r[at]), float(block.samples.v_r[at]), 0.0
         t -= block.first * self.dt
         x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
         k_t = self.march.kernel_law.k_t
@@ -574,8 +640,8 @@ class PiecewiseTrajectory(BaseTrajectory):
         known = isinstance(self.motion, Samples) and not self.law.varies
         stops = self.law.stops
         if stops is not None and stops.rigid:
-            t, v_r = self.hits()
-            struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
+            hits = self.hits()
+            struck = np.square(hits.v_r[(hits.t > begin) & (hits.t <= end)]).sum()
             stop_work += float(0.5 * self.plant.m * (1.0 - stops.e**2) * struck)
         squares = base_square_integrals(self.motion, self.march.waves, begin, end)
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
@@ -593,19 +659,33 @@ class PiecewiseTrajectory(BaseTrajectory):
         The state is x_r [m], v_r [m/s] and, with an elastic contact, the x_r at which that
         carries no force [m].
         """
-        deviations = Deviations(*map(as_engine_array, np.eye(3)))
-        propagate_deviations(self.solution, deviations)
-        n = 3 if self.law.is_elastic else 2
-        return np.array(deviations)[:n, :n]
+        return self.march.monodromy()
 
     def crossing_times(self, crossings: Crossings) -> Floats:
-        """Return the times of crossings of levels [s]."""
-        return self.march.crossing_times(self.dt, crossings)
+        """Return the times of crossings of levels [s], block by block."""
+        low, high, dt = crossings.low, crossings.high, self.dt
+        times = np.full(len(low), np.nan)
+        if not len(low):
+            return times
+        steps = int(low[0] / dt), min(int(high[-1] / dt) + 1, self.march.last)
+        for block in self.march.blocks(*steps):
+            begin, count = block.first * dt, len(block.u_dd) - 1
+            # Those of earlier blocks are known by now, the last one perhaps not.
+            first = int(np.searchsorted(high, begin))
+            part = slice(first, int(np.searchsorted(low, begin + count * dt, "right")))
+            here = Crossings(*(column[part] for column in crossings))
+            here = here._replace(low=here.low - begin, high=here.high - begin)
+            since_begin = as_engine_array(np.empty(len(here.low)))
+            crossing_times(block.solution, Crossings(*map(as_engine_array, here)), since_begin)
+            unknown = np.isnan(times[part])
+            times[part][unknown] = begin + np.asarray(since_begin)[unknown]
+        return np.where(np.isnan(times), high, times)
 
     def hits(self) -> Impacts:
         """Return the contacts with a stop."""
-        block: PiecewiseBlock = self.march.block(0)
-        return block.hits(self.dt) if self.impacts is None else self.impacts
+        if self.impacts is not None:
+            return self.impacts
+        return super().hits() if self.law.stops is None else self.march.block(0).hits(self.dt)
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
         """Return the largest force of a bumper in a window [N]."""

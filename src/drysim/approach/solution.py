@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.compile import as_engine_array
 from drysim.core.model import (
     BLOCK_SIZE,
     MAX_CACHED,
@@ -28,6 +27,7 @@ from drysim.core.model import (
     Points,
     Samples,
     Sines,
+    State,
     Totals,
     limit_force,
 )
@@ -287,6 +287,9 @@ class Trajectory(Protocol):
     def end(self) -> float:
         """Final time [s]."""
 
+    def at(self, t: Floats) -> Points:
+        """Return the motion at ascending times [s]; where it jumps, that after the jump."""
+
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]."""
 
@@ -354,14 +357,37 @@ def keeps_anchor(monodromy: Floats) -> bool:
     return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BaseTrajectory:
-    """What holds of a trajectory unless its class knows better."""
+    """A scene with its motion, and what holds of a trajectory unless its class knows better.
 
+    Attributes
+    ----------
+    plant, law, motion
+        The scene.
+    events : Events
+        The start and every change of mode.
+    end : float
+        Final time [s].
+    closest_decision : float
+        Smallest relative margin of a decision between stick and slip [-].
+    """
+
+    plant: Plant
+    law: Any
+    motion: Any
     events: Events
+    end: float
+    closest_decision: float = math.inf
+
+    def at(self, t: Floats) -> Points:
+        """Return the motion at ascending times [s]."""
+        raise NotImplementedError
 
     def state(self, t: float) -> AnyState:
         """Return the state at time t [s]."""
-        raise NotImplementedError
+        points = self.at(np.array([t]))
+        return State(float(points.x_r[0]), float(points.v_r[0]))
 
     @property
     def path(self) -> Path:
@@ -434,107 +460,6 @@ class BaseTrajectory:
     def peak_bumper_force(self, begin: float, end: float) -> float:
         """Return 0 N."""
         return 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class BlockwiseMarch:
-    """March over samples with a checkpoint for every block and the latest block in memory.
-
-    A march that is kept in memory is one block.
-
-    Attributes
-    ----------
-    plant, law, motion
-        The scene.
-    last : int
-        Last sample.
-    size : int
-        Samples per block.
-    checkpoints : list
-        State at the first sample of every block, as `march_block` needs it.
-    cached : dict
-        Blocks in memory.
-    """
-
-    plant: Plant
-    law: Any
-    motion: Any
-    last: int
-    size: int
-    checkpoints: list[Any]
-    cached: dict[int, Any] = field(default_factory=dict, kw_only=True)
-
-    @property
-    def count(self) -> int:
-        """Number of blocks."""
-        return max(1, -(-self.last // self.size))
-
-    def march_block(self, number: int) -> Any:
-        """March through a block and keep it in memory."""
-        raise NotImplementedError
-
-    def block(self, number: int) -> Any:
-        """Return a block by its number; it is marched again if it is not in memory."""
-        if number not in self.cached:
-            self.march_block(number)
-        return self.cached[number]
-
-    def block_at(self, n: int) -> Any:
-        """Return the block of sample n; at a boundary, the block that begins there."""
-        return self.block(min(n // self.size, len(self.checkpoints) - 1))
-
-    def blocks(self, first: int, last: int) -> Iterator[Any]:
-        """Return the blocks that contain the steps from sample `first` to sample `last`."""
-        numbers = range(first // self.size, min(-(-last // self.size), len(self.checkpoints)))
-        return map(self.block, numbers)
-
-    def crossing_times(self, dt: float, crossings: Crossings) -> Floats:
-        """Return the times of crossings of levels, block by block; `dt` is the step [s]."""
-        from drysim.core.stroke import Crossings, crossing_times
-
-        low, high = crossings.low, crossings.high
-        times = np.full(len(low), np.nan)
-        if not len(low):
-            return times
-        steps = int(low[0] / dt), min(int(high[-1] / dt) + 1, self.last)
-        for block in self.blocks(*steps):
-            begin, count = block.first * dt, len(block.u_dd) - 1
-            # Those of earlier blocks are known by now, the last one perhaps not.
-            first = int(np.searchsorted(high, begin))
-            part = slice(first, int(np.searchsorted(low, begin + count * dt, "right")))
-            here = Crossings(*(column[part] for column in crossings))
-            here = here._replace(low=here.low - begin, high=here.high - begin)
-            since_begin = as_engine_array(np.empty(len(here.low)))
-            crossing_times(block.solution, Crossings(*map(as_engine_array, here)), since_begin)
-            unknown = np.isnan(times[part])
-            times[part][unknown] = begin + np.asarray(since_begin)[unknown]
-        return np.where(np.isnan(times), high, times)
-
-
-@dataclass(frozen=True, eq=False)
-class MarchedTrajectory(BaseTrajectory):
-    """Trajectory over the blocks of a march, which are marched again when they are needed."""
-
-    march: Any
-    events: Events
-    end: float
-    closest_decision: float = math.inf
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-        plant: Plant = self.march.plant
-        return plant
-
-    @property
-    def law(self) -> Any:
-        """Friction law."""
-        return self.march.law
-
-    @property
-    def motion(self) -> Any:
-        """Base motion."""
-        return self.march.motion
 
 
 @dataclass(frozen=True, eq=False)

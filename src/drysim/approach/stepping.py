@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +26,6 @@ from drysim.core.model import (
     Points,
     Samples,
     Sines,
-    State,
     Totals,
     base_acceleration,
     interpolate_displacement,
@@ -110,7 +108,16 @@ def make_response(
     points = Points(x_r, v_r, np.asarray(out.d, dtype=np.int8), x_dd, force)
     events = mode_changes(plant, u_dd, dt, points)
     numerics = Numerics(name, FIXED_STEP, why, engine(), len(x_r) - 1, len(events))
-    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, points, events)
+    trajectory = FixedStepTrajectory(
+        plant=plant,
+        law=law,
+        motion=motion,
+        events=events,
+        end=(len(u_dd) - 1) * dt,
+        dt=dt,
+        u_dd=u_dd,
+        points=points,
+    )
     grid = stored_grid(dt, u_dd, points)
     return Response(plant, law, motion, grid, events, numerics, trajectory)
 
@@ -126,23 +133,13 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Event
     return Events(n * dt, kind, x_r[n], limit_force(plant, x_r[n], u_dd[n]))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class FixedStepTrajectory(BaseTrajectory):
     """Solution known at grid points only: linear between them, sums in place of integrals."""
 
-    plant: Plant
-    law: AnyLaw
-    motion: Sines | Samples
     dt: float
     u_dd: Floats
     points: Points
-    events: Events
-    closest_decision: float = math.inf
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-        return (len(self.u_dd) - 1) * self.dt
 
     @property
     def path(self) -> Path:
@@ -152,13 +149,13 @@ class FixedStepTrajectory(BaseTrajectory):
         n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
         return Path(n * self.dt, self.points.x_r[n])
 
-    def state(self, t: float) -> State:
-        """Return the state at time t [s], interpolated linearly."""
-        n = min(int(t / self.dt), len(self.u_dd) - 2)
-        q = t / self.dt - n
-        return State(
-            *(float((1.0 - q) * column[n] + q * column[n + 1]) for column in self.points[:2])
-        )
+    def at(self, t: Floats) -> Points:
+        """Return the motion at ascending times [s], interpolated linearly."""
+        n = np.minimum((t / self.dt).astype(np.int64), len(self.u_dd) - 2)
+        q, (before, after) = t / self.dt - n, map(self.points.select, (n, n + 1))
+        columns = ((1.0 - q) * a + q * b for a, b in zip(before[:5], after[:5], strict=True))
+        x_r, v_r, _, x_dd, F_f = columns
+        return Points(x_r, v_r, before.d, x_dd, F_f)
 
     def totals(self, begin: float, end: float) -> Totals:
         """Return the integrals over a window [s] as sums over its grid points."""

@@ -42,7 +42,7 @@ from drysim.approach.base_motion import (
 from drysim.approach.buffers import as_arrays, empty_columns, empty_log, empty_points
 from drysim.approach.grid import grid_times, points_of_trajectory
 from drysim.approach.progress import check_progress
-from drysim.approach.solution import Events, Floats, Grid, MarchedTrajectory, events_from_log
+from drysim.approach.solution import BaseTrajectory, Events, Floats, Grid, events_from_log
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments, decision_margin
@@ -113,11 +113,19 @@ def compute_trajectory(
     t, kind = np.append(0.0, events.t), np.append(np.sign(d), events.kind).astype(np.int8)
     x_r, every_F_L = np.append(start.x_r, events.x_r), np.append(F_L, events.F_L)
     closest = march.checkpoints[-1].state.closest
-    return TaylorTrajectory(march, Events(t, kind, x_r, every_F_L), duration, closest)
+    return TaylorTrajectory(
+        plant=plant,
+        law=law,
+        motion=motion,
+        events=Events(t, kind, x_r, every_F_L),
+        end=duration,
+        closest_decision=closest,
+        march=march,
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class TaylorTrajectory(MarchedTrajectory):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TaylorTrajectory(BaseTrajectory):
     """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
     `events` holds every event and every zero of v_r.

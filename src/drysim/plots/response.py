@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from math import inf, pi, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
-
-    from drysim.approach.piecewise import PiecewiseTrajectory
 
 
 ROW_HEIGHT = 2.15
@@ -521,7 +519,8 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
 
 def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Return the one-sided values at events where v_r may be nonzero, as at end stops."""
-    trajectory = cast("PiecewiseTrajectory", response.trajectory)
+    trajectory = response.trajectory
+    assert trajectory is not None, "its events are located"
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
 
