@@ -39,6 +39,7 @@ from drysim.approach.base_motion import (
 )
 from drysim.approach.buffers import (
     as_arrays,
+    empty_columns,
     empty_log,
     empty_samples,
     enlarge_column,
@@ -65,6 +66,7 @@ from drysim.core.march import (
     march_sines,
     march_sines_from_start,
     march_varying_limits,
+    write_slip_segments,
 )
 from drysim.core.model import (
     BLOCK_SIZE,
@@ -184,10 +186,6 @@ def sine_trajectory(
     )
 
 
-CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
-"""Encoded modes by direction of sliding, which serves as index."""
-
-
 @dataclass(frozen=True, eq=False)
 class SlipMarch(PiecewiseMarch):
     """March with Coulomb friction under sines, whose events are known.
@@ -200,14 +198,12 @@ class SlipMarch(PiecewiseMarch):
         """Write the motion as segments and keep it in memory; return the state at its end."""
         end: SlipState
         v_0, events, end = self.checkpoints[number]
-        t, kind, x, F_L = events.t, events.kind, events.x_r, events.F_L
-        count, u_dd = len(t), np.zeros(2)
-        n, (s, x_r, v_r, x_0) = np.zeros(count + 1, np.int64), np.zeros((4, count + 1))
-        s[:count], x_r[:count], v_r[0] = t, x, v_0
-        s[count], x_r[count], v_r[count], d, _, _ = end
-        codes = np.full(count + 1, CODES[d])
-        codes[:count] = CODES[np.sign(kind)]
-        rows, log = Segments(n, s, x_r, v_r, x_0, codes), EventLog(n[:count], t, kind, x, F_L)
+        count, u_dd = len(events), np.zeros(2)
+        n = np.zeros(count, np.int64)
+        log = EventLog(n, events.t, events.kind, events.x_r, events.F_L)
+        segments = empty_columns(Segments, count + 1)
+        write_slip_segments(EventLog(*map(as_engine_array, log)), v_0, end, segments)
+        rows = Segments(*map(np.asarray, segments))
         scene = Scene(self.plant, self.kernel_law, self.waves, as_engine_array(u_dd), end.s)
         self.cached[number] = PiecewiseBlock(0, u_dd, None, rows, log, scene)
         return end
@@ -246,6 +242,10 @@ SAMPLES_PER_CALL = 4_000_000
 """Samples per kernel call; between calls Python can handle an interrupt."""
 
 
+CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d in (0, 1, -1)])
+"""Encoded modes by direction of sliding, which serves as index."""
+
+
 @dataclass(frozen=True, eq=False)
 class CoulombMarch(PiecewiseMarch):
     """March with Coulomb friction over samples.
@@ -271,7 +271,7 @@ class CoulombMarch(PiecewiseMarch):
 
     def samples(self, first: int, last: int) -> SampledMotion:
         """Return the motion at samples `first` to `last` - 1."""
-        parts = []
+        parts: list[Any] = []
         while not parts or first < last:
             block = self.block_at(first)
             end = min(last, block.first + len(block.u_dd))

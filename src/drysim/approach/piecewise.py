@@ -370,7 +370,7 @@ class PiecewiseMarch:
         """
         if isinstance(self.motion, Sines) or self.law.varies:
             return None
-        parts = []
+        parts: list[Any] = []
         while not parts or first < last:
             block = self.block_at(first)
             end = min(last, block.first + len(block.u_dd))
