@@ -11,6 +11,7 @@ README.
 
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
@@ -21,10 +22,15 @@ from typing import NamedTuple
 import pytest
 from seat import SEAT
 
-import drysim.core.oscillator  # the engine is compiled, whatever is solved first
 from drysim.cli import main
+from drysim.core.compile import COMPILED, ENGINE_VARIABLE
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
+
+with pytest.MonkeyPatch.context() as patch:
+    # The engine is compiled, whatever is solved first.
+    patch.setenv(ENGINE_VARIABLE, os.environ.get(ENGINE_VARIABLE, COMPILED))
+    importlib.import_module("drysim.core.oscillator")
 
 
 class Answer(NamedTuple):

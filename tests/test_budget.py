@@ -11,12 +11,13 @@ from hang import no_hang
 from seat import SEAT, dotted
 
 import drysim
+from drysim.approach.cost import step_cost
 from drysim.approach.fixed_step import Switch
 from drysim.core.compile import MAX_PLAIN_STEPS
 from drysim.errors import ScenarioError
 from drysim.scenario.fit import Fit
 from drysim.study import sweep
-from drysim.study.case import prepare, step_cost
+from drysim.study.case import prepare
 
 # Work out of proportion is told before it is done, and what nobody waits for is refused.
 

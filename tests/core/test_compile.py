@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from seat import SEAT
 
 import drysim
 from drysim.core import compile
@@ -59,11 +60,11 @@ def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
 def numba_settings(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return the settings of numba, as a test may change them."""
     monkeypatch.delenv(compile.ENGINE_VARIABLE, raising=False)
-    compile.is_plain.cache_clear()
+    compile.is_always_plain.cache_clear()
     import numba
 
     yield numba.config
-    compile.is_plain.cache_clear()
+    compile.is_always_plain.cache_clear()
 
 
 def test_kernels_are_plain_where_numba_is_switched_off(
@@ -71,7 +72,7 @@ def test_kernels_are_plain_where_numba_is_switched_off(
 ) -> None:
     assert (compile.engine(), compile.is_plain()) == ("compiled", False)
     monkeypatch.setattr(numba_settings, "DISABLE_JIT", 1)
-    compile.is_plain.cache_clear()
+    compile.is_always_plain.cache_clear()
     assert (compile.engine(), compile.is_plain()) == ("plain", True)
 
 
@@ -158,14 +159,72 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     assert settled(middling, "march.march_modes sampled.march") == compile.PLAIN
 
 
-def test_a_python_session_compiles_though_its_first_job_is_short(
-    settled: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+def test_session_compiles_what_has_much_to_do_in_all(
+    monkeypatch: pytest.MonkeyPatch, own_cache: Path
 ) -> None:
-    monkeypatch.delenv(compile.ENGINE_VARIABLE, raising=False)
-    monkeypatch.delitem(sys.modules, "drysim.core.oscillator", raising=False)
-    compile.choose_engine(1)
-    assert compile.ENGINE_VARIABLE not in os.environ
-    assert compile.engine() == compile.COMPILED
+    folder = compile.cache_folder()
+    assert folder is not None
+    (folder.path / "sampled.march-0123.nbc").touch()
+    session, most = compile.Session(), compile.MAX_PLAIN_STEPS
+    session.choose(most, "sampled.march")
+    assert session.engine == compile.PLAIN
+    session.choose(1, "sampled.march")
+    assert session.engine == compile.COMPILED
+    session.choose(1, "taylor.march_taylor")
+    assert session.engine == compile.PLAIN
+    session.choose(compile.COLD_CACHE_FACTOR * most - 1, "taylor.march_taylor")
+    assert session.engine == compile.PLAIN
+    session.choose(1, "taylor.march_taylor")
+    assert session.engine == compile.COMPILED
+
+
+def test_session_that_is_asked_for_the_compiler_keeps_it() -> None:
+    session = compile.Session()
+    session.choose(compile.MAX_PLAIN_STEPS + 1, "")
+    session.choose(1, "sampled.march")
+    assert session.engine == compile.COMPILED
+
+
+SESSION = """
+import sys
+import numpy as np
+import drysim
+
+scenario = drysim.load("seat.yaml")
+first = drysim.run(scenario)
+assert "numba" not in sys.modules and "drysim.core.sampled" in sys.modules
+from drysim.core import compile
+from drysim.core.oscillator import flow
+
+assert flow.plain.__globals__["exponential_difference"].__class__.__name__ == "function"
+compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)
+plain, calls = compile.SessionKernel.plain, []
+compile.SessionKernel.plain = property(lambda one: calls.append(one) or plain.fget(one))
+second = drysim.run(scenario)
+assert [each.response.numerics.engine for each in (first, second)] == ["plain", "compiled"]
+assert not calls, calls
+for name in ("x_r", "v_r", "x_dd", "F_f"):
+    assert np.array_equal(getattr(first.response, name), getattr(second.response, name)), name
+assert first.metrics.keys() == second.metrics.keys()
+for name, value in first.metrics.items():
+    assert value == second.metrics[name] or abs(value / second.metrics[name] - 1) < 1e-11
+old, new = (each.response.trajectory.state(1.2345) for each in (first, second))
+assert calls and tuple(old) == tuple(new)
+"""
+
+
+def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(
+    tmp_path: Path,
+) -> None:
+    noise = "{kind: standard, class: EM3, duration: 5 s, seed: 1}"
+    harmonic = "{kind: harmonic, frequency: 1.6, rms: 1.0}"
+    (tmp_path / "seat.yaml").write_text(SEAT.replace(harmonic, noise))
+    environment = {key: word for key, word in os.environ.items() if key != "DRYSIM_ENGINE"}
+    done = subprocess.run(
+        [sys.executable, "-c", SESSION],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
 
 
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.

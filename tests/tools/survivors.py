@@ -30,11 +30,11 @@ EXPLAINED = {
     ("roots.py", "max_omega = 1.0"): "a step that is shorter than it might be is as safe",
     (
         "compile.py",
-        "return function if is_plain() else jit(function, forceinline=False)",
+        "return kernel_of(function, forceinline=False)",
     ): BUILT,
     (
         "compile.py",
-        "return function if is_plain() else jit(function, forceinline=True)",
+        "return kernel_of(function, forceinline=True)",
     ): BUILT,
     (
         "modes.py",

@@ -12,9 +12,12 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drysim.approach import APPROACHES_BY_NAME, EXACT
+from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
+from drysim.approach.cost import StepCost, step_cost
 from drysim.approach.solution import Events, Floats, Grid, Numerics, Response, elements
+from drysim.core.compile import choose_engine
 from drysim.core.model import (
+    AnyLaw,
     CoulombLaw,
     EndStops,
     PiecewiseLaw,
@@ -109,7 +112,9 @@ def simulate(
                 f"{approach} does not model end stops", "leave x_rM out, or choose `stick-slip`"
             )
         check_samples(samples)
+        choose_engine(*work(method(), stopped, motion))
         return method().solve(plant, stopped, motion, start, motion.dt)
+    choose_engine(*work(method(), law, motion))
     if law.F_fs == 0.0 or not method.supports_friction:
         return solve_linear(plant, motion, start)
     if approach != EXACT:  # the exact solver finds faults itself; a search costs 5 %
@@ -119,6 +124,12 @@ def simulate(
     except SolverError:
         check_samples(samples)
         raise
+
+
+def work(approach: Approach, law: AnyLaw, motion: Samples) -> StepCost:
+    """Return the cost of all steps."""
+    cost = step_cost(approach, law, motion)
+    return cost._replace(steps=len(motion.u_dd) * cost.steps)
 
 
 def stop_law(

@@ -1,10 +1,15 @@
 """Engine of the core: kernels compiled by numba or run as plain Python, and their cache.
 
-The kernels have one source and two engines. The engine is chosen once, before the first kernel
-is imported: compiled in a Python session, which may solve anything next, and by the size of its
-only job in a command (`auto`).
+The kernels have one source and two engines. A command has one job: its size chooses the engine
+once (`auto`), before the first kernel is imported. A Python session, which may solve anything
+next, chooses for each job: kernels are compiled once they have as much work to do as compiling
+them costs.
 
-Compiled kernels are cached on disk in the user's cache folder, under a key made of the core's
+Numba optimises and emits every function that a kernel calls, as a program of its own and again
+in each caller, and gives each an interface to Python. Here a kernel that another one calls is
+kept as unoptimised code, which is linked once into each kernel that Python calls.
+
+These kernels are cached on disk in the user's cache folder, under a key made of the core's
 source, Python and numba versions, so a cached kernel is never stale. A power loss may truncate
 a cached file or fill its end with zeros. Numba would fail on the first in every process and
 execute the second. Each file is therefore stored with its checksum, which is verified before
@@ -18,9 +23,13 @@ import hashlib
 import os
 import pickle
 import sys
+from collections import Counter
 from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, update_wrapper
 from pathlib import Path
+from threading import Lock
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 from drysim.errors import DrysimError
@@ -57,21 +66,17 @@ def compiled(function: Kernel) -> Kernel:
     would cost more than a step per call. A kernel for small scenes takes few arguments and no
     tuples, because numba unboxes every argument at each call, tuples most slowly.
     """
-    return function if is_plain() else jit(function, forceinline=False)
+    return kernel_of(function, forceinline=False)
 
 
 def inlined(function: Kernel) -> Kernel:
     """Compile a kernel like `compiled`, inlined into its callers: for hot loops."""
-    return function if is_plain() else jit(function, forceinline=True)
+    return kernel_of(function, forceinline=True)
 
 
 def merged(function: Kernel) -> Kernel:
-    """Compile a kernel as part of the only kernel that calls it: for the outer loops.
-
-    Numba optimises and emits all that a kernel calls once more with the kernel. Each level of
-    calls above a large kernel would double the time that it takes to compile.
-    """
-    return function if is_plain() else jit(function, inline="always")
+    """Compile a kernel as part of the only kernel that calls it: for the outer loops."""
+    return kernel_of(function, inline="always")
 
 
 def summed(function: Kernel) -> Kernel:
@@ -80,12 +85,104 @@ def summed(function: Kernel) -> Kernel:
     Nothing else in it may depend on the order: differences are formed in kernels it calls.
     """
     fastmath = {"nnan", "nsz", "reassoc"}
-    return function if is_plain() else jit(function, forceinline=False, fastmath=fastmath)
+    return kernel_of(function, forceinline=False, fastmath=fastmath)
+
+
+def by_engine(plain: Kernel, compiled: Kernel) -> Kernel:
+    """Return the kernel that is one function in plain Python and another one compiled."""
+    if is_session():
+        return cast(Kernel, SessionKernel(compiled, {}, plain))
+    return plain if is_plain() else compiled
 
 
 def python_of(kernel: Any) -> Any:
     """Return a kernel as plain Python, for a few calls that are not worth to compile it."""
+    if isinstance(kernel, SessionKernel):
+        return kernel.plain
     return getattr(kernel, "py_func", kernel)
+
+
+def kernel_of(function: Kernel, **options: Any) -> Kernel:
+    """Return a function as a kernel that is compiled with some options of numba."""
+    if is_session():
+        return cast(Kernel, SessionKernel(function, options))
+    return function if is_plain() else jit(function, **options)
+
+
+class SessionKernel:
+    """Kernel of a Python session, plain or compiled as the job asks.
+
+    A call whose arrays are lists is plain: it belongs to a result of an earlier, plain job.
+    """
+
+    def __init__(self, function: Any, options: dict[str, Any], plain: Any = None) -> None:
+        update_wrapper(self, function)
+        self.function, self.options = function, options
+        self.python = plain or function
+        self.bound: Any = None
+        self.dispatcher: Any = None
+        self.lock = Lock()
+
+    def __call__(self, *args: Any) -> Any:
+        """Run the kernel."""
+        is_plain_call = SESSION.engine == PLAIN or has_list(args)
+        return self.plain(*args) if is_plain_call else self.compiled(*args)
+
+    @property
+    def plain(self) -> Any:
+        """The kernel as a function that calls only plain kernels, and directly."""
+        if self.bound is None:
+            code, name = self.python.__code__, self.python.__name__
+            names = plain_names(self.python.__globals__)
+            self.bound = FunctionType(code, names, name, self.python.__defaults__)
+        return self.bound
+
+    @property
+    def compiled(self) -> Any:
+        """The kernel as compiled by numba, once for all threads."""
+        if isinstance(self.function, SessionKernel):
+            return self.function.compiled
+        if self.dispatcher is None:
+            with self.lock:
+                self.dispatcher = self.dispatcher or jit(self.function, **self.options)
+        return self.dispatcher
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes the kernel for, where another one calls it."""
+        return self.compiled._numba_type_
+
+    @property
+    def py_func(self) -> Any:
+        """Source of the kernel, for numba, which inlines it if `targetoptions` asks for it."""
+        return self.compiled.py_func
+
+    @property
+    def targetoptions(self) -> Any:
+        """Options with which numba compiles the kernel."""
+        return self.compiled.targetoptions
+
+
+PLAIN_NAMES: dict[int, dict[str, Any]] = {}
+"""What `plain_names` returned, by the identity of the module's names."""
+
+
+def plain_names(module: dict[str, Any]) -> dict[str, Any]:
+    """Return the names of a module, those of its kernels for their plain functions."""
+    if id(module) not in PLAIN_NAMES:
+        names = PLAIN_NAMES[id(module)] = dict(module)
+        for name, value in module.items():
+            if isinstance(value, SessionKernel):
+                names[name] = value.plain
+    return PLAIN_NAMES[id(module)]
+
+
+def has_list(values: tuple[Any, ...]) -> bool:
+    """Return whether a list is among these values and the named tuples among them."""
+    for value in values:
+        if isinstance(value, list) or (isinstance(value, tuple) and has_list(value)):
+            return True
+    return False
 
 
 def jit(function: Kernel, **options: Any) -> Kernel:
@@ -96,8 +193,12 @@ def jit(function: Kernel, **options: Any) -> Kernel:
     # the time to compile.
     options |= {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
     kernel = make(**options)(function)
-    if (folder := cache_folder()) is not None:
-        kernel._cache = kernel_cache_class()(function, folder)
+    options |= {"no_cpython_wrapper": True, "pipeline_class": linked_compiler()}
+    linked = make(**options)(function)
+    # What a kernel asks of another one that it calls: the types and the code of its result.
+    kernel.get_call_template = linked.get_call_template
+    kernel.get_overload = linked.get_overload
+    kernel._cache = kernel_cache_class()(function, cache_folder())
     return cast(Kernel, kernel)
 
 
@@ -170,8 +271,32 @@ def as_engine_array(values: Any) -> Any:
 # The engine.
 
 
+@dataclass
+class Session:
+    """Engine of a Python session for the current job."""
+
+    engine: str = PLAIN
+    steps: Counter[str] = field(default_factory=Counter)
+    """Work of the jobs so far, by the kernels specific to them."""
+
+    def choose(self, steps: int, kernels: str) -> None:
+        """Choose the engine for a job; arguments as in `choose_engine`."""
+        self.steps[kernels] += steps
+        small = all(is_plain_cheaper(self.steps[name], name) for name in ("", kernels))
+        self.engine = PLAIN if small or is_disabled() else COMPILED
+
+
+SESSION = Session()
+
+
+@cache
+def is_session() -> bool:
+    """Return whether each job chooses its engine; the first call fixes the answer."""
+    return ENGINE_VARIABLE not in os.environ
+
+
 def engine() -> str:
-    """Return the requested engine: `plain` or `compiled`; plain where numba is disabled.
+    """Return the engine in use: `plain` or `compiled`; plain where numba is disabled.
 
     Raises
     ------
@@ -183,23 +308,35 @@ def engine() -> str:
         raise ValueError(
             f"{ENGINE_VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}"
         )
-    # A numba that the user has switched off cannot compile.
+    if is_session():
+        return SESSION.engine
     disabled = getattr(sys.modules.get("numba.core.config"), "DISABLE_JIT", 0)
     return PLAIN if word == PLAIN or disabled else COMPILED
 
 
-@cache
+def is_disabled() -> bool:
+    """Return whether the user has switched numba off."""
+    return bool(import_numba().config.DISABLE_JIT)
+
+
 def is_plain() -> bool:
-    """Return whether the kernels are plain; the first call fixes the answer for the process."""
+    """Return whether kernels are plain now; for ever, unless in a Python session."""
+    return SESSION.engine == PLAIN if is_session() else is_always_plain()
+
+
+@cache
+def is_always_plain() -> bool:
+    """Return whether the kernels are plain; the first call fixes the answer."""
     if engine() == COMPILED:
         import_numba()  # whose settings decide
     return engine() == PLAIN
 
 
 def choose_engine(steps: int, kernels: str = "") -> None:
-    """Choose the engine for `auto` from the size of a job; no effect once kernels are loaded.
+    """Choose the engine for a job by its size, in a Python session and for `auto`.
 
-    Only a command sets `auto`: it has one job.
+    Only a command sets `auto`: it has one job. The choice has no effect once it has loaded
+    kernels.
 
     Parameters
     ----------
@@ -207,15 +344,23 @@ def choose_engine(steps: int, kernels: str = "") -> None:
         Work in steps of sampled motion with Coulomb friction.
     kernels : str
         Kernels specific to the job as `module.function`, separated by blanks; one of them
-        suffices.
+        suffices. Without them many steps choose the compiler for all later jobs, too.
     """
+    if is_session():
+        SESSION.choose(steps, kernels)
+        return
     loaded = "drysim.core.oscillator" in sys.modules
     if loaded or os.environ.get(ENGINE_VARIABLE) != AUTO:
         return
-    plain = steps <= MAX_PLAIN_STEPS or (
+    plain = is_plain_cheaper(steps, kernels)
+    os.environ[ENGINE_VARIABLE] = PLAIN if plain else COMPILED
+
+
+def is_plain_cheaper(steps: int, kernels: str) -> bool:
+    """Return whether to solve steps in plain Python costs less than to load the compiler."""
+    return steps <= MAX_PLAIN_STEPS or (
         steps <= COLD_CACHE_FACTOR * MAX_PLAIN_STEPS and not is_cached(kernels)
     )
-    os.environ[ENGINE_VARIABLE] = PLAIN if plain else COMPILED
 
 
 def is_cached(kernels: str) -> bool:
@@ -225,6 +370,87 @@ def is_cached(kernels: str) -> bool:
         folder is not None and any(folder.path.glob(f"{name}-*.nbc"))
         for name in kernels.split()
     )
+
+
+# Kernels that other kernels call.
+
+
+@cache
+def linked_compiler() -> Any:
+    """Return a numba compiler of functions that are only linked into others."""
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import Compiler
+    from numba.core.compiler_machinery import AnalysisPass, register_pass
+    from numba.core.typed_passes import IRLegalization
+
+    class LinkedLibrary(JITCodeLibrary):
+        """Code of a function and, to be linked with it, of all functions that it calls."""
+
+        def __init__(self, codegen: Any, name: str) -> None:
+            super().__init__(codegen, name)
+            self.callees: dict[Any, None] = {}
+            self.program: Any = None
+
+        def add_linking_library(self, library: Any) -> None:
+            """Add the code of a function that this one calls."""
+            library._ensure_finalized()
+            # A linker keeps a function only if one that came before it calls it.
+            self.callees |= dict.fromkeys((library, *getattr(library, "callees", ())))
+
+        def _optimize_functions(self, ll_module: Any) -> None:
+            """Leave the code as it is, for the processor."""
+            ll_module.data_layout = self._codegen._data_layout
+
+        def finalize(self) -> None:
+            """Neither optimise nor emit the code."""
+            self._finalized = True
+
+        def own_code(self) -> Any:
+            """Return the code of this function alone."""
+            return super()._get_module_for_linking()
+
+        def _get_module_for_linking(self) -> Any:
+            """Return the code of this function and of all that it calls."""
+            if self.program is None:
+                self.program = self.own_code().clone()
+                for callee in self.callees:
+                    linked = isinstance(callee, LinkedLibrary)
+                    code = callee.own_code() if linked else callee._get_module_for_linking()
+                    self.program.link_in(code, preserve=True)
+            return self.program
+
+        @property
+        def codegen(self) -> LinkedLibrary:
+            """Where numba sets the environment of a function that it has emitted."""
+            return self
+
+        def set_env(self, name: str, environment: Any) -> None:
+            """Do nothing: the environment is set with the one of the caller."""
+
+    @register_pass(mutates_CFG=False, analysis_only=True)
+    class UseLinkedLibrary(AnalysisPass):
+        """Choose the library that the next pass, lowering, writes to."""
+
+        _name = "use_linked_library"
+
+        def __init__(self) -> None:
+            super().__init__()
+
+        def run_pass(self, state: Any) -> bool:
+            codegen = state.targetctx.codegen()
+            state.library = LinkedLibrary(codegen, state.func_id.func_qualname)
+            return True
+
+    class LinkedCompiler(Compiler):
+        """The usual passes, into a linked library."""
+
+        def define_pipelines(self) -> Any:
+            (passes,) = super().define_pipelines()
+            passes.add_pass_after(UseLinkedLibrary, IRLegalization)
+            passes.finalize()
+            return [passes]
+
+    return LinkedCompiler
 
 
 # The cache.
@@ -242,19 +468,21 @@ def kernel_cache_class() -> Any:
     from numba.core.serialize import dumps
 
     class KernelCache(_Cache):
-        """Compiled versions of one function in a private folder."""
+        """Compiled versions of one function in a private folder, if there is one."""
 
-        def __init__(self, function: Any, folder: PrivateFolder) -> None:
+        def __init__(self, function: Any, folder: PrivateFolder | None) -> None:
             self._function = function
             self._folder = folder
 
         @property
         def cache_path(self) -> str:
             """Path of the folder."""
-            return str(self._folder.path)
+            return str(self._folder.path) if self._folder is not None else ""
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             """Return a kernel, or None if there is no undamaged one."""
+            if self._folder is None:
+                return None
             target_context.refresh()
             try:
                 sealed = self._folder.read(self._file(sig, target_context.codegen()))
@@ -263,8 +491,10 @@ def kernel_cache_class() -> Any:
                 return None
 
         def save_overload(self, sig: Any, data: Any) -> None:
-            """Save a kernel if the disk has room for it."""
-            if data.library.has_dynamic_globals:  # addresses of this process
+            """Complete a kernel that was just compiled; save it if the disk has room for it."""
+            for environment in data._find_referenced_environments():
+                data.codegen.set_env(environment.env_name, environment)
+            if self._folder is None or data.library.has_dynamic_globals:  # addresses
                 return
             with contextlib.suppress(OSError):
                 sealed = seal(dumps(data._reduce()))

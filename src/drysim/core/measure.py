@@ -36,9 +36,9 @@ import numpy as np
 from drysim.core.compile import (
     ZERO,
     as_engine_array,
+    by_engine,
     compiled,
     inlined,
-    is_plain,
     python_of,
     summed,
 )
@@ -721,7 +721,7 @@ def sum_run_plain(
     return RunExtremes(float((~kept).sum()), *largest)
 
 
-sum_run = sum_run_plain if is_plain() else sum_run_compiled
+sum_run = by_engine(sum_run_plain, sum_run_compiled)
 
 
 @compiled

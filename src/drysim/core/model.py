@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.compile import as_engine_array
+from drysim.core.compile import is_plain
 from drysim.errors import WarningMessage
 
 # The oscillator and its friction.
@@ -358,10 +358,15 @@ class NormalForceRecord:
     warnings: tuple[WarningMessage, ...] = ()
     clean_up: tuple[Mapping[str, object], ...] = ()
 
-    @cached_property
+    @property
     def kernel_input(self) -> Any:
         """The relative force in the form that the kernels take."""
-        return as_engine_array(self.relative)
+        return self.relative_list if is_plain() else self.relative
+
+    @cached_property
+    def relative_list(self) -> list[float]:
+        """The relative force as a list."""
+        return cast(list[float], self.relative.tolist())
 
     @property
     def end(self) -> float:

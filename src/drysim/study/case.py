@@ -30,11 +30,11 @@ import numpy as np
 
 from drysim import system
 from drysim.approach import Approach
+from drysim.approach.cost import StepCost, step_cost
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import engine
 from drysim.core.model import (
     AnyLaw,
-    CoulombLaw,
     DynamicLaw,
     Input,
     PiecewiseLaw,
@@ -597,34 +597,6 @@ BRISTLE_DAMPER = "damping time constants of the bristles"
 
 RINGDOWN_RADIANS = 40.0
 """A free oscillation with damping ratio ξ decays below double precision within 40/ξ rad."""
-
-
-class StepCost(NamedTuple):
-    """Cost of a step without events, and the kernels that it needs."""
-
-    steps: int
-    """In steps of sampled motion under Coulomb friction (2 µs)."""
-    kernels: str
-    """Kernels compiled only for this law, as `compile.choose_engine` takes them."""
-
-
-FIXED_STEP_COST = StepCost(1, "")
-STEP_COSTS = {
-    (CoulombLaw, Samples): StepCost(1, "sampled.march"),
-    (CoulombLaw, Sines): StepCost(1, "march.march_sines_from_start"),
-    (DynamicLaw, Samples): StepCost(100, "taylor.march_taylor"),
-    (DynamicLaw, Sines): StepCost(30, "taylor.march_taylor"),
-    (PiecewiseLaw, Samples): StepCost(30, "march.march_modes"),
-    (PiecewiseLaw, Sines): StepCost(6, "march.march_modes"),
-}
-"""By law and base motion. Measured: 120 to 240 µs for laws solved by series, 80 µs for a
-varying normal force, 40 µs between end stops."""
-
-
-def step_cost(approach: Approach, law: AnyLaw, motion: Sines | Samples) -> StepCost:
-    """Return the cost of a step; fixed steps cost the same under every law."""
-    is_exact = isinstance(approach, ExactApproach)
-    return STEP_COSTS[type(law), type(motion)] if is_exact else FIXED_STEP_COST
 
 
 class Oscillation(NamedTuple):

@@ -14,6 +14,7 @@ from itertools import chain
 from threading import Event
 from typing import TYPE_CHECKING
 
+from drysim.approach.cost import step_cost
 from drysim.approach.solution import FIXED_STEP
 from drysim.approach.solvers import solver_of
 from drysim.approach.stick_slip import ExactApproach
@@ -30,7 +31,7 @@ from drysim.scenario.axes import (
 )
 from drysim.scenario.model import Scenario
 from drysim.study import interval
-from drysim.study.case import Case, prepare, step_cost
+from drysim.study.case import Case, prepare
 from drysim.study.plan import (
     CaseRange,
     CaseRanges,
