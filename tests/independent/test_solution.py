@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import random
 from itertools import pairwise
 from pathlib import Path
 
 import mpmath as mp
 import pytest
-from against import AGREES, unexplained
+from against import AGREES, distance, unexplained
 from drawn import Scene, scenes
 from hypothesis import HealthCheck, Phase, given, settings
 from taylor import DIGITS, solve
@@ -108,6 +109,29 @@ def test_friction_that_varies_agrees_with_fifty_digits(sampled):
     else:
         scene = scene._replace(sines=sines, duration=2.0)
     assert unexplained(scene, scene.trajectory()) <= AGREES
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_motion_that_begins_with_nothing_but_a_jerk_agrees_with_fifty_digits(sampled):
+    """At rest in the middle, with ü = 0 and next to no friction, x_r grows as s³."""
+    rng = random.Random(7)
+    for _ in range(12):
+        m, omega, A = (
+            10 ** rng.uniform(-3, 3),
+            10 ** rng.uniform(-1, 2),
+            10 ** rng.uniform(-3, 3),
+        )
+        b = 2.0 * rng.choice((0.0, 0.1, 2.0)) * m * omega
+        F = rng.choice((5e-324, 1e-310, 1e-300, 1e-16 * m * A))
+        span = 10 ** rng.uniform(-2.5, 0.3) / omega
+        scene = Scene(
+            m, m * omega**2, b, F, F * rng.choice((1.0, 2.0)), rng.choice((0.0, F / m))
+        )
+        if sampled:
+            scene = scene._replace(u_dd=(0.0, A), dt=span)
+        else:
+            scene = scene._replace(sines=((A, 0.3 * omega, 0.0),), duration=span)
+        assert distance(solve(scene), scene.trajectory(), scene.end) <= AGREES
 
 
 def test_drawn_scene_agrees_with_fifty_digits():

@@ -85,6 +85,7 @@ from drysim.core.trajectory import (
     peak_in_segment,
     relative,
     resume_mode,
+    starts_as_cubic,
 )
 
 
@@ -292,6 +293,8 @@ def integrate_simple(plant, law, slide, base, state, length, peak):
     e = -(u_0 + y_0)
     decay = Decay(c, w, u_0, slope, e, -slope - c * e - w * v_0)
     series = velocity_series(factors, v_0, e, decay.e_1)
+    if starts_as_cubic(x_0, v_0, e, decay.e_1, length):
+        rule = SIX
     x2, v2, x_dd2, power, path, loss, damped, violation = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(rule[0], rule[1]):
         s, weight = length * NODES[k], length * WEIGHTS[k]
