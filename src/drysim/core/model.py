@@ -7,10 +7,10 @@ motion: its values, the integrals of its squares, and block-wise access to signa
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NamedTuple, Protocol, cast
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -514,6 +514,24 @@ BLOCK_SIZE = 65_536
 MAX_CACHED = 1 << 20
 """Maximum length of a recomputable signal that is cached, 8 MB. A longer motion is solved in
 parts that are recomputed on demand, which costs a tenth of writing them to disk."""
+
+T = TypeVar("T")
+
+
+def recall(size: float, compute: Callable[..., T], *arguments: Any) -> T:
+    """Return `compute(*arguments)`, computed once unless it is an array of a large `size`.
+
+    The latest few results are kept.
+    """
+    call = _latest if size <= MAX_CACHED else _latest.__wrapped__
+    result: T = call(compute, *arguments)
+    return result
+
+
+@lru_cache(maxsize=8)
+def _latest(compute: Callable[..., Any], *arguments: Any) -> Any:
+    return compute(*arguments)
+
 
 FOUR_NODES = (
     0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,

@@ -55,9 +55,12 @@ INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(FLOW_TERMS + 4)
 
 
 @inlined
-def halve_until_short(c, w, s):
-    """Return length [s] and radians of a segment halved until short, and the halvings."""
-    rate = (c + math.sqrt(w)) * s
+def halve_until_short(rate, s):
+    """Return length [s] and radians of a segment halved until short, and the halvings.
+
+    `rate` is its fastest rate [1/s], and s its length [s].
+    """
+    rate *= s
     doublings = 0
     h = s
     while rate > SHORT_SEGMENT:
@@ -91,7 +94,7 @@ def flow(c, w, s):
     From x_0, v_0 under the force per mass g_0 + r s, the solution is
     x = x_0 + v_0 y + (g_0 - w x_0) Y + r YY.
     """
-    h, rate, doublings = halve_until_short(c, w, s)
+    h, rate, doublings = halve_until_short(c + math.sqrt(w), s)
     ch = c * h
     wh = w * h * h
     q_before = 0.0
@@ -140,7 +143,7 @@ def flow_and_slope(c, w, s):
     of z. Derivatives with respect to c need no more: those of y, y_d, Y and YY are z_d, its
     slope -(y + c z_d + w z), z and Z.
     """
-    h, rate, doublings = halve_until_short(c, w, s)
+    h, rate, doublings = halve_until_short(c + math.sqrt(w), s)
     ch = c * h
     wh = w * h * h
     q_before, q, p_before, p = 0.0, 1.0, 0.0, 0.0
@@ -279,13 +282,7 @@ def wave_response(c, w, omega, s):
     short, and rebuilt: the response over both halves is the free motion over the second half
     after the response over the first, plus this response again, turned by the phase.
     """
-    rate = (c + math.sqrt(w) + omega) * s
-    doublings = 0
-    h = s
-    while rate > SHORT_SEGMENT:
-        rate *= 0.5
-        h *= 0.5
-        doublings += 1
+    h, rate, doublings = halve_until_short(c + math.sqrt(w) + omega, s)
     x, v = complex(0.0, 0.0), complex(0.0, 0.0)
     x_w, v_w, x_omega, v_omega = x, v, x, v
     # Derivatives of order n and n + 1: of the response and of its derivatives, at 0.

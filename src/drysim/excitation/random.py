@@ -21,17 +21,17 @@ spectra.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import cache, cached_property, lru_cache, partial
+from functools import cache, cached_property, partial
 from itertools import pairwise
 from math import ceil, expm1, floor, log, pi, sqrt
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from drysim import system
-from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Samples
+from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Samples, recall
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
     STEP_TOLERANCE,
@@ -175,22 +175,6 @@ def line_amplitudes(wanted: SpectralLines, step: float, rms: float | None = None
     u_share = step * step * (1 / 6 - 1 / 4 / sin2_half)
     u_dd = np.sqrt(squares / 2) * scale
     return Amplitudes(first, n, step, u_dd, u_share, realised, warnings)
-
-
-Recipe = Callable[..., Amplitudes]
-"""Function that returns amplitudes from period and step [s] and what else they depend on."""
-
-
-def amplitudes_of(recipe: Recipe, T: float, step: float, *more: object) -> Amplitudes:
-    """Return `recipe(T, step, *more)`, computed once for all seeds unless it is large."""
-    compute = recall_amplitudes if T / step <= MAX_CACHED else recall_amplitudes.__wrapped__
-    return compute(recipe, T, step, *more)
-
-
-@lru_cache(maxsize=4)
-def recall_amplitudes(recipe: Recipe, *arguments: Any) -> Amplitudes:
-    """Return `recipe(*arguments)`."""
-    return recipe(*arguments)
 
 
 def random_signal(amplitudes: Amplitudes, seed: int) -> Samples:
@@ -424,9 +408,8 @@ class Psd(RandomMotion):
 
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with its displacement."""
-        amplitudes = amplitudes_of(
-            polygon_amplitudes, self.duration, step, self.points, self.rms
-        )
+        T = self.duration
+        amplitudes = recall(T / step, polygon_amplitudes, T, step, self.points, self.rms)
         return random_signal(amplitudes, self.seed)
 
 
@@ -585,7 +568,8 @@ class Standard(RandomMotion):
         """Return the base acceleration on a grid, with a check against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
         rms = spectrum.rms if self.scale == "to definition" else None
-        amplitudes = amplitudes_of(seat_amplitudes, self.duration, step, spectrum, rms)
+        T = self.duration
+        amplitudes = recall(T / step, seat_amplitudes, T, step, spectrum, rms)
         motion = random_signal(amplitudes, self.seed)
         realised = LazyMapping(partial(realised_psd, self.machine, motion))
         motion = motion._replace(realised=realised)
@@ -774,7 +758,8 @@ class Road(RandomMotion):
 
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with the height of the road."""
-        amplitudes = amplitudes_of(polygon_amplitudes, self.duration, step, self.corners())
+        T = self.duration
+        amplitudes = recall(T / step, polygon_amplitudes, T, step, self.corners())
         motion = random_signal(amplitudes, self.seed)
         if not self.grade or self.grade not in UNVERIFIED_CLASSES:
             return motion

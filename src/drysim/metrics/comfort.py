@@ -7,14 +7,13 @@ They act on the mean acceleration in each step, which `metrics.spectra` uses as 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import MAX_CACHED, Samples, Sines, base_acceleration
+from drysim.core.model import Samples, Sines, base_acceleration, recall
 
 Complexes = NDArray[np.complex128]
 
@@ -143,22 +142,13 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
     n = len(means)
     length = n if periodic else fft.next_fast_len(n + math.ceil(PADDING_TIME / dt), real=True)
     spectrum = fft.rfft(means, length)
-    spectrum *= gain_at_lines(name, length, dt)
+    # Once for all series of a length.
+    spectrum *= recall(length, gain_at_lines, name, length, dt)
     return np.asarray(fft.irfft(spectrum, length)[:n], dtype=np.float64)
 
 
 def gain_at_lines(name: str, length: int, dt: float) -> Complexes:
-    """Return the gain from means over steps dt [s] at all lines of a series; read-only.
-
-    Computed once for all series of this length unless it is large.
-    """
-    compute = recall_gain if length <= MAX_CACHED else recall_gain.__wrapped__
-    return compute(name, length, dt)
-
-
-@lru_cache(maxsize=4)
-def recall_gain(name: str, length: int, dt: float) -> Complexes:
-    """Return the gain of `gain_at_lines`."""
+    """Return the gain from means over steps dt [s] at all lines of a series; read-only."""
     f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
     gain: Complexes = weighting_gain(name, f) / averaging_gain(f, dt)
     gain.flags.writeable = False
