@@ -267,11 +267,11 @@ class PiecewiseLaw(NamedTuple):
     def load(self, t: Any) -> Any:
         """Return the normal force relative to its mean [-] at times t [s]; 0 if separated."""
         if self.force_record is None:
-            found = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
+            load = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
         else:
             times = np.arange(len(self.force_record.relative)) * self.force_record.step
-            found = np.interp(t, times, self.force_record.relative)
-        return np.maximum(found, 0.0)
+            load = np.interp(t, times, self.force_record.relative)
+        return np.maximum(load, 0.0)
 
 
 STRIBECK, BRISTLE, LEUVEN = 0, 1, 2

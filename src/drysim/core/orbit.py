@@ -206,17 +206,17 @@ def solve_orbits(scenes, answers, most, work):
         plant, law = plant_and_law(row)
         scene = SineMarch(plant, law, scene_waves(row, work.values, law), work.log)
         if most > 0:
-            found = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, work.past)
+            orbit = converge_to_orbit(scene, row[PERIOD], row[X_R], row[V_R], most, work.past)
         else:
             state = PeriodState(row[X_R], row[V_R], int(ZERO))
-            found = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True, 0.0)
-        state, multiple = found.state, found.multiple
-        answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), found.closure
-        answer[RUN_UP], answer[RUN_UP_PEAK] = found.periods * row[PERIOD], found.peak
+            orbit = FoundOrbit(state, int(answer[MULTIPLE]), 0.0, int(ZERO), 0.0, True, 0.0)
+        state, multiple = orbit.state, orbit.multiple
+        answer[MULTIPLE], answer[CLOSURE] = max(multiple, 1), orbit.closure
+        answer[RUN_UP], answer[RUN_UP_PEAK] = orbit.periods * row[PERIOD], orbit.peak
         answer[TIME] = answer[RUN_UP]
         if multiple < 0:
             answer[STATUS] = float(multiple)
-        elif not found.unique:
+        elif not orbit.unique:
             answer[STATUS] = float(NOT_UNIQUE)
         else:
             answer[STATUS] = 0.0

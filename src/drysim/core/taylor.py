@@ -462,14 +462,14 @@ def begin_step(plant, law, series, start, left, tolerances, control):
 
 
 @inlined
-def step_extent(plant, law, series, start, found, slow, v_tolerance):
+def step_extent(plant, law, series, start, trial, slow, v_tolerance):
     """Return the length over which a series is used [s], and what ends it there.
 
     Parameters
     ----------
     plant, law, series, start
         As in `extend_series`.
-    found : tuple
+    trial : tuple
         Degree, valid length [s] and iterations of the series as returned by `begin_step`.
     slow : float
         Speed below which the mass creeps [m/s].
@@ -482,7 +482,7 @@ def step_extent(plant, law, series, start, found, slow, v_tolerance):
         Length [s]; time at which v_r is zero and time at which a hysteresis branch ends, or
         infinity; and the cause of that end as in `branch_exit`.
     """
-    last, step, iterations = found
+    last, step, iterations = trial
     d = start.d
     step = curve_valid_length(law, series, last, d, step, slow)
     stop = speed_crossing_time(series, last, d, 0.0, step)

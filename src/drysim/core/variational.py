@@ -785,8 +785,8 @@ def move_in_segment(scene, state, times, rates, work):
         wave = wave_response(c, w, values[at + OMEGA], length)
         turn = phasor(1.0, phase_at(values[at + FREQUENCY], values[at + PHASE], t))
         swing = values[at + A] if i < waves.base else f * law.variation
-        more = response_to_swing(c, w, wave, swing * turn)
-        x_w, v_w, x_c, v_c = x_w + more.x_w, v_w + more.v_w, x_c + more.x_c, v_c + more.v_c
+        swung = response_to_swing(c, w, wave, swing * turn)
+        x_w, v_w, x_c, v_c = x_w + swung.x_w, v_w + swung.v_w, x_c + swung.x_c, v_c + swung.v_c
         if i == waves.base:
             x_swing, v_swing = turn * wave.x, turn * wave.v
             x_sine, v_sine, x_cosine, v_cosine = (

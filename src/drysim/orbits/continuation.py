@@ -503,18 +503,18 @@ class Continuation:
         scale = self.scale_at(point)
         at = point.p + DIFFERENCE * float(point.tangent[-1])
         h = DIFFERENCE if self.is_within(at) else -DIFFERENCE
-        found = []
+        shifted = []
         for y in (point.coordinates, point.coordinates + h * point.tangent * scale):
             states = self.return_map.states(
                 float(y[-1]), y[:-1], point.repetition, np.array([time])
             )
             if states is None:
                 return point
-            found.append(np.append(states[0], y[-1]))
-        direction = (found[1] - found[0]) / (h * scale)
+            shifted.append(np.append(states[0], y[-1]))
+        direction = (shifted[1] - shifted[0]) / (h * scale)
         direction /= np.linalg.norm(direction)
         repetition = point.repetition.delayed(time)
-        moved = self.corrector(found[0] / scale, direction, scale, repetition)
+        moved = self.corrector(shifted[0] / scale, direction, scale, repetition)
         return point if moved is None else moved[0].along(direction)
 
     def placed(self, point: Point) -> Point:
@@ -607,10 +607,10 @@ class Continuation:
             change = share * h
             if not self.is_within(p + change):
                 continue
-            found = self.return_map(p + change, y, repetition)
-            if found is not None:
-                changed, dp = found, change
-                if found.counts == image.counts:
+            other = self.return_map(p + change, y, repetition)
+            if other is not None:
+                changed, dp = other, change
+                if other.counts == image.counts:
                     break
         if changed is None:
             return None
@@ -627,12 +627,12 @@ class Continuation:
         n = len(state)
         scale = self.scale(p, peak, n)
         guess = np.append(state, p) / scale
-        found = self.corrector(guess, np.eye(n + 1)[n], scale, repetition)
-        return None if found is None else found[0]._replace(p=p)
+        corrected = self.corrector(guess, np.eye(n + 1)[n], scale, repetition)
+        return None if corrected is None else corrected[0]._replace(p=p)
 
     def follow(self, seed: Point) -> Branch:
         """Follow a branch from a point along its tangent, to its end."""
-        points, found = [seed], []
+        points, bifurcations = [seed], []
         ds, end = FIRST_STEP, ""
         quality = self.section_quality(seed)
         while not end and len(points) < self.max_points:
@@ -650,7 +650,7 @@ class Continuation:
                 end = self.reason_to_end(last)
                 if end == GRAZING:
                     at = extrapolate_end(points) if has_large_multiplier(last) else last
-                    found.append(Bifurcation(GRAZING, at, len(points) - 1))
+                    bifurcations.append(Bifurcation(GRAZING, at, len(points) - 1))
                 break
             point, newton_steps = step
             if len(points) > 3 and self.closes(points[0], last, point, ds):
@@ -660,12 +660,14 @@ class Continuation:
             between = self.bifurcations_between(last, point, len(points) - 1, is_corner)
             # Where two branches meet, rounding decides on the sign of a vertical tangent.
             is_near = self.size_of_offset(point) < SAME_PLACE
-            found += [one for one in between if not (is_near and one.kind == FOLD)]
+            bifurcations += [one for one in between if not (is_near and one.kind == FOLD)]
             if len(points) > 1:
-                found += self.continua_between(points[-2], last, point, len(points) - 1)
+                bifurcations += self.continua_between(points[-2], last, point, len(points) - 1)
             points.append(point)
             if float(np.abs(point.multipliers).max()) > LARGEST_MULTIPLIER:
-                found.append(Bifurcation(GRAZING, extrapolate_end(points), len(points) - 1))
+                bifurcations.append(
+                    Bifurcation(GRAZING, extrapolate_end(points), len(points) - 1)
+                )
                 end = GRAZING
             if newton_steps <= FEW_NEWTON_STEPS:
                 ds = min(2.0 * ds, LARGEST_STEP)
@@ -676,11 +678,14 @@ class Continuation:
             # Next to the branch that it meets, rounding decides on stability.
             while len(points) > 2 and self.size_of_offset(points[-2]) < SAME_PLACE:
                 del points[-2]
-            found = [one._replace(position=min(one.position, len(points) - 2)) for one in found]
+            bifurcations = [
+                one._replace(position=min(one.position, len(points) - 2))
+                for one in bifurcations
+            ]
         gaps = []
         if end in ("", LIMIT):
             gaps.append(Gap(LOST if end else MANY_POINTS, points[-1].p))
-        return Branch(seed.repetition, points, found, ("", end or LIMIT), gaps)
+        return Branch(seed.repetition, points, bifurcations, ("", end or LIMIT), gaps)
 
     def reason_to_end(self, last: Point) -> str:
         """Return why no point follows on a branch: it merges, grazes, or is lost."""
@@ -897,8 +902,12 @@ class Continuation:
         def slope(point: Point) -> float:
             scale = self.scale_at(point)
             guess = point.coordinates / scale + 1e-6 * point.tangent
-            found = self.corrector(guess, point.tangent, scale, point.repetition)
-            return math.nan if found is None else det_J_plus_I(found[0]) - det_J_plus_I(point)
+            corrected = self.corrector(guess, point.tangent, scale, point.repetition)
+            return (
+                math.nan
+                if corrected is None
+                else det_J_plus_I(corrected[0]) - det_J_plus_I(point)
+            )
 
         for one, other in ((first, middle), (middle, last)):
             if slope(one) < 0.0 < slope(other):
@@ -919,10 +928,10 @@ class Continuation:
 
         def value(share: float) -> float:
             if share not in best:
-                found = self.corrector(a + share * (b - a), chord, scale, repetition)
-                if found is None:
+                corrected = self.corrector(a + share * (b - a), chord, scale, repetition)
+                if corrected is None:
                     raise ArithmeticError
-                best[share] = found[0].along(chord)
+                best[share] = corrected[0].along(chord)
             return test(best[share])
 
         try:
@@ -946,7 +955,7 @@ class Continuation:
             return self.with_bifurcations(replace(ahead, ends=(LOOP, LOOP)))
         back = self.follow(seed.reversed)
         count = len(back.points)
-        found = [
+        bifurcations = [
             *(
                 one._replace(position=count - 2 - one.position)
                 for one in back.bifurcations[::-1]
@@ -955,12 +964,14 @@ class Continuation:
         ]
         points = [point.reversed for point in back.points[:0:-1]] + ahead.points
         ends, gaps = (back.ends[1], ahead.ends[1]), back.gaps + ahead.gaps
-        return self.with_bifurcations(Branch(seed.repetition, points, found, ends, gaps))
+        return self.with_bifurcations(Branch(seed.repetition, points, bifurcations, ends, gaps))
 
     def with_bifurcations(self, branch: Branch) -> Branch:
         """Return a branch with its bifurcations inserted into the points."""
         points: list[Point] = []
-        found = [one._replace(position=0) for one in branch.bifurcations if one.position < 0]
+        bifurcations = [
+            one._replace(position=0) for one in branch.bifurcations if one.position < 0
+        ]
         for i, (point, after) in enumerate(
             itertools.zip_longest(branch.points, branch.points[1:])
         ):
@@ -973,8 +984,8 @@ class Continuation:
                     one.point.is_same_state(point) or one.point.is_same_state(after)
                 ):
                     points.append(one.point)
-                found.append(one._replace(position=len(points) - 1))
-        return replace(branch, points=points, bifurcations=found)
+                bifurcations.append(one._replace(position=len(points) - 1))
+        return replace(branch, points=points, bifurcations=bifurcations)
 
     def separation(self, one: Point, other: Point) -> float:
         """Return the arclength between two close points of a branch, scaled."""
@@ -993,12 +1004,12 @@ class Continuation:
         direction /= np.linalg.norm(direction)
         for offset in SWITCH_OFFSETS:
             guess, repetition = begin + offset * direction, bifurcation.repetition.doubled
-            found = self.corrector(guess, direction, scale, repetition)
-            if found is None or not self.is_within(found[0].p):
+            corrected = self.corrector(guess, direction, scale, repetition)
+            if corrected is None or not self.is_within(corrected[0].p):
                 continue
-            away = (found[0].state - bifurcation.state) / scale[:n]
+            away = (corrected[0].state - bifurcation.state) / scale[:n]
             if float(np.linalg.norm(away)) < MAX_SWITCH_RATIO * offset:
-                return found[0].along(direction)
+                return corrected[0].along(direction)
         return None
 
     def images(self, p: float, state: Floats, repetition: Repetition) -> Iterator[Floats]:
@@ -1059,8 +1070,8 @@ class Continuation:
         gaps : list of Gap
             What is missing there.
         """
-        found, gaps = self.branches_within_limits(seeds, most)
-        branches = [part for branch in found for part in cut_to_range(branch)]
+        whole, gaps = self.branches_within_limits(seeds, most)
+        branches = [part for branch in whole for part in cut_to_range(branch)]
         return branches, [gap for gap in gaps if is_in_range(gap.p)]
 
     def branches_within_limits(
@@ -1079,14 +1090,14 @@ class Continuation:
             ):
                 continue
             known += [(p, image) for image in self.images(p, state, Repetition(periods))]
-            found = self.isolate(p, state, peak, periods)
-            if found is None:
+            seed = self.isolate(p, state, peak, periods)
+            if seed is None:
                 image = self.return_map(p, state, Repetition(periods))
                 if image is not None:
                     tangent = np.zeros(len(state) + 1)
                     not_isolated.append(Point(p, state, Repetition(periods), image, tangent))
                 continue
-            waiting: list[tuple[Point, Point | None]] = [(found, None)]
+            waiting: list[tuple[Point, Point | None]] = [(seed, None)]
             while waiting:
                 point, origin = waiting.pop(0)
                 if origin is not None and any(self.meets(one, origin) for one in branches):
@@ -1168,7 +1179,7 @@ def is_in_range(p: float) -> bool:
 
 def cut_to_range(branch: Branch) -> Iterator[Branch]:
     """Yield the parts of a branch in the range; the ends of the range are points of it."""
-    points, found = branch.points, branch.bifurcations
+    points, bifurcations = branch.points, branch.bifurcations
     inside = [is_in_range(point.p) for point in points]
     if all(inside):
         yield branch
@@ -1178,7 +1189,9 @@ def cut_to_range(branch: Branch) -> Iterator[Branch]:
         shift, count = inside.index(False), len(points) - 1
         points = points[shift:-1] + points[: shift + 1]
         inside = inside[shift:-1] + inside[: shift + 1]
-        found = [one._replace(position=(one.position - shift) % count) for one in found]
+        bifurcations = [
+            one._replace(position=(one.position - shift) % count) for one in bifurcations
+        ]
     last = len(points) - 1
     for is_inside, group in itertools.groupby(range(len(points)), key=inside.__getitem__):
         run = [*group]
@@ -1190,7 +1203,7 @@ def cut_to_range(branch: Branch) -> Iterator[Branch]:
             points=points[begin : end + 1],
             bifurcations=[
                 one._replace(position=one.position - begin)
-                for one in found
+                for one in bifurcations
                 if begin <= one.position <= end and is_in_range(one.point.p)
             ],
             ends=(

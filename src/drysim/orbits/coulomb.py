@@ -226,7 +226,7 @@ class CoulombFlow:
         x_r, v_r = state.tolist()
         work, image = scene_buffer(len(row)), self.image
         orbit.flow_and_monodromy(as_engine_array(row), work, time, x_r, v_r, self.log, image)
-        found = [*map(float, image)]
-        if found[orbit.IMAGE_EVENTS] < 0.0 or not math.isfinite(sum(found)):
+        values = [*map(float, image)]
+        if values[orbit.IMAGE_EVENTS] < 0.0 or not math.isfinite(sum(values)):
             return None
-        return found, np.array(self.log.s[: int(found[orbit.IMAGE_EVENTS])])
+        return values, np.array(self.log.s[: int(values[orbit.IMAGE_EVENTS])])

@@ -284,10 +284,10 @@ class ShootingReturnMap:
         """Return the image of a state under Coulomb friction; None as for the map."""
         plant, _, motion, period = scene
         row = scene_row(plant, law, motion, State(0.0, 0.0), period)
-        found = self.coulomb_flow(row, repetition.length * period, state)
-        if found is None:
+        flow = self.coulomb_flow(row, repetition.length * period, state)
+        if flow is None:
             return None
-        (x, v, a, b, c, e, stops, reversals, peak, _), events = found
+        (x, v, a, b, c, e, stops, reversals, peak, _), events = flow
         sign = -1.0 if repetition.half else 1.0
         jacobian, counts = sign * np.array([[a, b], [c, e]]), (int(stops), int(reversals), 0)
         end = sign * np.array([x, v])
@@ -305,10 +305,10 @@ class ShootingReturnMap:
         except SolverError:
             return None
         at = [trajectory.state(time * scene.period) for time in times.tolist()]
-        found = np.array([scene.to_components(one) for one in at])
+        components = np.array([scene.to_components(one) for one in at])
         if scene.law.is_elastic and not yields(trajectory):
-            found[:, 2] = found[:, 0]
-        return found if np.isfinite(found).all() else None
+            components[:, 2] = components[:, 0]
+        return components if np.isfinite(components).all() else None
 
     def march(
         self, scene: PeriodicSystem, y: Floats, repetition: Repetition
@@ -416,11 +416,11 @@ class ShootingReturnMap:
             return None
         plant, law, motion, period = scene
         try:
-            found = find_orbit(plant, law, motion, start, period)
-            if not (found.settled and found.unique):
+            orbit = find_orbit(plant, law, motion, start, period)
+            if not (orbit.settled and orbit.unique):
                 return None
-            y = scene.to_components(found.state)
-            whole = Repetition(found.periods)
+            y = scene.to_components(orbit.state)
+            whole = Repetition(orbit.periods)
             _, trajectory = self.march(scene, y, whole)
             if law.is_elastic and not yields(trajectory):
                 # The same motion about the anchor 0.
@@ -432,7 +432,7 @@ class ShootingReturnMap:
             return None
         path = path_of(trajectory)
         is_stuck = law.can_stick and float(np.ptp(path)) == 0.0
-        return MarchedOrbit(y, float(np.abs(path).max()), found.periods, is_stuck)
+        return MarchedOrbit(y, float(np.abs(path).max()), orbit.periods, is_stuck)
 
     def sticks(self, p: float) -> bool:
         """Whether a mass at rest sticks for ever."""

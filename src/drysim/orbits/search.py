@@ -357,9 +357,9 @@ def march_period(
     """Return the trajectory of one period from a state."""
     if law.stops is not None:
         return piecewise.compute_trajectory(plant, law, motion, state, period)
-    trajectory: Any = exact.compute_trajectory(plant, law, motion, state, period)
-    found: PiecewiseTrajectory | TaylorTrajectory = trajectory
-    return found
+    solved: Any = exact.compute_trajectory(plant, law, motion, state, period)
+    trajectory: PiecewiseTrajectory | TaylorTrajectory = solved
+    return trajectory
 
 
 def state_scales(
@@ -578,9 +578,9 @@ class OrbitConvergence:
         early |= self.eventless_periods < self.quiet_repetitions * periods
         if early or getattr(end, "reversals", False):
             return end
-        found = self.newton(periods) if self.trajectories else self.extrapolate(periods)
-        if found is not None:
-            total, gain = found
+        estimate = self.newton(periods) if self.trajectories else self.extrapolate(periods)
+        if estimate is not None:
+            total, gain = estimate
             sizes = [size or 1.0 for size in self.scale]
             self.step = Step(change, end, periods, self.scale, gain)
             self.period_ends = [type(end)(*(total * sizes).tolist())]
