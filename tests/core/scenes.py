@@ -39,7 +39,7 @@ def march(
     sampled = kernel.sampled
     end = sampled.march(
         kernel.forcing.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt),
-        sampled.SampledState(0, *start, mode, math.nan, 0, math.inf),
+        sampled.SlipState(0, 0.0, *start, mode, math.nan, 0, math.inf),
         sampled.SampledMotion(x_r, v_r, d),
         log,
         n - 1,
@@ -97,8 +97,8 @@ def march_sines(
     log = log_of(kernel)
     waves = waves_of(kernel, sines, core_law)
     interval = kernel.march.Interval(0, 0.0, duration, 0.0, 0.0)
-    state = kernel.march.SlipState(0.0, *start, mode, 0, math.inf)
-    t, x_r, v_r, d_end, count, closest = kernel.march.march_sines(
+    state = kernel.march.SlipState(0, 0.0, *start, mode, math.nan, 0, math.inf)
+    _, t, x_r, v_r, d_end, _, count, closest = kernel.march.march_sines(
         core_plant, core_law, waves, interval, state, log
     )
     return SimpleNamespace(

@@ -105,7 +105,7 @@ def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) 
         log = log_of(kernel)
         waves = waves_of(kernel, [(1.0, 1 / (2 * math.pi), phase)], law)
         interval = kernel.march.Interval(0, 0.0, 20.0, 0.0, 0.0)
-        state = kernel.march.SlipState(0.0, 0.0, 0.0, -1, 0, math.inf)
+        state = kernel.march.SlipState(0, 0.0, 0.0, 0.0, -1, math.nan, 0, math.inf)
         found = kernel.march.march_sines(plant, law, waves, interval, state, log)
         assert (0 in log.kind[: found.events].tolist()) == stops
 

@@ -76,7 +76,7 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
     sampled = kernel.sampled
     scene = kernel.forcing.Scene(plant, law, waves_of(kernel, [], law), u_dd, DT)
     out, base_sums = sampled.SampledMotion(*columns), sampled.empty_base_sums()
-    state = sampled.SampledState(0, 0.0, 0.0, int(columns[2][0]), math.nan, 0, math.inf)
+    state = sampled.SlipState(0, 0.0, 0.0, 0.0, int(columns[2][0]), math.nan, 0, math.inf)
     for end in ends:
         state = sampled.march(
             scene, state._replace(events=0), out, log_of(kernel), end, base_sums
@@ -111,7 +111,7 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
     sampled = kernel.sampled
     scene = kernel.forcing.Scene(plant, law, waves_of(kernel, [], law), u_dd, DT)
     out, base_sums = sampled.SampledMotion(*columns), sampled.empty_base_sums()
-    state = sampled.SampledState(0, 0.0, 0.0, int(whole.d[0]), math.nan, 0, math.inf)
+    state = sampled.SlipState(0, 0.0, 0.0, 0.0, int(whole.d[0]), math.nan, 0, math.inf)
     handed = 0
     while state.n < 2999:
         log = log_of(kernel, kernel.events.MAX_EVENTS_PER_STEP + 2)
@@ -248,10 +248,8 @@ def leap(
     x_r[0], v_r[0] = start
     log = log_of(kernel)
     scene = kernel.forcing.Scene(core_plant, law, waves_of(kernel, [], law), u_dd, dt)
-    state = kernel.march.SlipState(0.0, *start, mode, 0, math.inf)
-    _, end = kernel.march.march_varying_limits(
-        scene, 0, 0, len(u_dd) - 1, state, (x_r, v_r, d), log
-    )
+    state = kernel.march.SlipState(0, 0.0, *start, mode, math.nan, 0, math.inf)
+    end = kernel.march.march_varying_limits(scene, 0, len(u_dd) - 1, state, (x_r, v_r, d), log)
     events = [column[: end.events].copy() for column in log]
     return SimpleNamespace(
         x_r=x_r, v_r=v_r, kinds=events[2], t=events[0] * dt + events[1], closest=end.closest

@@ -62,7 +62,6 @@ from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, initial_
 from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Scene, Waves
 from drysim.core.march import (
     Interval,
-    SlipState,
     march_sines,
     march_sines_from_start,
     march_varying_limits,
@@ -84,7 +83,7 @@ from drysim.core.modes import APART, REGULAR, Mode, encode_mode
 from drysim.core.orbit import SineMarch
 from drysim.core.sampled import (
     SampledMotion,
-    SampledState,
+    SlipState,
     accelerations_at_samples,
     empty_base_sums,
     march,
@@ -118,7 +117,7 @@ def compute_trajectory(
     u_dd = initial_base_acceleration(motion)
     d, _, margin = initial_direction(plant, law, start.x_r, start.v_r, u_dd)
     # The margin is infinite where no force acts.
-    state = SampledState(0, start.x_r, start.v_r, d, math.nan, 1, math.inf)
+    state = SlipState(0, 0.0, start.x_r, start.v_r, d, math.nan, 1, math.inf)
     return follow(march, state, margin, end)
 
 
@@ -154,11 +153,11 @@ def sine_trajectory(
         as_engine_array(np.empty(INITIAL_EVENT_CAPACITY, np.int8)),
     )
     state = march_sines_from_start(scene, duration, log, kind)
-    begin, x_r, v_r, _, count, closest_decision = state
-    check_progress(count, begin, (x_r, v_r))
+    count = state.events
+    check_progress(count, state.s, (state.x_r, state.v_r))
     periods = count_intervals(plant, law, motion, duration)
-    while begin < duration:
-        check_event_count(count, periods, begin)
+    while state.s < duration:
+        check_event_count(count, periods, state.s)
         size = min(2 * len(kind), count + EVENTS_PER_CALL)
         log, kind = (
             as_engine_array(np.hstack((log, np.empty((4, size - len(kind)))))),
@@ -167,8 +166,8 @@ def sine_trajectory(
         interval, waves = Interval(0, 0.0, duration, 0.0, 0.0), make_waves(motion, contact)
         columns = EventLog(log[0], log[1], kind, log[2], log[3])
         state = march_sines(plant, contact, waves, interval, state, columns)
-        begin, x_r, v_r, _, count, closest_decision = state
-        check_progress(count, begin, (x_r, v_r))
+        count = state.events
+        check_progress(count, state.s, (state.x_r, state.v_r))
     # Rows by index: unpacking the array row by row takes as long as some tens of events.
     log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
     events = Events(log[1, :count], kind, log[2, :count], log[3, :count])
@@ -181,7 +180,7 @@ def sine_trajectory(
         motion=motion,
         events=events,
         end=duration,
-        closest_decision=closest_decision,
+        closest_decision=state.closest,
         march=march,
     )
 
@@ -250,7 +249,7 @@ CODES = np.array([python_of(encode_mode)(Mode(d, d, APART, 0, 0, REGULAR)) for d
 class CoulombMarch(PiecewiseMarch):
     """March with Coulomb friction over samples.
 
-    A checkpoint is the `SampledState`. A block is a whole number of chunks of the kernel's
+    A checkpoint is the `SlipState`. A block is a whole number of chunks of the kernel's
     march, so marching it again gives the same result to the last bit.
     """
 
@@ -280,13 +279,13 @@ class CoulombMarch(PiecewiseMarch):
             first = end
         return SampledMotion(*joined(parts))
 
-    def march_block(self, number: int) -> SampledState:
+    def march_block(self, number: int) -> SlipState:
         """March through a block and keep it in memory; return the state at its end."""
         first, dt = number * self.size, self.motion.dt
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
         out = empty_samples(last + 1)
-        state: SampledState = self.checkpoints[number]._replace(n=0, events=1, closest=math.inf)
+        state: SlipState = self.checkpoints[number]._replace(n=0, events=1, closest=math.inf)
         write_first_row(out, (state.x_r, state.v_r, state.d))
         log, v_0 = empty_log(4 * MAX_EVENTS_PER_STEP + last // SAMPLES_PER_EVENT), state.v_r
         F_L = limit_force(self.plant, state.x_r, float(u_dd[0]))
@@ -298,11 +297,7 @@ class CoulombMarch(PiecewiseMarch):
                 log = enlarge_columns(log, 2 * len(log.n))
             end = min(state.n + SAMPLES_PER_CALL, last)
             if self.law.variation:
-                n, x_r, v_r, d, _, count, closest = state
-                here = SlipState(0.0, x_r, v_r, d, count, closest)
-                n, here = march_varying_limits(scene, first, n, end, here, out, log)
-                _, x_r, v_r, d, count, closest = here
-                state = SampledState(n, x_r, v_r, d, math.nan, count, closest)
+                state = march_varying_limits(scene, first, end, state, out, log)
             else:
                 state = march(scene, state, out, log, end, base_sums)
             check_progress(state.events, (first + state.n) * dt, (state.x_r, state.v_r), dt)

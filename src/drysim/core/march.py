@@ -147,7 +147,7 @@ from drysim.core.sampled import (
     Direction,
     OneWay,
     Rest,
-    SampledState,
+    SlipState,
     advance_rest,
     advance_slip,
     rescale,
@@ -184,29 +184,6 @@ class Interval(NamedTuple):
     slope: float
 
 
-class SlipState(NamedTuple):
-    """State of a march with Coulomb friction.
-
-    Attributes
-    ----------
-    s : float
-        Time since the start of the interval [s].
-    x_r, v_r, d
-        State there [m, m/s] and direction of sliding, 0 when stuck.
-    events : int
-        Number of events in the log, or a `Status`.
-    closest : float
-        Smallest margin of a stop decision [-]; infinite before the first.
-    """
-
-    s: float
-    x_r: float
-    v_r: float
-    d: int
-    events: int
-    closest: float
-
-
 @compiled
 def march_sines(plant, law, waves, interval, state, log):
     """Solve one interval with Coulomb friction from event to event.
@@ -236,7 +213,7 @@ def march_sines(plant, law, waves, interval, state, log):
     """
     m, k_x, _ = plant
     n, t, h, u_0, slope = interval
-    begin, x_r, v_r, d, count, closest = state
+    _, begin, x_r, v_r, d, _, count, closest = state
     capacity = len(log.n)
     limit = law.F_fs, slope
     just_broke_away = False
@@ -251,7 +228,7 @@ def march_sines(plant, law, waves, interval, state, log):
             stay, d, margin = break_away_time(stuck, waves, left)
             closest = min(closest, margin)
             if stay == NEVER:
-                return SlipState(h, x_r, 0.0, 0, count, closest)
+                return SlipState(n, h, x_r, 0.0, 0, math.nan, count, closest)
             begin = min(begin + stay, h)
             load = relative_normal_force(law, waves, stay)[0]
             count = record_event(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)
@@ -269,11 +246,11 @@ def march_sines(plant, law, waves, interval, state, log):
             closest = min(closest, grazing_margin(plant, law.F_fs, low, time))
         if stop == NEVER:
             x_r, v_r, _, _, _ = motion_at(equation, waves, x_r, v_r, left)
-            return SlipState(h, x_r, v_r, d, count, closest)
+            return SlipState(n, h, x_r, v_r, d, math.nan, count, closest)
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
         if stalled > MAX_STALLED_EVENTS:
-            return SlipState(begin, x_r, v_r, d, NO_PROGRESS, closest)
+            return SlipState(n, begin, x_r, v_r, d, math.nan, NO_PROGRESS, closest)
         # v_r is set to zero exactly: the stop is an event, not a small velocity.
         x_r, v_r = x_stop, 0.0
         u_dd, rate, _ = base_motion(waves, u_begin, slope, stop)
@@ -289,7 +266,7 @@ def march_sines(plant, law, waves, interval, state, log):
         d = direction_from_rest(F_L, F_fs, k_x * x_r)
         kind = STICK if d == 0 else d * REVERSAL
         count = record_event(log, count, n, begin, kind, x_r, F_L)
-    return SlipState(begin, x_r, v_r, d, count, closest)
+    return SlipState(n, begin, x_r, v_r, d, math.nan, count, closest)
 
 
 @inlined
@@ -326,7 +303,7 @@ def initial_slip_state(plant, law, waves, x_r, v_r, log):
         u_dd += waves.values[at + A] * math.sin(waves.values[at + PHASE])
     d, F_L, margin = initial_direction(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
-    return SlipState(0.0, x_r, v_r, d, count, margin)
+    return SlipState(int(ZERO), 0.0, x_r, v_r, d, math.nan, count, margin)
 
 
 @compiled
@@ -354,7 +331,7 @@ def write_slip_segments(log, v_r, end, out):
 
 
 @compiled
-def march_varying_limits(scene, past, n, end, state, out, log):
+def march_varying_limits(scene, past, end, state, out, log):
     """March over samples with varying friction limits, one call of `march_sines` per step.
 
     Parameters
@@ -362,10 +339,10 @@ def march_varying_limits(scene, past, n, end, state, out, log):
     scene : Scene
     past : int
         Number of samples of the motion before those of the scene.
-    n, end : int
-        First sample, and the last one to march to.
+    end : int
+        Last sample to march to.
     state : SlipState
-        State at sample n.
+        Where to begin, at a sample.
     out : tuple of array
         Written: x_r [m], v_r [m/s] and direction of sliding at the samples.
     log : EventLog
@@ -373,32 +350,28 @@ def march_varying_limits(scene, past, n, end, state, out, log):
 
     Returns
     -------
-    n, state
-        Sample reached, before `end` if the log is nearly full, and the state there.
+    SlipState
+        At the sample reached, before `end` if the log is nearly full.
     """
     plant, law, waves, u_dd, dt = scene
     x_out, v_out, d_out = out
-    while n < end and state.events + MAX_EVENTS_PER_STEP <= len(log.n):
+    while state.n < end and state.events + MAX_EVENTS_PER_STEP <= len(log.n):
+        n, count = state.n, state.events
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         interval = Interval(n, (past + n) * dt, dt, u_dd[n], slope)
-        _, x_r, v_r, d, count, closest = state
-        start = SlipState(0.0, x_r, v_r, d, count, closest)
-        state = march_sines(plant, law, waves, interval, start, log)
+        state = march_sines(plant, law, waves, interval, state, log)
         closest, limit = state.closest, sampled_limit(law, law.F_fs, past * dt, dt)
         for i in range(count, state.events):
             if abs(log.kind[i]) == SLIP:
                 F_k, leaves = plant.k_x * log.x_r[i], sign(log.kind[i])
                 closest = excess_margin(plant, u_dd, limit, n, F_k, leaves, closest)
-        state = SlipState(state.s, state.x_r, state.v_r, state.d, state.events, closest)
-        if state.s < dt or state.events < 0:
-            _, x_r, v_r, d, count, closest = state
+        _, s, x_r, v_r, d, a, count, _ = state
+        if s < dt or count < 0:
             fault = count if count < 0 else CROWDED_STEP
-            return n, SlipState(0.0, x_r, v_r, d, fault, closest)
-        n += 1
-        x_out[n] = state.x_r
-        v_out[n] = state.v_r
-        d_out[n] = state.d
-    return n, state
+            return SlipState(n, 0.0, x_r, v_r, d, a, fault, closest)
+        x_out[n + 1], v_out[n + 1], d_out[n + 1] = x_r, v_r, d
+        state = SlipState(n + 1, 0.0, x_r, v_r, d, a, count, closest)
+    return state
 
 
 @inlined
@@ -1200,9 +1173,9 @@ def advance_through_events(scene, state, steps, full, out):
         a = d * (side.F_fs - side.F_fk) / plant.m
     elif a == a:
         v_r, a = rescale(v_r, a)
-    here, s = step_through_events(
-        Contact(plant, x_origin, up, down), u_dd, s,
-        SampledState(n, xi, v_r, d, a, count, closest), log, count + full - max(used, count),
+    here = step_through_events(
+        Contact(plant, x_origin, up, down), u_dd,
+        SlipState(n, s, xi, v_r, d, a, count, closest), log, count + full - max(used, count),
     )  # fmt: skip
     poised = mode.poised if here.events == count else 0
     for i in range(count, here.events):
@@ -1216,12 +1189,12 @@ def advance_through_events(scene, state, steps, full, out):
             used = record_segment(segments, used, (log.n[i], log.s[i]), row, encode_mode(mode))
         log.x_r[i] += x_origin
     if here.n > n:
-        s, poised = 0.0, 0
+        poised = 0
         samples.x_r[here.n], samples.v_r[here.n] = here.x_r, here.v_r
         samples.d[here.n] = here.d
     mode = Mode(here.d, here.d, APART, mode.origin, poised, REGULAR)
     return MarchState(
-        here.n, s, here.x_r, here.v_r, here.a, x_0, mode, used, here.events, here.closest
+        here.n, here.s, here.x_r, here.v_r, here.a, x_0, mode, used, here.events, here.closest
     )
 
 

@@ -54,13 +54,13 @@ from drysim.core.forcing import (
 )
 from drysim.core.march import (
     Interval,
-    SlipState,
     initial_slip_state,
     march_sines,
     write_slip_segments,
 )
 from drysim.core.model import ATTRACTING_MODULUS, StrokeLimits
 from drysim.core.modes import coulomb_kernel_law
+from drysim.core.sampled import SlipState
 from drysim.core.status import LOG_FULL, NOT_SETTLED, NOT_UNIQUE, OVERFLOW
 from drysim.core.stroke import (
     crossing_times,
@@ -245,7 +245,7 @@ def measure_orbit(scene, start, length, limits, work, answer):
     interval = Interval(int(ZERO), 0.0, length, 0.0, 0.0)
     state = initial_slip_state(plant, law, waves, x_r, v_r, log)
     end = march_sines(plant, law, waves, interval, state, log)
-    reached, x, v, _, count, _ = end
+    _, reached, x, v, _, _, count, _ = end
     answer[TIME] = reached
     if count < 0 or reached < length or not (math.isfinite(x) and math.isfinite(v)):
         answer[STATUS] = float(
@@ -668,8 +668,10 @@ def period_map(scene, period, state):
     peak = abs(x_r)
     while begin < period:
         interval = Interval(int(ZERO), 0.0, period, 0.0, 0.0)
-        state = SlipState(begin, x_r, v_r, d, int(ZERO), math.inf)
-        begin, x_r, v_r, d, count, _ = march_sines(plant, law, waves, interval, state, log)
+        none = int(ZERO)
+        state = SlipState(none, begin, x_r, v_r, d, math.nan, none, math.inf)
+        state = march_sines(plant, law, waves, interval, state, log)
+        _, begin, x_r, v_r, d, _, count, _ = state
         if count < 0:
             return PeriodState(x_r, v_r, d), count, peak
         for i in range(count):

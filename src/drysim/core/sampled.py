@@ -90,13 +90,13 @@ class BaseSums(NamedTuple):
     v: Any
 
 
-class SampledState(NamedTuple):
-    """State of a march over samples.
+class SlipState(NamedTuple):
+    """State of a march with Coulomb friction.
 
     Attributes
     ----------
-    n : int
-        Sample reached.
+    n, s : int, float
+        Interval of ü, and time since its start [s].
     x_r, v_r : float
         State there [m, m/s].
     d : int
@@ -106,10 +106,12 @@ class SampledState(NamedTuple):
     events : int
         Number of events in the log, or a `Status`.
     closest : float
-        Smallest relative margin of a decision about sticking so far [-].
+        Smallest relative margin of a decision about sticking so far [-]; infinite before the
+        first.
     """
 
     n: int
+    s: float
     x_r: float
     v_r: float
     d: int
@@ -181,8 +183,8 @@ def march(scene, state, out, log, end, base_sums):
     ----------
     scene : Scene
         With constant limits of friction.
-    state : SampledState
-        Where to begin.
+    state : SlipState
+        Where to begin, at a sample.
     out : SampledMotion
         Holds x_r and v_r at sample n. Overwritten from n + 1 to the sample reached; values
         after that, up to `end`, are undefined.
@@ -194,7 +196,7 @@ def march(scene, state, out, log, end, base_sums):
 
     Returns
     -------
-    SampledState
+    SlipState
         State reached. x_r is NaN if the next chunk of samples has values that are not finite.
 
     Notes
@@ -212,7 +214,7 @@ def march(scene, state, out, log, end, base_sums):
     )
     side = Direction(steps, law.F_fk, law.F_fs, NEVER)
     contact = Contact(plant, 0.0, side, side)
-    n, x_r, v_r, d, a, count, closest = state
+    n, _, x_r, v_r, d, a, count, closest = state
     full = len(log.n) - MAX_EVENTS_PER_STEP
     # The base is summed from sample `begin` on, once the mass slides; negative before that.
     begin, until = n, n
@@ -237,17 +239,17 @@ def march(scene, state, out, log, end, base_sums):
             x_r = out.x_r[n]
             v_r = out.v_r[n]
         if n < until:
-            before = SampledState(n, x_r, v_r, d, a, count, closest)
-            state, s = step_through_events(
-                contact, u_dd, 0.0, before, log, count + MAX_EVENTS_PER_STEP
+            before = SlipState(n, 0.0, x_r, v_r, d, a, count, closest)
+            reached, _, x_r, v_r, d, a, count, closest = step_through_events(
+                contact, u_dd, before, log, count + MAX_EVENTS_PER_STEP
             )
-            n, x_r, v_r, d, a, count, closest = state
-            if s < dt:
-                return SampledState(n + 1, x_r, v_r, d, a, CROWDED_STEP, closest)
+            if reached == n:
+                return SlipState(n + 1, 0.0, x_r, v_r, d, a, CROWDED_STEP, closest)
+            n = reached
             out.x_r[n] = x_r
             out.v_r[n] = v_r
             out.d[n] = d
-    return SampledState(n, x_r, v_r, d, a, count, closest)
+    return SlipState(n, 0.0, x_r, v_r, d, a, count, closest)
 
 
 @compiled
@@ -580,7 +582,7 @@ class Contact(NamedTuple):
 
 
 @inlined
-def step_through_events(contact, u_dd, begin, state, log, full):
+def step_through_events(contact, u_dd, state, log, full):
     """Advance through a step with any number of events.
 
     Parameters
@@ -588,9 +590,7 @@ def step_through_events(contact, u_dd, begin, state, log, full):
     contact : Contact
     u_dd : array
         Base acceleration at the samples [m/s²].
-    begin : float
-        Time since the sample of the state [s].
-    state : SampledState
+    state : SlipState
         Displacements are measured from the origin of the contact, those in the log included.
     log : EventLog
     full : int
@@ -598,13 +598,12 @@ def step_through_events(contact, u_dd, begin, state, log, full):
 
     Returns
     -------
-    state, begin
-        At the end of the step, where `begin` is the length of a step. Or before, with n as it
-        was: the state from which the mass slides to the end of its reach, or after `full`
-        events.
+    SlipState
+        At the next sample. Or before, with n as it was: the state from which the mass slides
+        to the end of its reach, or after `full` events.
     """
     plant, origin, up, down = contact
-    n, x_r, v_r, d, a, count, closest = state
+    n, begin, x_r, v_r, d, a, count, closest = state
     u_0, u_1, h = u_dd[n], u_dd[n + 1], up.steps.dt
     slope = (u_1 - u_0) / h
     per_m = 1.0 / plant.m
@@ -624,7 +623,7 @@ def step_through_events(contact, u_dd, begin, state, log, full):
             d = direction_from_rest(F_L, F_fs, F_k)
             if d == 0:
                 closest = min(closest, decision_margin(F_L, F_fs))
-                return SampledState(n + 1, x_r, 0.0, 0, math.nan, count, closest), h
+                return SlipState(n + 1, 0.0, x_r, 0.0, 0, math.nan, count, closest)
             # Break-away: F_L is linear in time, so the time at the limit is a quotient.
             F_L = -d * F_fs
             meets = (F_L - limit_force(plant, origin + x_r, u_0)) / (plant.m * slope)
@@ -650,7 +649,7 @@ def step_through_events(contact, u_dd, begin, state, log, full):
                 _, a = velocity_and_acceleration(steps.c, steps.w, v_r, a, -slope, left)
             else:
                 a = math.nan
-            return SampledState(n + 1, x_r, d * v_end, d, a, count, closest), h
+            return SlipState(n + 1, 0.0, x_r, d * v_end, d, a, count, closest)
         # A stop: Eq. (9) decides between stick and slip.
         v_r = 0.0
         begin = min(begin + stop, h)
@@ -668,7 +667,7 @@ def step_through_events(contact, u_dd, begin, state, log, full):
         a = -(F_L + d * side.F_fk) * per_m
         kind = STICK if d == 0 else d * REVERSAL
         count = record_event(log, count, n, begin, kind, x_r, F_L)
-    return SampledState(n, x_r, v_r, d, a, count, closest), begin
+    return SlipState(n, begin, x_r, v_r, d, a, count, closest)
 
 
 @inlined
