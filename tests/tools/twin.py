@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 import drysim
-import drysim.core.oscillator  # compiled: `auto` would not compile for the first small scene
 from drysim.approach.solution import Response
 
 RATE = 400.0

@@ -2,8 +2,7 @@
 
 The kernels have one source and two engines. A command has one job: its size chooses the engine
 once (`auto`), before the first kernel is imported. A Python session, which may solve anything
-next, chooses for each job: kernels are compiled once they have as much work to do as compiling
-them costs.
+next, is plain until its jobs have as much work as compiling costs, and compiled from then on.
 
 Numba optimises and emits every function that a kernel calls, as a program of its own and again
 in each caller, and gives each an interface to Python. Here a kernel that another one calls is
@@ -110,7 +109,7 @@ def kernel_of(function: Kernel, **options: Any) -> Kernel:
 
 
 class SessionKernel:
-    """Kernel of a Python session, plain or compiled as the job asks.
+    """Kernel of a Python session, plain or compiled as `SESSION` says.
 
     A call whose arrays are lists is plain: it belongs to a result of an earlier, plain job.
     """
@@ -273,17 +272,20 @@ def as_engine_array(values: Any) -> Any:
 
 @dataclass
 class Session:
-    """Engine of a Python session for the current job."""
+    """Engine of a Python session: plain until it has much to do, then compiled for good.
+
+    The results of compiled jobs may be large, and are evaluated by compiled kernels.
+    """
 
     engine: str = PLAIN
     steps: Counter[str] = field(default_factory=Counter)
-    """Work of the jobs so far, by the kernels specific to them."""
+    """Work of the plain jobs, by the kernels specific to them."""
 
     def choose(self, steps: int, kernels: str) -> None:
         """Choose the engine for a job; arguments as in `choose_engine`."""
         self.steps[kernels] += steps
-        small = all(is_plain_cheaper(self.steps[name], name) for name in ("", kernels))
-        self.engine = PLAIN if small or is_disabled() else COMPILED
+        if self.engine == PLAIN and not is_plain_cheaper(self.steps[kernels], kernels):
+            self.engine = PLAIN if is_disabled() else COMPILED
 
 
 SESSION = Session()
@@ -291,7 +293,7 @@ SESSION = Session()
 
 @cache
 def is_session() -> bool:
-    """Return whether each job chooses its engine; the first call fixes the answer."""
+    """Return whether `SESSION` has the engine; the first call fixes the answer."""
     return ENGINE_VARIABLE not in os.environ
 
 
@@ -320,7 +322,7 @@ def is_disabled() -> bool:
 
 
 def is_plain() -> bool:
-    """Return whether kernels are plain now; for ever, unless in a Python session."""
+    """Return whether kernels are plain: for good, unless in a Python session."""
     return SESSION.engine == PLAIN if is_session() else is_always_plain()
 
 
@@ -344,7 +346,7 @@ def choose_engine(steps: int, kernels: str = "") -> None:
         Work in steps of sampled motion with Coulomb friction.
     kernels : str
         Kernels specific to the job as `module.function`, separated by blanks; one of them
-        suffices. Without them many steps choose the compiler for all later jobs, too.
+        suffices.
     """
     if is_session():
         SESSION.choose(steps, kernels)
