@@ -636,7 +636,7 @@ class Samples(NamedTuple):
         Base acceleration [m/s²]; the first sample is t = 0.
     dt : float
         Sampling interval [s].
-    u : ndarray, shape (n,), or None
+    u : ndarray, shape (n,), or another signal, or None
         Base displacement [m] at the samples where the source provides it; the cubic between two
         samples follows from `u` and `u_dd`. Only T_x needs it.
     inputs : tuple of Input
@@ -649,16 +649,19 @@ class Samples(NamedTuple):
         Number of samples at rest, the last ones, that `with_rest` appended.
     goes_on : bool
         Whether the source has samples after the last one, which a window leaves out.
+    mean_squares : tuple of float or None
+        Mean of ü² and of u² over all samples, where both are known in closed form.
     """
 
     u_dd: Signal
     dt: float
-    u: NDArray[np.float64] | None = None
+    u: Signal | None = None
     inputs: tuple[Input, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
     realised: Mapping[str, object] = {}
     rest: int = 0
     goes_on: bool = False
+    mean_squares: tuple[float, float] | None = None
 
 
 def with_rest(motion: Samples, count: int) -> Samples:
@@ -666,8 +669,10 @@ def with_rest(motion: Samples, count: int) -> Samples:
     if not count:
         return motion
     u_dd = np.concatenate((motion.u_dd[:], np.zeros(count)))
-    u = None if motion.u is None else np.append(motion.u, np.full(count, motion.u[-1]))
-    return motion._replace(u_dd=u_dd, u=u, rest=count)
+    u = None
+    if motion.u is not None:
+        u = np.append(motion.u[:], np.full(count, motion.u[-1:]))
+    return motion._replace(u_dd=u_dd, u=u, rest=count, mean_squares=None)
 
 
 def without_rest(motion: Samples) -> Samples:
@@ -704,20 +709,21 @@ def interpolate_displacement(
     """Return u [m] at the fraction q of the steps n: the cubic whose second derivative is ü."""
     assert motion.u is not None, "u must be known"
     p = 1.0 - q
-    u_dd = motion.u_dd[:]
+    u_dd, u = motion.u_dd[:], motion.u[:]
     curvature = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
-    u: NDArray[np.float64] = (
-        p * motion.u[n] + q * motion.u[n + 1] + motion.dt**2 / 6.0 * curvature
-    )
-    return u
+    between: NDArray[np.float64] = p * u[n] + q * u[n + 1] + motion.dt**2 / 6.0 * curvature
+    return between
 
 
 def integrate_base_squares(
     motion: Samples, begin: float, end: float
 ) -> tuple[float, float | None]:
     """Return the integrals of ü² and, where u is known, of u² over a window of samples."""
-    dt = motion.dt
-    first, last = int(begin / dt), min(math.ceil(end / dt), len(motion.u_dd) - 1)
+    dt, samples = motion.dt, len(motion.u_dd)
+    if motion.mean_squares is not None and begin == 0.0 and end == (samples - 1) * dt:
+        u_dd2, u2 = motion.mean_squares
+        return u_dd2 * end, None if motion.u is None else u2 * end
+    first, last = int(begin / dt), min(math.ceil(end / dt), samples - 1)
     # Whole steps lo to hi - 1 are integrated by closed forms, the one or two steps cut by the
     # window by quadrature.
     lo = first + (first * dt < begin)

@@ -20,11 +20,12 @@ spectra.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from itertools import pairwise
 from math import ceil, expm1, floor, log, pi, sqrt
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,9 +52,6 @@ from drysim.units import (
 from drysim.wording import format_number
 
 Density = Callable[[Floats], Floats]
-
-Job = TypeVar("Job")
-Done = TypeVar("Done")
 
 N_PHASES = 1 << 16
 """Number of equidistant phases: a table replaces sine and cosine per line."""
@@ -125,6 +123,9 @@ class Amplitudes(NamedTuple):
         Amplitude of each line of ü, half that of a sine [m/s²].
     u_share : ndarray
         That of the displacement over that of ü [s²].
+    mean_squares : tuple of float
+        Of ü, linear between samples, and of the displacement [m²/s⁴, m²]; the same for all
+        phases.
     realised, warnings
         As in `Samples`.
     """
@@ -134,6 +135,7 @@ class Amplitudes(NamedTuple):
     step: float
     u_dd: Floats
     u_share: Floats
+    mean_squares: tuple[float, float]
     realised: dict[str, object]
     warnings: tuple[WarningMessage, ...]
 
@@ -149,6 +151,13 @@ def line_amplitudes(wanted: SpectralLines, step: float, rms: float | None = None
         Step of the samples [s]; the period is a whole number of steps.
     rms : float, optional
         RMS value [m/s²] to which ü, linear between its samples, is scaled.
+
+    Notes
+    -----
+    Linear between samples, a line of the phase x = ω Δt/2 per half step has lines at x + πj for
+    all integers j, with amplitudes in the ratio of sin² x/(x + πj)²; those of the displacement
+    have (Δt/2)² sin² x/(x + πj)⁴. The mean squares are sums over j, closed by derivatives of
+    Σ 1/(x + πj)² = 1/sin² x.
     """
     first, squares, T = wanted
     n, sin2_half = round(T / step), np.empty(len(squares))
@@ -158,7 +167,7 @@ def line_amplitudes(wanted: SpectralLines, step: float, rms: float | None = None
         sin2_half[part] = np.square(np.sin(pi / T * step * k))  # sin²(ω Δt/2)
 
     _for_lines(square_of_sine, len(squares))
-    kept = float(squares @ (1 - 2 / 3 * sin2_half))  # mean square with linear interpolation
+    kept = float(squares @ (1 - 2 / 3 * sin2_half))
     scale = 1.0 if rms is None else rms / sqrt(kept)
     asked = float(squares.sum())
     realised: dict[str, object] = {
@@ -174,7 +183,10 @@ def line_amplitudes(wanted: SpectralLines, step: float, rms: float | None = None
     # -1/ω² as step -> 0
     u_share = step * step * (1 / 6 - 1 / 4 / sin2_half)
     u_dd = np.sqrt(squares / 2) * scale
-    return Amplitudes(first, n, step, u_dd, u_share, realised, warnings)
+    share = (1 / sin2_half - 4 / 3) / sin2_half + 2 / 5 - 4 / 315 * sin2_half
+    u2 = step**4 / 16 * float(squares @ share)
+    mean_squares = scale * scale * kept, scale * scale * u2
+    return Amplitudes(first, n, step, u_dd, u_share, mean_squares, realised, warnings)
 
 
 def random_signal(amplitudes: Amplitudes, seed: int) -> Samples:
@@ -197,30 +209,60 @@ def random_signal(amplitudes: Amplitudes, seed: int) -> Samples:
     phase k of `PCG64(seed)`. The displacement has zero mean and no drift, and its second
     derivative is ü linear between samples.
     """
-    first, n, step, each, u_share, realised, warnings = amplitudes
+    n, step = amplitudes.samples, amplitudes.step
+    u_dd = _one_period(line_spectrum(amplitudes, seed), n)
+    displacement = RandomDisplacement(amplitudes, seed)
+    return Samples(
+        u_dd,
+        step,
+        displacement,
+        (),
+        amplitudes.warnings,
+        amplitudes.realised,
+        mean_squares=amplitudes.mean_squares,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class RandomDisplacement:
+    """Displacement of a random signal [m], a signal computed at its first use.
+
+    Over a whole period its mean square is known without it.
+    """
+
+    amplitudes: Amplitudes
+    seed: int
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return self.amplitudes.samples + 1
+
+    def __getitem__(self, part: slice) -> Floats:
+        """Return a slice as an array."""
+        return self._values[part]
+
+    @cached_property
+    def _values(self) -> Floats:
+        first, share = self.amplitudes.first, self.amplitudes.u_share
+        spectrum = line_spectrum(self.amplitudes, self.seed)
+        spectrum[first : first + len(share)] *= share
+        return _one_period(spectrum, self.amplitudes.samples)
+
+
+def line_spectrum(amplitudes: Amplitudes, seed: int) -> NDArray[np.complex128]:
+    """Return the one-sided spectrum of ü with the phases of a seed, scaled as by `irfft`."""
+    first, each = amplitudes.first, amplitudes.u_dd
     random = np.random.Generator(np.random.PCG64(seed))
     codes = random.integers(N_PHASES, size=first + len(each), dtype=np.uint16)[first:]
     table = _phase_factors()
-    spectra = np.zeros((2, n // 2 + 1), dtype=complex)
+    spectrum = np.zeros(amplitudes.samples // 2 + 1, dtype=complex)
 
     def fill(part: slice) -> None:
-        u_dd, u = spectra[:, first + part.start : first + part.stop]
-        np.multiply(each[part], table[codes[part]], out=u_dd)
-        np.multiply(u_dd, u_share[part], out=u)
+        lines = spectrum[first + part.start : first + part.stop]
+        np.multiply(each[part], table[codes[part]], out=lines)
 
     _for_lines(fill, len(each))
-    # One transform per signal. Other libraries transform two at once and faster, but in some
-    # versions each then depends on the other in the last bits.
-    u_dd, u = map_in_threads(lambda spectrum: _one_period(spectrum, n), spectra, n)
-    return Samples(u_dd, step, u, (), warnings, realised)
-
-
-def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
-    """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
-    if n <= MAX_CACHED:
-        return [do(job) for job in jobs]
-    # More than four threads do not help: memory bandwidth is the limit.
-    return list(system.map_in_order(do, jobs, min(system.processor_count(), 4)))
+    return spectrum
 
 
 def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
@@ -230,9 +272,12 @@ def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
 
 
 def _for_lines(do: Callable[[slice], None], count: int) -> None:
-    """Call `do` for slices of `count` lines that fit into the cache."""
+    """Call `do` for slices of `count` lines that fit into the cache; of many, in threads."""
     parts = (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
-    map_in_threads(do, parts, count)
+    # More than four threads do not help: memory bandwidth is the limit.
+    threads = 1 if count <= MAX_CACHED else min(system.processor_count(), 4)
+    for _ in system.map_in_order(do, parts, threads):
+        pass
 
 
 @cache

@@ -23,7 +23,6 @@ from collections.abc import Iterator
 from math import asin, ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.core.model import BLOCK_SIZE, Samples, Signal, mean_and_std
 from drysim.errors import WarningMessage
@@ -373,7 +372,7 @@ def _low_pass_hint(record: Recorded, corner: float) -> str:
 
 
 def displacement_warnings(
-    record: RecordedMotion, u: NDArray[np.float64] | None, u_other: NDArray[np.float64] | None
+    record: RecordedMotion, u: Signal | None, u_other: Signal | None
 ) -> Iterator[WarningMessage]:
     """Warn if RMS{u} depends by more than 1 % on the extension of the record beyond its ends.
 
@@ -382,7 +381,7 @@ def displacement_warnings(
     """
     if u is None or u_other is None or not record.remove.below:
         return
-    squares, difference = float(u @ u), u - u_other
+    squares, difference = float(u[:] @ u[:]), u[:] - u_other[:]
     share = 0.5 * float(difference @ difference) / squares if squares else 0.0
     if share > NOTABLE_SHARE:
         if share > MAX_QUOTED_UNCERTAINTY:

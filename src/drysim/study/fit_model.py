@@ -485,8 +485,8 @@ class FitModel:
             return State(x_r, first)
         assert motion.u is not None, "the record is one of displacement"
         # The slope of the spline, whose second derivative is linear between samples.
-        slope = (motion.u[1] - motion.u[0]) / motion.dt
-        u_dd = motion.u_dd[:2]
+        u, u_dd = motion.u[:2], motion.u_dd[:2]
+        slope = (u[1] - u[0]) / motion.dt
         slope -= motion.dt * (2.0 * u_dd[0] + u_dd[1]) / 6.0
         return State(first, -float(slope))
 
