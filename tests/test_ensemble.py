@@ -22,7 +22,7 @@ from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
 from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
-from drysim.study.statistics import SEEDS_PER_CHECK, Row, interval, statistics
+from drysim.study.statistics import SEEDS_PER_CHECK, Batch, Row, interval, statistics
 from drysim.wording import format_interval, format_number
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
@@ -76,8 +76,6 @@ def test_every_seed_is_the_run_of_that_seed_alone(noisy):
     for row, seed in zip(many.rows, many.seeds, strict=True):
         alone = run(load(noisy, {"excitation.seed": seed}))
         assert row.metrics == alone.metrics
-        u_dd = alone.response.motion.u_dd
-        assert row.sha256 == hashlib.sha256(u_dd.astype("<f8").data).hexdigest()
     assert many.metrics["T_a"] == interval([row.metrics["T_a"] for row in many.rows])[0]
 
 
@@ -305,8 +303,9 @@ def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_p
     assert told["metrics"]["T_a"] == told["ensemble"]["metrics"]["T_a"]["mean"] == mean
     assert told["ensemble"]["metrics"]["T_a"]["half_width"] == half_width
     assert told["checks"][0]["half_width"] == half_width
-    hashes = "\n".join(row["sha256"] for row in found)
-    assert told["excitation"]["sha256"] == hashlib.sha256(hashes.encode()).hexdigest()
+    u_dd = run(load(noisy)).response.motion.u_dd
+    assert told["excitation"]["seed"] == 1
+    assert told["excitation"]["sha256"] == hashlib.sha256(u_dd.astype("<f8").data).hexdigest()
     beyond = rows_of(folder / "stroke_violations.csv")
     assert len(beyond) == sum(float(row["violations [-]"]) > 0 for row in found)
 
@@ -338,14 +337,14 @@ def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    one_seed = study_plan.solve_seed
+    solve_seeds = study_plan.solve_seeds
 
-    def stopped(scenario, seed, *words):
-        if seed == 9:
+    def stopped(case, case_range, motions):
+        if case_range.end == 9:
             raise KeyboardInterrupt
-        return one_seed(scenario, seed, *words)
+        return solve_seeds(case, case_range, motions)
 
-    monkeypatch.setattr(study_plan, "solve_seed", stopped)
+    monkeypatch.setattr(study_plan, "solve_seeds", stopped)
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
@@ -440,16 +439,16 @@ def test_seeds_of_another_run_are_refused_and_damaged_ones_computed_again(
     drysim, noisy, monkeypatch
 ):
     """The seeds lie in a store like the cases of a sweep, which test_store damages."""
-    one_seed = study_plan.solve_seed
+    solve_seeds = study_plan.solve_seeds
 
-    def stopped(scenario, seed, *words):
-        if seed == 9:
+    def stopped(case, case_range, motions):
+        if case_range.end == 9:
             raise KeyboardInterrupt
-        return one_seed(scenario, seed, *words)
+        return solve_seeds(case, case_range, motions)
 
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
     with monkeypatch.context() as patched:
-        patched.setattr(study_plan, "solve_seed", stopped)
+        patched.setattr(study_plan, "solve_seeds", stopped)
         assert drysim(*words, "-o", "part").code == 130
     assert drysim(*words, "-o", "whole").code == 0
     other = drysim(*words, "-o", "part", "--resume", "--set", "oscillator.mass=76")
@@ -483,12 +482,13 @@ def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatc
 # Means over many values: their interval, quantiles and extremes.
 
 
-def rows(*values, first=1):
-    """Return the rows of seeds with these values of T_a."""
-    return [
+def seeds(*values, first=1):
+    """Return seeds with these values of T_a."""
+    rows = [
         Row({SEED_KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
         for seed, value in enumerate(values, first)
     ]
+    return Batch.of(0, rows)
 
 
 def test_interval_is_that_of_students_t():
@@ -517,29 +517,29 @@ def test_interval_does_not_depend_on_the_order_of_the_values():
 
 def test_a_single_value_has_no_interval():
     assert interval([2.5]) == (2.5, None)
-    found = statistics(rows(2.5))["T_a"]
+    found = statistics(seeds(2.5))["T_a"]
     assert (found.mean, found.half_width, found.std) == (2.5, None, None)
 
 
 def test_equal_values_have_an_interval_of_no_width():
-    found = statistics(rows(0.1, 0.1, 0.1))["T_a"]
+    found = statistics(seeds(0.1, 0.1, 0.1))["T_a"]
     assert (found.mean, found.half_width, found.quantiles) == (0.1, 0.0, (0.1, 0.1, 0.1))
 
 
 def test_extremes_name_their_seed():
-    found = statistics(rows(3.0, 1.0, 7.0, 1.0, first=11))["T_a"]
+    found = statistics(seeds(3.0, 1.0, 7.0, 1.0, first=11))["T_a"]
     assert (found.least, found.greatest) == ((1.0, 12), (7.0, 13))
 
 
 def test_quantiles_are_those_of_the_values():
-    found = statistics(rows(*np.linspace(0, 1, 1001)))["T_a"]
+    found = statistics(seeds(*np.linspace(0, 1, 1001)))["T_a"]
     assert found.quantiles == pytest.approx((0.05, 0.5, 0.95), abs=1e-3)
 
 
 def test_seeds_that_do_not_know_a_metric_are_left_out_and_counted():
-    found = statistics(rows(1.0, None, 3.0))["T_a"]
+    found = statistics(seeds(1.0, None, 3.0))["T_a"]
     assert (found.seeds, found.mean) == (2, 2.0)
-    assert statistics(rows(None, None))["T_a"] is None
+    assert statistics(seeds(None, None))["T_a"] is None
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def folder(tmp_path):
 
 NOTHING_KEPT = {
     "the motion": ("patch('drysim.study.run.march_from_start', 0)", ("run", "seat.yaml")),
-    "metrics": ("patch('drysim.study.run.measure', 0)", ("run", "seat.yaml")),
+    "metrics": ("patch('drysim.study.run.observe', 0)", ("run", "seat.yaml")),
     "noise in threads": (
         "import drysim.excitation.random as noise; noise.MAX_CACHED = 0; "
         "patch('numpy.fft.irfft', 0)",
@@ -120,7 +120,7 @@ NOTHING_KEPT = {
         ("sweep", "seat.yaml", "--set", SWEEP, "--workers", "2"),
     ),
     "the first seeds": (
-        "patch('drysim.study.plan.try_case', 0)",
+        "patch('drysim.study.plan.solve_seeds', 0)",
         ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW),
     ),
     "a comparison": (
@@ -180,21 +180,21 @@ def test_sweep_in_an_endless_kernel_keeps_its_cases(folder, stage):
     assert not partial.exists()
 
 
-@pytest.mark.parametrize("place", ["try_case", "one_case.solve"])
+@pytest.mark.parametrize("place", ["solve_seeds", "one_case.solve"])
 def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
     words = ("run", "seat.yaml", "--set", NOISE, *NO_WINDOW)
     whole = completed(folder, *words).rename(folder / "whole")
-    setup = "patch('drysim.study.plan.try_case', 3)"
-    if place != "try_case":  # the seed shown of those that are finished
+    setup = "patch('drysim.study.plan.solve_seeds', 3)"
+    if place != "solve_seeds":  # the seed shown of those that are finished
         setup = (
             "import time, drysim.study.ensemble as ensemble, drysim.study.plan as plan\n"
             "one_case = ensemble.one_case = type(sys)('one_case')\n"
             "one_case.solve = endless\n"
-            "def row(*_, whole=plan.solve_seed, left=iter(range(3))):\n"
+            "def row(*_, whole=plan.solve_seeds, left=iter(range(3))):\n"
             "    if next(left, None) is None:\n"
             "        cli.process.signal.raise_signal(cli.process.signal.SIGINT)\n"
             "    return whole(*_)\n"
-            "plan.solve_seed = row\n"
+            "plan.solve_seeds = row\n"
         )
     stderr = interrupted(folder, setup, *words)
     assert "--resume" in stderr

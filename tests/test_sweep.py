@@ -322,9 +322,20 @@ def test_every_case_is_the_ensemble_of_that_case_alone(noisy):
         assert row.half_widths["T_a"] == many.statistics["T_a"].half_width
 
 
-def test_every_case_and_the_reference_have_the_same_seeds(noisy):
-    table = sweep(load(noisy, {"sweep": {"friction.kinetic": [15, 45]}}))
-    assert len({row.over.sha256 for row in table.rows}) == 1
+def test_every_case_and_the_reference_have_the_same_seeds(noisy, monkeypatch):
+    observed = study_plan.observe_motion
+    drawn = []
+
+    def noted(case, start):
+        drawn.append(case.motion.u_dd.tobytes())
+        return observed(case, start)
+
+    monkeypatch.setattr(study_plan, "observe_motion", noted)
+    table = sweep(load(noisy, {"sweep": {"friction.kinetic": [15, 45]}}), workers=1)
+    every = [drawn[at : at + 5] for at in range(0, len(drawn), 5)]
+    assert len(every) == len(table.rows) == 3
+    assert all(one == every[0] for one in every)
+    assert len(set(every[0])) == 5
     assert {row.approach for row in table.rows} == {"stick-slip", "viscous"}
 
 
@@ -428,16 +439,16 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
 
 def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monkeypatch):
     assert drysim("sweep", noisy, "--no-plots", "--out", "whole").code == 0
-    one_seed, count = study_plan.solve_seed, 0
+    solve_seeds, count = study_plan.solve_seeds, 0
 
     def stopped(*words):
         nonlocal count
         count += 1
-        if count == 13:
+        if count == 3:
             raise KeyboardInterrupt
-        return one_seed(*words)
+        return solve_seeds(*words)
 
-    monkeypatch.setattr(study_plan, "solve_seed", stopped)
+    monkeypatch.setattr(study_plan, "solve_seeds", stopped)
     answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
@@ -450,13 +461,13 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
 
 
 def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_path, monkeypatch):
-    def stopped(scenario, seed, *words):
-        if seed == 5:
+    def stopped(case, case_range, motions):
+        if case_range.begin == 2:
             raise KeyboardInterrupt
-        return one_seed(scenario, seed, *words)
+        return solve_seeds(case, case_range, motions)
 
-    one_seed = study_plan.solve_seed
-    monkeypatch.setattr(study_plan, "solve_seed", stopped)
+    solve_seeds = study_plan.solve_seeds
+    monkeypatch.setattr(study_plan, "solve_seeds", stopped)
     assert drysim("run", noisy, "--no-plots", "--workers", 1).code == 130
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)

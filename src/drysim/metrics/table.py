@@ -9,8 +9,8 @@ grid in `comfort` and `spectra`, and the checks of a scenario are in `checks`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
@@ -20,8 +20,8 @@ from drysim.approach.solution import Trajectory
 from drysim.core.model import (
     ATTRACTING_MODULUS,
     NO_LIMITS,
-    AnyState,
     Plant,
+    State,
     StrokeLimits,
     Totals,
 )
@@ -60,8 +60,8 @@ class Measured:
     """Length of the window [s]."""
     totals: Totals
     """Integrals over the window."""
-    begin: AnyState
-    end: AnyState
+    begin: State
+    end: State
     """At both ends of the window."""
     lowest: Any
     highest: Any
@@ -459,7 +459,39 @@ def formulas_without(absent: tuple[Need, ...]) -> list[tuple[str, Callable[[Any]
     ]
 
 
+SHARED = "plant", "F_fk", "length", "limits", "settings"
+"""Attributes of `Measured` that all seeds of a case have in common."""
+
+
+def stack(seeds: Sequence[Measured]) -> Measured:
+    """Return what was measured of several seeds of a case as columns, NaN where unknown."""
+    every = {one.name: [getattr(seed, one.name) for seed in seeds] for one in fields(Measured)}
+    return Measured(
+        **{name: each[0] if name in SHARED else column(each) for name, each in every.items()}
+    )
+
+
+def column(values: Sequence[Any]) -> Any:
+    """Return values as a column, tuples as a tuple of columns, and None if all are None."""
+    known = next((value for value in values if value is not None), None)
+    if isinstance(known, tuple):
+        columns = map(column, zip(*values, strict=True))
+        return type(known)(*columns) if hasattr(known, "_fields") else tuple(columns)
+    return None if known is None else np.array(values, dtype=float)
+
+
 def measure(
+    trajectory: Trajectory,
+    window: tuple[float, float],
+    limits: StrokeLimits | None,
+    closure: float | None = None,
+    run_end: float | None = None,
+) -> Values:
+    """Return every metric of a case by name, None where unknown; parameters as in `observe`."""
+    return evaluate(observe(trajectory, window, limits, closure, run_end=run_end))
+
+
+def observe(
     trajectory: Trajectory,
     window: tuple[float, float],
     limits: StrokeLimits | None,
@@ -468,8 +500,8 @@ def measure(
     weighted: Weighted | None = None,
     settings: Any = None,
     run_end: float | None = None,
-) -> Values:
-    """Return every metric of a case by name; None where unknown.
+) -> Measured:
+    """Return what the metrics of a case follow from.
 
     Parameters
     ----------
@@ -514,33 +546,32 @@ def measure(
             stroke and min(stroke, limit)
             for stroke, limit in zip(by_side, stops.limits, strict=True)
         ]
-    return evaluate(
-        Measured(
-            trajectory.plant,
-            law.F_fk,
-            end - begin,
-            totals,
-            *states,
-            lowest=min(path.lowest, 0.0),
-            highest=max(path.highest, 0.0),
-            run_lowest=min(path.run_lowest, 0.0),
-            run_highest=max(path.run_highest, 0.0),
-            upcrossings=path.upcrossings,
-            chatter=trajectory.chatter(begin, end),
-            closure=closure,
-            x_dd_peak=x_dd_peak,
-            hourly=hourly,
-            hourly_by_side=(by_side[0], by_side[1]),
-            limits=limits,
-            limit_entries=path.entries,
-            excursions=excursions(trajectory, limits, repeats) if limits else None,
-            impacts=impacts(trajectory, (begin, last), repeats) if stops else None,
-            bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
-            contact_energies=(contact_energy(law, states[0]), contact_energy(law, states[1])),
-            jacobian=trajectory.jacobian() if repeats else None,
-            weighted=weighted,
-            settings=settings,
-        )
+    return Measured(
+        trajectory.plant,
+        law.F_fk,
+        end - begin,
+        totals,
+        State(*states[0][:2]),
+        State(*states[1][:2]),
+        lowest=min(path.lowest, 0.0),
+        highest=max(path.highest, 0.0),
+        run_lowest=min(path.run_lowest, 0.0),
+        run_highest=max(path.run_highest, 0.0),
+        upcrossings=path.upcrossings,
+        chatter=trajectory.chatter(begin, end),
+        closure=closure,
+        x_dd_peak=x_dd_peak,
+        hourly=hourly,
+        hourly_by_side=(by_side[0], by_side[1]),
+        limits=limits,
+        limit_entries=path.entries,
+        excursions=excursions(trajectory, limits, repeats) if limits else None,
+        impacts=impacts(trajectory, (begin, last), repeats) if stops else None,
+        bumper_energies=(bumper_energy(law, states[0]), bumper_energy(law, states[1])),
+        contact_energies=(contact_energy(law, states[0]), contact_energy(law, states[1])),
+        jacobian=trajectory.jacobian() if repeats else None,
+        weighted=weighted,
+        settings=settings,
     )
 
 

@@ -30,7 +30,7 @@ from drysim.core.model import Samples, Sines, without_rest
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
 from drysim.scenario.axes import DIRECTION_KEY
-from drysim.study.case import combined_sha256, signal_sha256
+from drysim.study.case import signal_sha256
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 from drysim.study.table import JUMP_METRICS, RATIO_KEY
 
@@ -319,12 +319,10 @@ def _axis_fields(axes: Iterable[Axis]) -> list[Fields]:
 
 
 def _seed_fields(own: Tally | None) -> Fields:
-    """Return the number of seeds of the means, and their hash if all cases share them."""
+    """Return the number of seeds of the means."""
     if own is None or own.seeds is None:
         return {}
-    found = own.seeds
-    shared = {"sha256_of_seeds": min(found.hashes)} if len(found.hashes) == 1 else {}
-    return {"seeds": {"least": found.least, "greatest": found.most}} | shared
+    return {"seeds": {"least": own.seeds.least, "greatest": own.seeds.most}}
 
 
 def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
@@ -394,12 +392,7 @@ def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
         "law_residual": law and law.greatest[0],
     }
     motion = result.response.motion
-    drawn = {
-        **excitation_fields(result.scenario, motion),
-        "sha256": combined_sha256(row.sha256 for row in result.rows),
-        "seeds": len(result.rows),
-        "sha256_of": "sha256 of every seed, one per line",
-    }
+    drawn = excitation_fields(result.shown.scenario, motion) | {"seeds": len(result.rows)}
     more = {"excitation": drawn, "ensemble": _statistics_fields(result)}
     return sidecar_fields(result, motion, numerics, result.metrics, provenance, **more)
 

@@ -233,9 +233,6 @@ def interval_column(metric: str) -> Column:
 
 
 SEED_COLUMN = key_column(SEED_KEY, "-")
-HASH_COLUMN = Column(
-    "sha256", "", lambda batch: [batch.sha256.get(i, "").encode() for i in range(len(batch))]
-)
 STATUS_COLUMN = Column("status", "", lambda batch: format_words(STATUSES, batch.status))
 SEEDS_COLUMN = Column(
     "seeds",
@@ -480,9 +477,9 @@ def write_case_violations_csv(table: Table, folder: Path) -> None:
 
 
 def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
-    """Write ensemble.csv: all metrics of every seed, and the hash of its base motion."""
+    """Write ensemble.csv: all metrics of every seed."""
     names = [name for name in requested_metrics(result.scenario) if name != "closure"]
-    columns = [SEED_COLUMN, *map(metric_column, names), STATUS_COLUMN, HASH_COLUMN]
+    columns = [SEED_COLUMN, *map(metric_column, names), STATUS_COLUMN]
     write_cases(folder / "ensemble.csv", columns, result.rows)
 
 

@@ -47,12 +47,12 @@ HEADING_RESULTS = (
 
 def draw(result: Ensemble) -> Figure:
     """Return the figure of an ensemble."""
-    shown = list(_shown_metrics(result))
+    (seeds,), shown = result.rows.batches, list(_shown_metrics(result))
     figure, grid = style.panel_grid(len(shown), 2)
     for at, metric in enumerate(shown):
         found = result.statistics[metric.name]
         assert found is not None, "only known metrics are drawn"
-        values = np.array([row.metrics.get(metric.name) for row in result.rows], dtype=float)
+        values = seeds.metrics[metric.name]
         values = values[np.isfinite(values)] * metric.scale
         left, right = figure.add_subplot(grid[at, 0]), figure.add_subplot(grid[at, 1])
         last = at == len(shown) - 1

@@ -26,6 +26,7 @@ from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
 from drysim.friction import Leuven
 from drysim.metrics.checks import Verdict
+from drysim.metrics.table import evaluate
 from drysim.orbits.continuation import (
     LOST,
     MANY_BRANCHES,
@@ -55,7 +56,7 @@ from drysim.study.case import (
 )
 from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
-from drysim.study.run import measure_window
+from drysim.study.run import observe_window
 from drysim.study.sweep import describe_numerics
 from drysim.wording import format_count, format_length, format_number, format_unit, join_words
 from drysim.yaml_document import KeyPath
@@ -874,7 +875,7 @@ class MarchedStudy(Study):
             scene = scene.delayed(one.begin)
             _, trajectory = self.return_map.march(scene, state, one)
             window = 0.0, trajectory.end
-            rows.append(measure_window(case, trajectory, window, None, None))
+            rows.append(evaluate(observe_window(case, trajectory, window, None, None)))
         return {
             name: np.array([row[name] for row in rows], dtype=float)  # None becomes NaN
             for name in rows[0]

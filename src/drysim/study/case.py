@@ -780,8 +780,3 @@ def signal_sha256(signal: Signal) -> str:
     for part in blocks(signal):
         digest.update(np.ascontiguousarray(part, dtype="<f8").data)
     return digest.hexdigest()
-
-
-def combined_sha256(hashes: Iterable[str]) -> str:
-    """Return the SHA-256 (hex) of hashes, one per line, in order."""
-    return hashlib.sha256("\n".join(hashes).encode()).hexdigest()

@@ -7,7 +7,7 @@ demands. The result of a seed depends neither on the other seeds nor on the numb
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
 from drysim.study import run as one_case
@@ -25,11 +26,9 @@ from drysim.study.outcome import Outcome, Result, count_verdicts, format_metrics
 from drysim.study.plan import CaseRange
 from drysim.study.run import MotionCache
 from drysim.study.statistics import (
-    FAILED,
-    OK,
     Batch,
     BatchCallback,
-    Row,
+    Rows,
     Statistic,
     ignore_batch,
     max_seeds,
@@ -57,7 +56,7 @@ class Ensemble(Result):
     ----------
     scenario : Scenario
         The scenario that was solved.
-    rows : tuple of Row
+    rows : sequence of Row
         One row per seed, in order.
     statistics : mapping
         `Statistic` by metric; None where the metric is unknown for all seeds.
@@ -71,7 +70,7 @@ class Ensemble(Result):
     """
 
     scenario: Scenario
-    rows: tuple[Row, ...]
+    rows: Rows
     statistics: Mapping[str, Statistic | None]
     shown: Outcome
     checks: tuple[Verdict, ...] = ()
@@ -96,7 +95,8 @@ class Ensemble(Result):
     @property
     def seeds(self) -> tuple[int, ...]:
         """Seeds in order."""
-        return tuple(row.seed for row in self.rows)
+        (seeds,) = self.rows.batches
+        return tuple(seeds.points[SEED_KEY].tolist())
 
     def __repr__(self) -> str:
         """Return number of seeds, key metrics and verdicts in one line."""
@@ -109,7 +109,8 @@ class Ensemble(Result):
     @property
     def has_failed_cases(self) -> bool:
         """Whether the numerics failed for a seed."""
-        return any(row.status == FAILED for row in self.rows)
+        (seeds,) = self.rows.batches
+        return not seeds.known().all()
 
 
 def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble | Table:
@@ -179,14 +180,12 @@ def solve(
     motions = MotionCache()
 
     def solve_one(case_range: CaseRange) -> Batch:
-        chosen = seeds[case_range.begin : case_range.end]
-        rows = [plan.solve_seed(case, seed, motions) for seed in chosen]
-        return Batch.of(case_range.first, rows)
+        return plan.solve_seeds(case, case_range, motions)
 
     threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(case)
     with closing(solve_ranges(ranges, solve_one, threads, store, finished)) as found:
-        rows = [*needed_seeds(scenario, (row for _, batch in found for row in batch))]
-    return make_ensemble(case, rows)
+        solved = needed_seeds(scenario, (batch for _, batch in found))
+    return make_ensemble(case, solved)
 
 
 def partial_ensemble(case: Case, store: Store) -> Ensemble:
@@ -197,25 +196,22 @@ def partial_ensemble(case: Case, store: Store) -> Ensemble:
     KeyboardInterrupt
         When the first seed is not finished.
     """
-
-    def stored() -> Iterator[Row]:
-        for case_range in plan.seed_ranges(case):
-            if (batch := store.read(case_range)) is None:
-                return
-            yield from batch
-
-    rows = [*needed_seeds(case.scenario, stored())]
-    if not rows:
+    stored = []
+    for case_range in plan.seed_ranges(case):
+        if (batch := store.read(case_range)) is None:
+            break
+        stored.append(batch)
+    if not stored:
         raise KeyboardInterrupt
-    return make_ensemble(case, rows, complete=False)
+    return make_ensemble(case, needed_seeds(case.scenario, stored), complete=False)
 
 
-def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
+def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
     """Return the ensemble of finished seeds with its verdicts; errors as in `solve`."""
-    scenario, good = case.scenario, [row for row in rows if row.status == OK]
-    if not good:
-        raise SolverError(f"the numerics fail for every seed; the first: {rows[0].note}")
-    one_seed = with_seed(scenario, good[0].seed)
+    scenario, good = case.scenario, seeds.part(seeds.known())
+    if not len(good):
+        raise SolverError(f"the numerics fail for every seed; the first: {seeds.notes[0]}")
+    one_seed = with_seed(scenario, good.points[SEED_KEY][0].item())
     shown = one_case.solve(assemble(one_seed, base_motion(one_seed)))
     found = statistics(good)
     means = {name: one and one.mean for name, one in found.items()}
@@ -223,5 +219,6 @@ def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ens
     for check in scenario.checks:
         verdict, one = check.judge(means), found[check.metric]
         verdicts.append(with_interval(verdict, one.half_width, one.seeds) if one else verdict)
-    warnings = tuple(ensemble_warnings(case, rows, found, verdicts, shown))
-    return Ensemble(scenario, tuple(rows), found, shown, tuple(verdicts), warnings, complete)
+    warnings = tuple(ensemble_warnings(case, seeds, found, verdicts, shown))
+    rows = Rows([seeds])
+    return Ensemble(scenario, rows, found, shown, tuple(verdicts), warnings, complete)

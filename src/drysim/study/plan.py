@@ -34,10 +34,11 @@ from drysim.core.model import (
     Totals,
 )
 from drysim.core.status import Status
+from drysim.errors import SolverError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
-from drysim.metrics.table import STROKE_USED, Measured, evaluate
+from drysim.metrics.table import STROKE_USED, Measured, evaluate, stack
 from drysim.scenario.axes import (
     Axis,
     chain_length,
@@ -53,17 +54,17 @@ from drysim.study.case import (
     Case,
     assemble,
     case_error,
-    combined_sha256,
     response_memory,
 )
 from drysim.study.run import (
     MotionCache,
+    observe_motion,
     solve_row,
     solve_row_from,
-    try_case,
 )
 from drysim.study.statistics import (
     FAILED,
+    METRIC_NAMES,
     NOT_SETTLED,
     NOT_UNIQUE,
     OK,
@@ -209,11 +210,11 @@ class CaseRanges(LazySequence[CaseRange]):
         return CaseRange(self.scenarios[i], first, begin, end)
 
 
-def seed_ranges(case: Case) -> list[CaseRange]:
-    """Return the seeds of a case as ranges of a sweep over the seed."""
+def seed_ranges(case: Case, least: int = MIN_SEED_RANGES) -> list[CaseRange]:
+    """Return the seeds of a case as ranges of a sweep over the seed, at least so many."""
     seeds = seed_range(case.scenario)
     swept = case.scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
-    length = min(STEPS_PER_RANGE // case.steps, len(seeds) // MIN_SEED_RANGES) or 1
+    length = min(STEPS_PER_RANGE // case.steps, len(seeds) // least) or 1
     firsts = range(0, len(seeds), length)
     return [CaseRange(swept, at, at, min(at + length, len(seeds))) for at in firsts]
 
@@ -262,52 +263,67 @@ def solve_case(
     """Solve one case of a sweep, over all its seeds if it has several."""
     if max_seeds(swept) == 1 and "excitation.seeds" not in point:
         return solve_row(swept, point, motions)
-    scenario, rows = swept.at(point), []
-    seeds = seed_range(scenario)
-    case = assemble(scenario, motions.of(with_seed(scenario, seeds[0])))
-    solved = map_in_order(
-        lambda seed: solve_seed(case, seed, motions), seeds, case_workers.seeds
-    )
+    scenario = swept.at(point)
+    case = assemble(scenario, motions.of(with_seed(scenario, seed_range(scenario)[0])))
+
+    def solve_some(case_range: CaseRange) -> Batch:
+        if case_workers.is_cancelled():
+            raise CancelledError
+        return solve_seeds(case, case_range, motions)
+
+    solved = map_in_order(solve_some, seed_ranges(case, case_workers.seeds), case_workers.seeds)
     with closing(solved):
-        for row in needed_seeds(scenario, solved):
-            if case_workers.is_cancelled():
-                raise CancelledError
-            rows.append(row)
-    return mean_row(scenario, point, rows)
+        return mean_row(scenario, point, needed_seeds(scenario, solved))
 
 
-def solve_seed(case: Case, seed: int, motions: MotionCache) -> Row:
-    """Return the row of one seed; a numerical failure becomes a status.
+def solve_seeds(case: Case, case_range: CaseRange, motions: MotionCache) -> Batch:
+    """Return the results of some seeds of a case; a numerical failure becomes a status.
 
     Parameters
     ----------
     case : Case
         Case of any seed: the base motion is all that differs.
-    seed : int
+    case_range : CaseRange
+        One of `seed_ranges`.
     motions : MotionCache
     """
-    law, one_seed = case.law, with_seed(case.scenario, seed)
-    motion = motions.of(one_seed)
-    found, _ = try_case(replace(case, motion=motion))
-    sha256 = motions.sha256_of(one_seed, motion)
-    return Row({SEED_KEY: seed}, case.scenario.label, law.F_fk, law.F_fs, *found, sha256)
+    scenario, first, begin, end = case_range
+    points, law = point_columns(scenario.sweep, begin, end), case.law
+    observed, notes = [], dict[int, str]()
+    for i, seed in enumerate(points[SEED_KEY].tolist()):
+        motion = motions.of(with_seed(case.scenario, seed))
+        try:
+            observed.append(observe_motion(replace(case, motion=motion), case.start)[0])
+        except SolverError as fault:
+            notes[i] = str(fault)
+    size = end - begin
+    status = np.full(size, STATUSES.index(OK), dtype=np.int8)
+    status[list(notes)] = STATUSES.index(FAILED)
+    solved, metrics = status == STATUSES.index(OK), {}
+    found = evaluate(stack(observed)) if observed else {}
+    for name in METRIC_NAMES:
+        metrics[name] = np.full(size, np.nan)
+        if (values := found.get(name)) is not None:
+            metrics[name][solved] = values
+    forces = np.full(size, law.F_fk), np.full(size, law.F_fs)
+    return Batch(first, case.scenario.label, points, *forces, metrics, status, notes)
 
 
-def mean_row(scenario: Scenario, point: Point, rows: Sequence[Row]) -> Row:
-    """Combine the rows of all seeds of a case; the case fails if one seed fails."""
-    first, lost = rows[0], [row for row in rows if row.status != OK]
-    case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
-    if lost:
-        which = f"{len(lost)} of {len(rows)} seeds failed, the first is seed {lost[0].seed}"
-        return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
-    found = statistics(rows)
-    until = stopping_rule(scenario)
+def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
+    """Combine all seeds of a case; the case fails if one seed fails."""
+    count, forces = len(seeds), (float(seeds.F_fk[0]), float(seeds.F_fs[0]))
+    case = Row(point, seeds.approach, *forces, {}, over=OverSeeds(count))
+    if seeds.notes:
+        i, note = next(iter(seeds.notes.items()))
+        which = f"{len(seeds.notes)} of {count} seeds failed, the first is seed"
+        note = f"{which} {seeds.points[SEED_KEY][i]}: {note}"
+        return replace(case, status=FAILED, note=note)
+    found, until = statistics(seeds), stopping_rule(scenario)
     over = OverSeeds(
-        len(rows),
+        count,
         {name: one.half_width for name, one in found.items() if one},
-        {name: [row.metrics.get(name) for row in rows] for name in seed_metrics(scenario)},
-        combined_sha256(row.sha256 for row in rows),
-        until is None or is_narrow(scenario, rows),
+        {name: seeds.values(name) for name in seed_metrics(scenario)},
+        until is None or is_narrow(until, seeds.metrics[until.metric]),
     )
     means = {name: one and one.mean for name, one in found.items()}
     return replace(case, metrics=means, over=over)

@@ -27,7 +27,15 @@ from drysim.core.status import Status
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.comfort import Weighted, weighted_accelerations
-from drysim.metrics.table import METRICS, Metrics, Values, measure
+from drysim.metrics.table import (
+    METRICS,
+    Measured,
+    Metrics,
+    Values,
+    evaluate,
+    measure,
+    observe,
+)
 from drysim.scenario.axes import count_points
 from drysim.scenario.model import Scenario
 from drysim.study.case import (
@@ -37,7 +45,6 @@ from drysim.study.case import (
     base_motion,
     resonance_width,
     segment_length,
-    signal_sha256,
     swept_files,
 )
 from drysim.study.outcome import Outcome
@@ -66,7 +73,8 @@ def solve(case: Case) -> Outcome:
     )
     trajectory = trajectory_of_response(response)
     weighted = weighted_motion(case, response, window)
-    metrics = measure_window(case, trajectory, window, response.numerics.closure, weighted)
+    closure = response.numerics.closure
+    metrics = evaluate(observe_window(case, trajectory, window, closure, weighted))
     spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit also applies while the motion settles.
     includes_settling = bool(window[0] > 0 and metrics["violations"])
@@ -225,11 +233,7 @@ def try_measure(
     scenario: Scenario, motion_of: MotionSource, start: AnyState | None = None
 ) -> SolvedCase:
     """Return the result of a scenario; a numerical failure becomes a status."""
-    return try_case(assemble(scenario, motion_of(scenario)), start)
-
-
-def try_case(case: Case, start: AnyState | None = None) -> SolvedCase:
-    """Return the result of `measure_motion`; a numerical failure becomes a status."""
+    case = assemble(scenario, motion_of(scenario))
     start = case.start if start is None else start
     try:
         return measure_motion(case, start)
@@ -242,12 +246,18 @@ def measure_case(case: Case) -> CaseResult:
     return measure_motion(case, case.start)[0]
 
 
+def observe_motion(case: Case, start: AnyState) -> tuple[Measured, AnyState]:
+    """Return what the metrics of a motion that is no orbit follow from, and its last state."""
+    trajectory, weighted = solve_and_weight(case, start, case.step, case.window, case.end)
+    found = observe_window(case, trajectory, case.window, None, weighted)
+    return found, trajectory.state(case.window[1])
+
+
 def measure_motion(case: Case, start: AnyState) -> SolvedCase:
     """Return the result of a case from a start state, and its last state."""
     if case.period is None:
-        trajectory, weighted = solve_and_weight(case, start, case.step, case.window, case.end)
-        found = measure_window(case, trajectory, case.window, None, weighted)
-        return (found, OK, ""), trajectory.state(case.window[1])
+        observed, last = observe_motion(case, start)
+        return (evaluate(observed), OK, ""), last
     orbit, step = periodic_orbit(case, start)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
@@ -259,20 +269,20 @@ def measure_motion(case: Case, start: AnyState) -> SolvedCase:
             return (unknown, NOT_UNIQUE, Status.NOT_UNIQUE.sentence()), start
     window = (0.0, orbit.periods * case.period)
     trajectory, weighted = solve_and_weight(case, orbit.state, step, window, window[1])
-    found = measure_window(case, trajectory, window, orbit.closure, weighted)
+    found = evaluate(observe_window(case, trajectory, window, orbit.closure, weighted))
     return (found, OK, ""), orbit.state
 
 
-def measure_window(
+def observe_window(
     case: Case,
     trajectory: Trajectory,
     window: tuple[float, float],
     closure: float | None,
     weighted: Weighted | None,
-) -> Values:
-    """Return the metrics of a case in a window [s]."""
+) -> Measured:
+    """Return what the metrics of a case in a window [s] follow from."""
     settings, end = case.scenario.measure, trajectory.end if case.rest else None
-    return measure(
+    return observe(
         trajectory, window, case.limits, closure, case.stationary, weighted, settings, end
     )
 
@@ -320,10 +330,9 @@ MAX_CACHED_BYTES = 256e6
 
 @dataclass
 class MotionCache:
-    """Base motions of the latest cases and their hashes, shared by threads."""
+    """Base motions of the latest cases, shared by threads."""
 
     cached: dict[object, Sines | Samples] = field(default_factory=dict)
-    hashes: dict[object, str] = field(default_factory=dict)
     max_size: int = MAX_CACHED_MOTIONS
     lock: Lock = field(default_factory=Lock)
 
@@ -343,25 +352,11 @@ class MotionCache:
         motion = self.cached.get(wanted)
         if motion is None:
             motion = base_motion(scenario)
-            self._keep(self.cached, wanted, motion)
+            with self.lock:
+                self.cached[wanted] = motion
+                while len(self.cached) > self.max_size:
+                    del self.cached[next(iter(self.cached))]
         return motion
-
-    def sha256_of(self, scenario: Scenario, motion: Sines | Samples) -> str:
-        """Return the SHA-256 (hex) of a scenario's base acceleration, which is in samples."""
-        wanted = motion_key(scenario)
-        found = self.hashes.get(wanted)
-        if found is None:
-            assert isinstance(motion, Samples), "only samples are hashed"
-            found = signal_sha256(motion.u_dd)
-            self._keep(self.hashes, wanted, found)
-        return found
-
-    def _keep(self, kept: dict[object, Any], key: object, value: object) -> None:
-        """Keep a value in one of the two, and no more than `max_size`."""
-        with self.lock:
-            kept[key] = value
-            while len(kept) > self.max_size:
-                del kept[next(iter(kept))]
 
 
 def motion_key(scenario: Scenario) -> tuple[object, ...]:

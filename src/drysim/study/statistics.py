@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import accumulate, chain, groupby
-from math import fsum, isfinite, sqrt
+from math import fsum, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -57,8 +57,6 @@ class Row:
     """`ok`, `not settled`, `not unique` or `failed`."""
     note: str = ""
     """Explanation of a status other than `ok`."""
-    sha256: str = ""
-    """Hash of the base acceleration (hex), if the case is one seed of an ensemble."""
     over: OverSeeds | None = None
     """Statistics beside the means, if the metrics are means over seeds."""
 
@@ -89,8 +87,6 @@ class OverSeeds:
     values: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
     """Values of each seed, by metric: T_a, by which approaches are compared seed by seed, and
     those by which designs are."""
-    sha256: str = ""
-    """Hash over the hashes of all base accelerations (hex)."""
     narrow: bool = True
     """Whether the interval satisfies the stopping rule `until`, if there is one."""
 
@@ -123,8 +119,6 @@ class Batch:
     """Notes of cases without numbers, by index in the batch."""
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
     """`OverSeeds` of cases with several seeds, by index in the batch."""
-    sha256: Mapping[int, str] = field(default_factory=dict)
-    """Hashes of the base accelerations (hex) of cases that are seeds, by index in the batch."""
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -149,7 +143,6 @@ class Batch:
                 dict(zip(METRIC_NAMES, row, strict=True)),
                 STATUSES[code],
                 self.notes.get(i, ""),
-                self.sha256.get(i, ""),
                 self.over.get(i),
             )
 
@@ -163,7 +156,6 @@ class Batch:
             {name: _to_value(name, self.metrics[name][i].item()) for name in METRIC_NAMES},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
-            self.sha256.get(i, ""),
             self.over.get(i),
         )
 
@@ -184,7 +176,54 @@ class Batch:
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
             {i: row.over for i, row in enumerate(rows) if row.over},
-            {i: row.sha256 for i, row in enumerate(rows) if row.sha256},
+        )
+
+    def values(self, name: str) -> list[float | int | None]:
+        """Return a metric of all cases, None where unknown."""
+        return _to_values(name, self.metrics[name])
+
+    def known(self) -> NDArray[np.bool_]:
+        """Return which cases have numbers, shape (n,)."""
+        known: NDArray[np.bool_] = self.status == STATUSES.index(OK)
+        return known
+
+    def part(self, which: slice | NDArray[np.bool_]) -> Self:
+        """Return some of the cases; `first` remains that of all."""
+        numbers = np.arange(len(self))[which].tolist()
+        return replace(
+            self,
+            points={key: column[which] for key, column in self.points.items()},
+            F_fk=self.F_fk[which],
+            F_fs=self.F_fs[which],
+            metrics={name: column[which] for name, column in self.metrics.items()},
+            status=self.status[which],
+            notes={i: self.notes[at] for i, at in enumerate(numbers) if at in self.notes},
+            over={i: self.over[at] for i, at in enumerate(numbers) if at in self.over},
+        )
+
+    @classmethod
+    def join(cls, batches: Sequence[Self]) -> Self:
+        """Return the cases of consecutive batches of one approach as one batch."""
+        firsts = [0, *accumulate(map(len, batches))]
+
+        def of_all(columns: Iterable[Mapping[Any, NDArray[Any]]]) -> dict[Any, NDArray[Any]]:
+            found = list(columns)
+            return {key: np.concatenate([one[key] for one in found]) for key in found[0]}
+
+        def by_index(several: Iterable[Mapping[int, Any]]) -> dict[int, Any]:
+            parts = zip(firsts, several, strict=False)
+            return {first + i: value for first, part in parts for i, value in part.items()}
+
+        return cls(
+            batches[0].first,
+            batches[0].approach,
+            of_all(batch.points for batch in batches),
+            np.concatenate([batch.F_fk for batch in batches]),
+            np.concatenate([batch.F_fs for batch in batches]),
+            of_all(batch.metrics for batch in batches),
+            np.concatenate([batch.status for batch in batches]),
+            by_index(batch.notes for batch in batches),
+            by_index(batch.over for batch in batches),
         )
 
 
@@ -196,9 +235,12 @@ def ignore_batch(batch: Batch) -> None:
 
 
 def _to_value(name: str, value: float) -> float | int | None:
-    """Convert one value of a metric, NaN to None; a mean of counts stays a float."""
-    if value != value:
-        return None
+    """Convert one value of a metric, NaN to None."""
+    return None if value != value else _to_number(name, value)
+
+
+def _to_number(name: str, value: float) -> float | int:
+    """Convert a known value of a metric; a mean of counts stays a float."""
     return int(value) if name in COUNT_METRICS and value.is_integer() else value
 
 
@@ -291,26 +333,25 @@ class Statistic(NamedTuple):
     """Extreme value, and the first seed that has it."""
 
 
-def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:
-    """Return the statistics of every metric over a row per seed; None if no row knows it."""
-    names = dict.fromkeys(name for row in rows for name in row.metrics)
-    return {name: _statistic(rows, name) for name in names}
+def statistics(seeds: Batch) -> dict[str, Statistic | None]:
+    """Return the statistics of every metric over a case per seed; None if no seed knows it."""
+    return {name: _statistic(seeds, name) for name in METRIC_NAMES}
 
 
-def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
+def _statistic(seeds: Batch, name: str) -> Statistic | None:
     """Return the statistics of one metric."""
-    found = ((row.seed, row.metrics.get(name)) for row in rows)
-    values = {seed: value for seed, value in found if value is not None and isfinite(value)}
-    if not values:
+    column = seeds.metrics[name]
+    known = np.isfinite(column)
+    if not known.any():
         return None
-    series = np.array(list(values.values()))
+    series, numbers = column[known], seeds.points[SEED_KEY][known]
     # Median-unbiased quantiles do not depend on the distribution (Hyndman & Fan 1996, type 8).
     quantiles = np.quantile(series, QUANTILES, method="median_unbiased").tolist()
-    least, greatest = (choose(values, key=values.__getitem__) for choose in (min, max))
-    return Statistic(
-        len(values), *_moments(series.tolist()), tuple(quantiles),
-        (values[least], least), (values[greatest], greatest),
-    )  # fmt: skip
+    least, greatest = (
+        (_to_number(name, series[at].item()), numbers[at].item())
+        for at in (series.argmin(), series.argmax())
+    )
+    return Statistic(len(series), *_moments(series.tolist()), tuple(quantiles), least, greatest)
 
 
 def interval(values: Iterable[float]) -> tuple[float, float | None]:
@@ -405,32 +446,27 @@ def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         yield WarningMessage("one-seed", sentence, {"seed": first})
 
 
-def needed_seeds(scenario: Scenario, rows: Iterable[Row]) -> Iterator[Row]:
-    """Yield the rows of the first seeds, in order, until the stopping rule is satisfied."""
-    first: list[Row] = []
-    for row in rows:
-        first.append(row)
-        yield row
-        if len(first) % SEEDS_PER_CHECK == 0 and is_narrow(scenario, first):
-            return
+def needed_seeds(scenario: Scenario, batches: Iterable[Batch]) -> Batch:
+    """Return the first seeds, in order, until the stopping rule is satisfied."""
+    until, solved, checked = stopping_rule(scenario), list[Batch](), 0
+    for batch in batches:
+        solved.append(batch)
+        if until is None:
+            continue
+        values = np.concatenate([one.metrics[until.metric] for one in solved])
+        for count in range(checked + SEEDS_PER_CHECK, len(values) + 1, SEEDS_PER_CHECK):
+            checked = count
+            if is_narrow(until, values[:count]):
+                return Batch.join(solved).part(slice(count))
+    return Batch.join(solved)
 
 
-def is_narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
-    """Whether the confidence interval satisfies the stopping rule `until`.
+def is_narrow(until: Until, values: Floats) -> bool:
+    """Whether the interval of the values of a metric, by seed, satisfies a stopping rule.
 
     It does not while the metric is unknown for any seed, or a seed has failed.
     """
-    until = stopping_rule(scenario)
-    if until is None:
+    if len(values) < 2 or np.isnan(values).any():
         return False
-    mean, half_width, known = metric_interval(rows, until.metric)
-    if known < len(rows) or half_width is None:
-        return False
-    return half_width <= until.half_width * abs(mean)
-
-
-def metric_interval(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
-    """Return mean, half-width and number of seeds for which a metric is known."""
-    values = [row.metrics.get(metric) for row in rows]
-    known = [value for value in values if value is not None]
-    return (*interval(known), len(known)) if known else (0.0, None, 0)
+    mean, half_width = interval(values.tolist())
+    return half_width is not None and half_width <= until.half_width * abs(mean)

@@ -232,7 +232,6 @@ def pack(batch: Batch, sweep: str) -> bytes:
         "same": same,
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
-        "sha256": {str(i): sha256 for i, sha256 in batch.sha256.items()},
         "points": _points_checksum(batch.points),
     }
     parts = [json.dumps(header).encode() + b"\n", *body]
@@ -269,11 +268,10 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     metrics = {name: known[name] for name in METRIC_NAMES}
     notes = {int(i): note for i, note in header["notes"].items()}
     over = {int(i): OverSeeds(**fields) for i, fields in header["over"].items()}
-    hashes = {int(i): sha256 for i, sha256 in header["sha256"].items()}
     F_fk, F_fs = (known[force] for force in FORCE_COLUMNS)
     label = case_range.scenario.label
     columns = (points, F_fk, F_fs, metrics, status)
-    return Batch(case_range.first, label, *columns, notes, over, hashes)
+    return Batch(case_range.first, label, *columns, notes, over)
 
 
 class BlockHeader(NamedTuple):

@@ -788,8 +788,6 @@ class SeedSummary:
     least: int = 0
     most: int = 0
     """Smallest and largest number of seeds of a case."""
-    hashes: set[str] = field(default_factory=set)
-    """Hashes over the base motions of all seeds; at most two are kept."""
     widest: dict[str, Row] = field(default_factory=dict)
     """Row with the widest interval, by metric."""
     too_wide: Count | None = None
@@ -807,8 +805,6 @@ class SeedSummary:
 
     def _add(self, row: Row, checks: Sequence[Check]) -> None:
         self.cases += 1
-        if row.over and len(self.hashes) < 2:
-            self.hashes.add(row.over.sha256)
         for name, width in row.half_widths.items():
             before = self.widest.get(name)
             if width is not None and (

@@ -9,22 +9,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
+import numpy as np
+
 from drysim.approach.solution import LyapunovExponent, Orbit, Response
 from drysim.core.model import AnyLaw, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import HOURLY_STROKE, STROKE_USED, Metrics
 from drysim.scenario.axes import Axis
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.case import Case
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import (
     FAILED,
+    Batch,
     Row,
     Statistic,
+    interval,
     is_narrow,
     max_seeds,
-    metric_interval,
     stopping_rule,
 )
 from drysim.study.table import (
@@ -399,72 +403,73 @@ REPLACED_SLUGS = {
 
 def ensemble_warnings(
     case: Case,
-    rows: Sequence[Row],
+    seeds: Batch,
     found: SeedStatistics,
     verdicts: Sequence[Verdict],
     shown: Outcome,
 ) -> Iterator[WarningMessage]:
     """Yield all warnings about an ensemble, those of its case first."""
-    has_motion = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
+    has_motion = not (seeds.metrics["stuck_share"] >= 1.0).all()
     for warning in case.warnings:
         # The warning is about the first seed; another seed may move.
         if not (has_motion and warning.slug == "will-not-move"):
             yield warning
-    yield from failure_warnings(rows)
+    yield from failure_warnings(seeds)
     yield from (warning for warning in shown.warnings if warning.slug not in REPLACED_SLUGS)
     if case.limits is not None:
-        yield from ensemble_stroke_warnings(rows, found, case.limits)
+        yield from ensemble_stroke_warnings(seeds, found, case.limits)
     stops = case.law.stops
     if stops is not None and stops.rigid and has_contacts(found):
         yield rigid_impact_warning()
     residuals = (found.get(name) for name in ("energy_residual", "law_residual"))
     yield from certificate_warnings(*(one and one.greatest[0] for one in residuals))
-    yield from wide_interval_warnings(case, rows)
+    yield from wide_interval_warnings(case, seeds)
     yield from undecided_warnings(verdicts)
     if case.scenario.measure.spectra:
-        sentence = f"spectra.csv and spectra.png show seed {rows[0].seed} only"
+        sentence = f"spectra.csv and spectra.png show seed {seeds.points[SEED_KEY][0]} only"
         yield WarningMessage("spectra-of-one-seed", sentence)
 
 
-def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
+def failure_warnings(seeds: Batch) -> Iterator[WarningMessage]:
     """Warn of seeds whose numerics failed."""
-    lost = [row for row in rows if row.status == FAILED]
+    lost = seeds.notes
     if lost:
+        first, note = next(iter(lost.items()))
         sentence = (
-            f"the numerics failed for {len(lost)} of {len(rows)} seeds, which the means "
-            f"exclude; the first is seed {lost[0].seed}: {lost[0].note}"
+            f"the numerics failed for {len(lost)} of {len(seeds)} seeds, which the means "
+            f"exclude; the first is seed {seeds.points[SEED_KEY][first]}: {note}"
         )
         yield WarningMessage("case-failed", sentence, {"seeds": len(lost)})
 
 
 def ensemble_stroke_warnings(
-    rows: Sequence[Row], found: SeedStatistics, limits: StrokeLimits
+    seeds: Batch, found: SeedStatistics, limits: StrokeLimits
 ) -> Iterator[WarningMessage]:
     """Warn of seeds that exceed the stroke limit, with the worst one."""
-    beyond = sum(bool(row.metrics.get("violations")) for row in rows)
+    beyond = int((seeds.metrics["violations"] > 0.0).sum())
     used, impacts = found.get(STROKE_USED), found.get("impact_speed")
     if beyond and impacts and has_contacts(found):
         fastest, seed = impacts.greatest
         sentence = (
-            f"the mass hits its end stops for {beyond} of {len(rows)} seeds, at up to "
+            f"the mass hits its end stops for {beyond} of {len(seeds)} seeds, at up to "
             f"{format_number(fastest, 'm/s')} for seed {seed}"
         )
         numbers = {"impact_speed": fastest, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
     elif beyond and used:
         seed = used.greatest[1]
-        worst = next(row for row in rows if row.seed == seed)
+        worst = seeds.row(seeds.points[SEED_KEY].tolist().index(seed))
         symbol, reached, _ = largest_excess(worst.metrics, limits)
         sentence = (
             f"the stroke limit of {describe_limits(limits, reached)} is exceeded for {beyond} "
-            f"of {len(rows)} seeds; {symbol} reaches {format_length(reached)} for seed {seed}"
+            f"of {len(seeds)} seeds; {symbol} reaches {format_length(reached)} for seed {seed}"
         )
         peak = abs(reached)
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
     elif impacts is None:
         means = {name: one and one.mean for name, one in found.items()}
-        yield from hourly_stroke_warnings(means, limits, f", mean of {len(rows)} seeds")
+        yield from hourly_stroke_warnings(means, limits, f", mean of {len(seeds)} seeds")
 
 
 def has_contacts(found: SeedStatistics) -> bool:
@@ -473,13 +478,18 @@ def has_contacts(found: SeedStatistics) -> bool:
     return impacts is not None and impacts.greatest[0] > 0
 
 
-def wide_interval_warnings(case: Case, rows: Sequence[Row]) -> Iterator[WarningMessage]:
+def wide_interval_warnings(case: Case, seeds: Batch) -> Iterator[WarningMessage]:
     """Warn when the interval is wider than the stopping rule demands after all seeds."""
-    until = stopping_rule(case.scenario)
-    if until is None or len(rows) < max_seeds(case.scenario) or is_narrow(case.scenario, rows):
+    until, n = stopping_rule(case.scenario), len(seeds)
+    if until is None or n < max_seeds(case.scenario):
         return
-    mean, half_width, known = metric_interval(rows, until.metric)
-    n, name, target = len(rows), until.metric, format_number(100 * until.half_width, "%")
+    values = seeds.metrics[until.metric]
+    if is_narrow(until, values):
+        return
+    series = values[~np.isnan(values)].tolist()
+    mean, half_width = interval(series) if series else (0.0, None)
+    known, name = len(series), until.metric
+    target = format_number(100 * until.half_width, "%")
     if known < n:
         sentence = (
             f"only {known} of {n} seeds give {name}; the stopping rule `until` cannot be met"
