@@ -26,7 +26,7 @@ from drysim.study.design import (
 )
 from drysim.study.statistics import OverSeeds, Row
 from drysim.study.store import Store, work_identity
-from drysim.study.sweep import on_threads
+from drysim.study.sweep import on_workers
 from test_bad_input import tree
 
 M, K_X = 75.0, 7500.0
@@ -338,13 +338,13 @@ def test_result_does_not_depend_on_workers_or_on_an_interruption(tmp_path):
                 raise KeyboardInterrupt
 
         store = Store(folder / "designs", work_identity(scenario), resume=False)
-        study = Study(case, on_threads(2), store, interrupt)
+        study = Study(case, on_workers(2), store, interrupt)
         with pytest.raises(KeyboardInterrupt):
             study.solve()
         assert not study.partial().complete
         computed = []
         store = Store(folder / "designs", work_identity(scenario), resume=True)
-        resumed = Study(case, on_threads(3), store, computed.append).solve()
+        resumed = Study(case, on_workers(3), store, computed.append).solve()
         assert resumed.candidates == whole.candidates
         assert resumed.optimum.ends == whole.optimum.ends
         assert sum(computed) < len(whole.candidates) + len(whole.variants)

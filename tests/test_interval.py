@@ -205,7 +205,7 @@ def test_check_of_a_sweep_must_hold_over_the_interval(swept):
     assert every.passed is False or every.failed == 0
 
 
-def test_sweep_over_the_interval_does_not_depend_on_threads_or_blocks(seat, swept, monkeypatch):
+def test_sweep_over_the_interval_does_not_depend_on_workers_or_blocks(seat, swept, monkeypatch):
     from drysim.study import sweep as module
 
     monkeypatch.setattr(module, "CASES_PER_COVER", 3)

@@ -17,7 +17,7 @@ from cluster_scenes import blocks_in
 
 from drysim.cli import process
 from drysim.console import many, terminal
-from drysim.system import map_in_order
+from drysim.parallel import map_in_order
 from test_cli import tree
 
 FULL = pytest.mark.skipif(

@@ -1,4 +1,4 @@
-"""The operating system: memory, processors, files, private folders and an ordered thread pool.
+"""The operating system: memory, processors, files and private folders.
 
 Only regular files are read. Opening a device can have side effects, and reading a pipe can
 block forever. What Linux, macOS and Windows do differently is decided here and nowhere else.
@@ -8,24 +8,21 @@ from __future__ import annotations
 
 import errno
 import os
-import reprlib
 import stat
 import sys
 import time
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from io import BufferedReader
 from math import ceil, inf
-from numbers import Integral
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
-from drysim.errors import OutputError, UsageError
+from drysim.errors import OutputError
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
+    pass
 
 
 # Limits: of the machine, and of the container or job that the process runs in.
@@ -441,87 +438,3 @@ def removed_error(folder: Path) -> OutputError:
         f"{folder} was removed, in whole or in part, while drysim was writing it",
         "make sure that no other process writes there, and run the command again",
     )
-
-
-# Threads.
-
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-QUEUED_PER_THREAD = 2
-"""Submitted items per thread: one in progress and one queued, so that no thread runs idle."""
-
-SHUTDOWN_TIMEOUT = 0.25
-"""Longest wait for running items after the results are no longer needed [s]."""
-
-
-def worker_count(workers: int | None) -> int:
-    """Return the number of threads; by default one per processor.
-
-    Parameters
-    ----------
-    workers : int or None
-        The requested number, None for the default.
-
-    Raises
-    ------
-    UsageError
-        If `workers` is not an integer of at least 1.
-    """
-    if workers is None:
-        return processor_count()
-    if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
-        received = reprlib.repr(workers)
-        raise UsageError(f"workers must be a whole number of at least 1, not {received}")
-    return int(workers)
-
-
-def map_in_order(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int
-) -> Generator[Result, None, None]:
-    """Yield `function(item)` for every item, in order, with few items in progress at a time.
-
-    Parameters
-    ----------
-    function : callable
-        Must be safe to call from several threads.
-    items : iterable
-        Consumed as threads become free.
-    threads : int
-        With 1 the function is called in the thread of the consumer.
-
-    Yields
-    ------
-    object
-        The results, in the order of the items.
-
-    Notes
-    -----
-    Closing the generator cancels the queued items. Running items are waited for at most
-    `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the process alive.
-    """
-    if threads == 1:
-        yield from map(function, items)
-        return
-    from concurrent.futures import ThreadPoolExecutor, wait
-
-    executor = ThreadPoolExecutor(threads)
-    futures: deque[Future[Result]] = deque()
-    try:
-        for item in items:
-            futures.append(executor.submit(function, item))
-            if len(futures) == QUEUED_PER_THREAD * threads:
-                yield pop_first_result(futures)
-        while futures:
-            yield pop_first_result(futures)
-    finally:
-        executor.shutdown(wait=False, cancel_futures=True)
-        wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
-
-
-def pop_first_result(futures: deque[Future[Result]]) -> Result:
-    """Remove the first future and return its result; it stays in place if interrupted."""
-    result = futures[0].result()
-    futures.popleft()
-    return result

@@ -37,6 +37,7 @@ from drysim.errors import (
     DrysimError,
     UsageError,
 )
+from drysim.parallel import allow_processes
 
 COMMANDS: tuple[Callable[..., int], ...] = (
     commands.init, commands.run, commands.sweep, commands.compare, commands.fit,
@@ -158,6 +159,7 @@ def command() -> NoReturn:
     process.set_environment()
     gc.set_threshold(GC_THRESHOLD, 20, 20)
     install_signal_handlers()
+    allow_processes()
     code = main()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):

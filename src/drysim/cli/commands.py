@@ -178,7 +178,7 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
     """Raise UsageError for options that need several seeds."""
     hint = "add --set excitation.seeds=20, or omit the option"
     if workers is not None:
-        raise UsageError("--workers needs several seeds: a single run uses one thread", hint)
+        raise UsageError("--workers needs several seeds: a single run has one worker", hint)
     if resume:
         raise UsageError("--resume needs several seeds: a single run starts over", hint)
 

@@ -1,6 +1,6 @@
 """Computation of ensembles and sweeps for the commands, and dry runs.
 
-A sweep is computed by threads of this process or on a Dask cluster.
+A sweep is computed by workers on this machine or on a Dask cluster.
 """
 
 from __future__ import annotations
@@ -133,21 +133,21 @@ def case_executor(
     mode: OutputMode,
     certificates: tuple[Path | None, Path | None, Path | None],
 ) -> Iterator[Execute]:
-    """Yield the function that solves cases, by threads or on a cluster.
+    """Yield the function that solves cases, on this machine or on a cluster.
 
     Raises
     ------
     UsageError
         When the options contradict each other, or no cluster answers at the address.
     """
-    from drysim.study.sweep import on_cluster, on_threads
+    from drysim.study.sweep import on_cluster, on_workers
 
     if cluster is None:
         if any(certificates):
             raise UsageError(
                 "the --tls options need a cluster", "add --cluster tls://host:8786"
             )
-        yield on_threads(workers)
+        yield on_workers(workers)
         return
     from drysim.console import terminal
     from drysim.study.cluster import LOCAL, Certificates, connect

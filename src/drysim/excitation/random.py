@@ -31,7 +31,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from drysim import system
 from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Samples, recall
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
@@ -40,6 +39,8 @@ from drysim.excitation.base import (
     Floats,
     as_integer,
 )
+from drysim.parallel import map_in_threads
+from drysim.system import processor_count
 from drysim.units import (
     Block,
     Frequency,
@@ -275,8 +276,8 @@ def _for_lines(do: Callable[[slice], None], count: int) -> None:
     """Call `do` for slices of `count` lines that fit into the cache; of many, in threads."""
     parts = (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
     # More than four threads do not help: memory bandwidth is the limit.
-    threads = 1 if count <= MAX_CACHED else min(system.processor_count(), 4)
-    for _ in system.map_in_order(do, parts, threads):
+    threads = 1 if count <= MAX_CACHED else min(processor_count(), 4)
+    for _ in map_in_threads(do, parts, threads):
         pass
 
 

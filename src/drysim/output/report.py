@@ -228,7 +228,7 @@ def solve(
             return fit.fit(scenario, finished=advance)
         case "design":
             case = design.prepare_design(scenario)
-            return design.Study(case, sweep.on_threads(None), None, advance).solve()
+            return design.Study(case, sweep.on_workers(None), None, advance).solve()
         case "map":
             return regimes.solve(regimes.prepare_map(scenario), advance=advance)
         case "branches":

@@ -31,13 +31,13 @@ import numpy as np
 from drysim.approach.solution import Events
 from drysim.core.events import STICK
 from drysim.core.model import Samples
+from drysim.parallel import map_in_order
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import REGIME, Crossing, Crossings, Floats, Integers
 from drysim.study.case import Case, assemble
 from drysim.study.run import MotionCache, trajectory_of
 from drysim.study.statistics import seed_range, with_seed
-from drysim.system import map_in_order
 from drysim.wording import format_number, format_percent
 
 RICE = "rice"
@@ -186,7 +186,7 @@ class RatePlane:
         Under random base motion, with Coulomb friction.
     axes : sequence of KeyRange
         Both axes.
-    threads : int
+    workers : int
     advance : callable
         Called with the number of solved nodes of the grid.
 
@@ -202,11 +202,11 @@ class RatePlane:
         self,
         case: Case,
         axes: Sequence[KeyRange],
-        threads: int,
+        workers: int,
         advance: Callable[[int], None],
     ) -> None:
         self.scenario = case.scenario.copy_with({"sweep": (), "reference": None})
-        self.axes, self.threads, self.advance = axes, threads, advance
+        self.axes, self.workers, self.advance = axes, workers, advance
         self.motions = MotionCache.starting_with(case)
         self.cases = 0
         begin, end = case.window
@@ -222,7 +222,7 @@ class RatePlane:
         )
         found = []
         solve = partial(measure_rates, motions=self.motions)
-        for rates in map_in_order(solve, [*scenarios], min(self.threads, len(points))):
+        for rates in map_in_order(solve, [*scenarios], min(self.workers, len(points))):
             found.append(rates)
             self.advance(int(counted))
         self.cases += len(points)

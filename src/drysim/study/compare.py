@@ -223,7 +223,7 @@ def compare(
         Approaches and friction laws, such as `"signum vs stick-slip"` or a list of them; the
         last is the reference. `viscous` is added.
     workers : int, optional
-        Number of threads.
+        Number of workers.
     finished : callable, optional
         As in `sweep`.
 
@@ -257,13 +257,13 @@ def solve(
     from drysim.study.sweep import (  # not needed to read a comparison
         choose_engine,
         make_table,
-        on_threads,
+        on_workers,
     )
 
     reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
-    solved = on_threads(workers)(Plan.of(compared, case), case, None, finished)
+    solved = on_workers(workers)(Plan.of(compared, case), case, None, finished)
     batches = [batch for _, batch in solved]
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]

@@ -58,7 +58,7 @@ from drysim.study.statistics import (
     student_t,
     with_interval,
 )
-from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_threads
+from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
 from drysim.study.warnings import hourly_stroke_warnings
 from drysim.wording import (
@@ -397,7 +397,7 @@ def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
     scenario : Scenario
         With a design block.
     workers : int, optional
-        Number of threads; default: one per processor. The result does not depend on it.
+        Number of workers; default: one per processor. The result does not depend on it.
 
     Returns
     -------
@@ -410,9 +410,9 @@ def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
     RecordError
         When the record of the excitation is invalid.
     UsageError
-        When `scenario` is not a Scenario, or `workers` not a number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of workers.
     """
-    return Study(prepare_design(scenario), on_threads(workers)).solve()
+    return Study(prepare_design(scenario), on_workers(workers)).solve()
 
 
 def prepare_design(scenario: Scenario) -> Case:

@@ -2,7 +2,7 @@
 
 An ensemble is a sweep over the seed: the seeds are solved and stored like the cases of a sweep,
 until all are done, or until the confidence interval of a mean is as narrow as the stopping rule
-demands. The result of a seed depends neither on the other seeds nor on the number of threads.
+demands. The result of a seed depends neither on the other seeds nor on the number of workers.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
+from drysim.parallel import worker_count
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
@@ -40,7 +41,6 @@ from drysim.study.statistics import (
 )
 from drysim.study.sweep import solve_interval, solve_ranges
 from drysim.study.warnings import ensemble_warnings
-from drysim.system import worker_count
 from drysim.wording import format_count
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     scenario : Scenario
         As `drysim.load` returns it.
     workers : int, optional
-        Number of threads for many seeds; default: one per processor.
+        Number of workers for many seeds; default: one per processor.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     SolverError
         When the numerics fail; the message contains the time.
     UsageError
-        When `scenario` is not a Scenario, or `workers` not a number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of workers.
     """
     case = prepare(scenario, interval=True)
     worker_count(workers)  # validated for a single seed, too
@@ -163,7 +163,7 @@ def solve(
     case : Case
         Case of the first seed.
     workers : int, optional
-        Number of threads; default: one per processor. The ensemble does not depend on it.
+        Number of workers; default: one per processor. The ensemble does not depend on it.
     store : Store, optional
         Seeds that it holds are not computed again, all others are written to it.
     finished : callable, optional
@@ -182,8 +182,8 @@ def solve(
     def solve_one(case_range: CaseRange) -> Batch:
         return plan.solve_seeds(case, case_range, motions)
 
-    threads, ranges = plan.thread_count(case, workers), plan.seed_ranges(case)
-    with closing(solve_ranges(ranges, solve_one, threads, store, finished)) as found:
+    count, ranges = plan.seed_workers(case, workers), plan.seed_ranges(case)
+    with closing(solve_ranges(ranges, solve_one, count, store, finished)) as found:
         solved = needed_seeds(scenario, (batch for _, batch in found))
     return make_ensemble(case, solved)
 

@@ -35,13 +35,13 @@ from numpy.typing import NDArray
 
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
+from drysim.parallel import map_in_order
 from drysim.scenario.axes import EXTREME_KEY, LEAST, Axis, decimal_linspace
 from drysim.scenario.model import Scenario
 from drysim.study.plan import CaseRanges, solve_range
 from drysim.study.run import MotionCache
 from drysim.study.statistics import OK, Row
 from drysim.study.table import JUMP_METRICS, RATIO_KEY, Jump
-from drysim.system import map_in_order
 from drysim.wording import format_number
 
 FIRST_VALUES, MAX_VALUES = 33, 600
@@ -97,7 +97,7 @@ class Covered(NamedTuple):
 
 
 def cover(
-    scenario: Scenario, points: Sequence[Mapping[str, Any]], motions: MotionCache, threads: int
+    scenario: Scenario, points: Sequence[Mapping[str, Any]], motions: MotionCache, workers: int
 ) -> list[Covered]:
     """Solve the cases at some points of the sweep over the interval of the static ratio.
 
@@ -108,7 +108,7 @@ def cover(
     points : sequence of mapping
         Swept keys of each case; an empty one for a scenario without sweep.
     motions : MotionCache
-    threads : int
+    workers : int
 
     Returns
     -------
@@ -126,7 +126,7 @@ def cover(
         numbers, values = zip(*pending, strict=True)
         swept = at_points(scenario, [points[i] for i in numbers], values)
         solve = partial(solve_range, motions=motions)
-        batches = map_in_order(solve, CaseRanges([swept]), threads)
+        batches = map_in_order(solve, CaseRanges([swept]), workers)
         for i, row in zip(numbers, chain.from_iterable(batches), strict=True):
             found[i][row.point[RATIO_KEY]] = row
         pending = []

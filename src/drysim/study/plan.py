@@ -39,6 +39,7 @@ from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
 from drysim.metrics.table import STROKE_USED, Measured, evaluate, stack
+from drysim.parallel import map_in_order, worker_count
 from drysim.scenario.axes import (
     Axis,
     chain_length,
@@ -80,7 +81,6 @@ from drysim.study.statistics import (
     stopping_rule,
     with_seed,
 )
-from drysim.system import map_in_order, worker_count
 from drysim.units import ByDirection
 from drysim.wording import Point
 
@@ -95,7 +95,7 @@ MAX_RANGES, MAX_CASES_PER_RANGE = 4096, 64
 
 STEPS_PER_RANGE, MIN_SEED_RANGES = 200_000, 16
 """Steps of the seeds in a range, some 20 ms of work beside which storing it takes little time;
-and least number of ranges, so that none of several threads waits for the last one."""
+and least number of ranges, so that none of several workers waits for the last one."""
 
 
 class Workers(NamedTuple):
@@ -106,15 +106,15 @@ class Workers(NamedTuple):
 
     @classmethod
     def at(cls, case: Case, workers: int, count: int, is_cancelled: Callable[[], bool]) -> Self:
-        """Return the workers for each of `count` cases; spare threads share the seeds."""
-        return cls(max(1, thread_count(case, workers) // count), is_cancelled)
+        """Return the workers for each of `count` cases; spare workers share the seeds."""
+        return cls(max(1, seed_workers(case, workers) // count), is_cancelled)
 
 
 SINGLE_THREAD = Workers(1, lambda: False)
 """One thread, never cancelled."""
 
 
-def thread_count(case: Case, workers: int | None) -> int:
+def seed_workers(case: Case, workers: int | None) -> int:
     """Return the number of seeds to solve in parallel, as many as fit into memory."""
     wanted = worker_count(workers)
     if compile.engine() == compile.PLAIN:

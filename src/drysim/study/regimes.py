@@ -45,6 +45,7 @@ from drysim.excitation.random import RandomMotion
 from drysim.friction import Coulomb
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
+from drysim.parallel import map_in_order, worker_count
 from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import (
@@ -81,7 +82,6 @@ from drysim.study.case import (
 from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
-from drysim.system import map_in_order, worker_count
 from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
 
 Labels = Mapping[str, Integers]
@@ -520,7 +520,7 @@ def map_regimes(scenario: Scenario, *, workers: int | None = None) -> RegimeMap:
     scenario : Scenario
         Under sines, with Coulomb friction or none, and two ranges in its sweep block.
     workers : int, optional
-        Number of threads; default: one per processor. The result does not depend on it.
+        Number of workers; default: one per processor. The result does not depend on it.
 
     Returns
     -------
@@ -531,7 +531,7 @@ def map_regimes(scenario: Scenario, *, workers: int | None = None) -> RegimeMap:
     ScenarioError
         When the scenario has no two ranges, or something that a map does not support.
     UsageError
-        When `scenario` is not a Scenario, or `workers` not a number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of workers.
     """
     return solve(prepare_map(scenario), workers=workers)
 
@@ -548,12 +548,12 @@ def solve(
     """Solve the map of a prepared case; `advance` is called with the number of solved nodes."""
     axes, grid = require_map(case.scenario)
     choose_engine(case, (case.scenario,), 10 * grid.nodes)
-    threads = worker_count(workers)
+    workers = worker_count(workers)
     plane: OrbitPlane | RatePlane
     if is_random(case.scenario):
-        plane = RatePlane(case, axes, threads, advance)
+        plane = RatePlane(case, axes, workers, advance)
     else:
-        plane = OrbitPlane(case.scenario, axes, threads, advance)
+        plane = OrbitPlane(case.scenario, axes, workers, advance)
     points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
     net = plane.net(points, grid.edges, counted=True)
     boundaries: list[Boundary] = []
@@ -588,9 +588,9 @@ class OrbitPlane:
     """
 
     def __init__(
-        self, scenario: Scenario, axes: Sequence[KeyRange], threads: int, advance: Advance
+        self, scenario: Scenario, axes: Sequence[KeyRange], workers: int, advance: Advance
     ) -> None:
-        self.scenario, self.axes, self.threads, self.advance = scenario, axes, threads, advance
+        self.scenario, self.axes, self.workers, self.advance = scenario, axes, workers, advance
         varied = getattr(scenario.active_friction, "normal_variation", None)
         # Only then do both halves of a period mirror each other, unless the motion does not.
         self.is_symmetric = isinstance(scenario.excitation, Harmonic) and varied is None
@@ -615,10 +615,10 @@ class OrbitPlane:
 
         small = self.is_too_small(scenes)
         scenes = scenes[~small]
-        length = min(max(len(scenes) // (2 * self.threads), MIN_ORBITS), ORBITS_PER_CALL)
+        length = min(max(len(scenes) // (2 * self.workers), MIN_ORBITS), ORBITS_PER_CALL)
         blocks = [scenes[i : i + length] for i in range(0, len(scenes), length)]
         answers = [np.empty((0, ANSWER_COLUMNS))]
-        for answer in map_in_order(solve_orbits, blocks, min(self.threads, len(blocks) or 1)):
+        for answer in map_in_order(solve_orbits, blocks, min(self.workers, len(blocks) or 1)):
             answers.append(answer)
             self.advance(len(answer) if counted else 0)
         self.cases += len(scenes)

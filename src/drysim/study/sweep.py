@@ -1,13 +1,14 @@
 """Solve all cases of a sweep and collect them in a table.
 
-Threads, or the workers of a cluster, solve the ranges of the plan. The table takes them in the
-order of the grid, so it does not depend on who solved them. Ranges that a store already holds
-are not solved again (`solve_ranges`, also for the seeds of an ensemble).
+Workers on this machine, or those of a cluster, solve the ranges of the plan. The table takes
+them in the order of the grid, so it does not depend on who solved them. Ranges that a store
+already holds are not solved again (`solve_ranges`, also for the seeds of an ensemble).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -20,6 +21,7 @@ from drysim.approach.solvers import solver_of
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.errors import WarningMessage
+from drysim.parallel import map_in_order, worker_count
 from drysim.scenario.axes import (
     EXTREME_KEY,
     GREATEST,
@@ -58,7 +60,6 @@ from drysim.study.warnings import (
     table_interval_warnings,
     table_stroke_warnings,
 )
-from drysim.system import map_in_order, worker_count
 from drysim.wording import format_number
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def sweep(
     scenario : Scenario
         With a sweep block.
     workers : int, optional
-        Number of threads; default: one per processor. The table does not depend on it.
+        Number of workers; default: one per processor. The table does not depend on it.
     finished : callable, optional
         Called with each batch of cases as it is computed, in order.
 
@@ -93,7 +94,7 @@ def sweep(
     RecordError
         When the record of the excitation is invalid.
     UsageError
-        When `scenario` is not a Scenario, or `workers` not a number of threads.
+        When `scenario` is not a Scenario, or `workers` not a number of workers.
     """
     case = prepare(scenario, swept=True, interval=True)
     if scenario.static_interval:
@@ -114,14 +115,14 @@ def solve(
     Parameters
     ----------
     execute : callable, optional
-        Solves the cases, such as `on_cluster(link)`; default: `on_threads(workers)`.
+        Solves the cases, such as `on_cluster(link)`; default: `on_workers(workers)`.
     store : Store, optional
         Ranges that it holds are not computed again, all others are written to it. For a large
         sweep it is the only copy.
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
-    execute = execute or on_threads(workers)
+    execute = execute or on_workers(workers)
     return gather(case, execute(Plan.of(scenarios, case), case, store, finished), store)
 
 
@@ -132,17 +133,17 @@ Execute = Callable[
 results do not depend on who solves them."""
 
 
-def on_threads(workers: int | None) -> Execute:
-    """Return the function that solves cases by threads of this process."""
+def on_workers(workers: int | None) -> Execute:
+    """Return the function that solves cases by workers on this machine."""
 
     def execute(
         plan: Plan, case: Case, store: Store | None, finished: BatchCallback
     ) -> Iterator[tuple[CaseRange, Batch]]:
-        cancelled, threads = Event(), worker_count(workers)
-        case_workers = Workers.at(case, threads, sum(plan.ranges.cases), cancelled.is_set)
+        cancelled, count = Event(), worker_count(workers)
+        case_workers = Workers.at(case, count, sum(plan.ranges.cases), cancelled.is_set)
         solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
         try:
-            yield from solve_ranges(plan.ranges, solve_one, threads, store, finished)
+            yield from solve_ranges(plan.ranges, solve_one, count, store, finished)
         finally:
             cancelled.set()
 
@@ -202,7 +203,7 @@ def is_damped(case: Case) -> bool:
 def solve_ranges(
     ranges: Sequence[CaseRange],
     solve_one: Callable[[CaseRange], Batch],
-    threads: int,
+    workers: int,
     store: Store | None,
     finished: BatchCallback,
 ) -> Generator[tuple[CaseRange, Batch]]:
@@ -212,26 +213,26 @@ def solve_ranges(
     ----------
     ranges : sequence of CaseRange
     solve_one : callable
-        Solves a range, in one of the threads.
-    threads : int
+        Solves a range, in one of the workers.
+    workers : int
     store : Store or None
-        Takes each new batch as soon as it is solved.
+        Takes each new batch.
     finished : callable
         Called with each new batch, in order.
     """
 
-    def read_or_solve(case_range: CaseRange) -> tuple[CaseRange, Batch, bool]:
+    def read_or_solve(case_range: CaseRange) -> tuple[Batch, bool]:
         if store is not None and (batch := store.read(case_range)) is not None:
-            return case_range, batch, False
-        batch = solve_one(case_range)
-        if store is not None:
-            store.write(case_range, batch)
-        return case_range, batch, True
+            return batch, False
+        return solve_one(case_range), True
 
-    for case_range, batch, new in map_in_order(read_or_solve, ranges, threads):
-        if new:
-            finished(batch)
-        yield case_range, batch
+    with closing(map_in_order(read_or_solve, ranges, workers)) as solved:
+        for case_range, (batch, new) in zip(ranges, solved, strict=True):
+            if new:
+                if store is not None:
+                    store.write(case_range, batch)
+                finished(batch)
+            yield case_range, batch
 
 
 # Cases whose static ratio is an interval.
@@ -276,7 +277,7 @@ def solve_swept_interval(
     Table
         The least value of each metric in every case, followed by the greatest ones.
     """
-    (scenario,), threads = approaches_of(case.scenario), worker_count(workers)
+    (scenario,), number = approaches_of(case.scenario), worker_count(workers)
     assert scenario.static_interval is not None, "only called with an interval"
     count = count_points(scenario.sweep)
     choose_engine(case, [scenario], 2 * interval.FIRST_VALUES * count)
@@ -287,7 +288,7 @@ def solve_swept_interval(
     for begin in range(0, count, CASES_PER_COVER):
         end = min(begin + CASES_PER_COVER, count)
         points = [*points_in(point_columns(scenario.sweep, begin, end))]
-        block = interval.cover(scenario, points, motions, threads)
+        block = interval.cover(scenario, points, motions, number)
         for batches, first, which in (
             (least, begin, LEAST),
             (greatest, count + begin, GREATEST),

@@ -1,0 +1,190 @@
+"""Parallel work gives the results of serial work, and leaves no process behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from drysim import parallel
+from drysim.errors import UsageError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux")
+
+HEADER = """
+import os, signal, sys, time
+from drysim import parallel
+parallel.allow_processes()
+
+def alive(pids):
+    return [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
+
+def begin(n):
+    # The first item takes so long that the others are shared.
+    if n == 0:
+        time.sleep(0.15)
+    return os.getpid()
+
+def square(n):
+    return n * n, begin(n)
+
+def endless(n):
+    while n > 2:
+        os.write(1, f"{os.getpid()}\\n".encode())
+        time.sleep(60)
+    return begin(n)
+"""
+
+
+def program(body, **options):
+    """Run a program that may fork workers; return its stdout."""
+    done = subprocess.run(
+        [sys.executable, "-c", HEADER + body], capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stderr) == (options.get("code", 0), ""), done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("items", ["range(40)", "list(range(40))", "iter(range(40))"])
+@pytest.mark.parametrize("workers", [1, 2, 5])
+def test_results_are_those_of_the_items_in_order_whoever_finds_them(items, workers):
+    said = program(f"""
+found = list(parallel.map_in_order(square, {items}, {workers}))
+print([n for n, _ in found] == [n * n for n in range(40)])
+others = {{pid for _, pid in found[1:]}}
+print(len(others) <= {workers}, (os.getpid() in others) == ({workers} == 1))
+print(alive(others - {{os.getpid()}}))
+""")
+    assert said == "True\nTrue True\n[]\n"
+
+
+def test_short_work_is_done_without_workers():
+    said = program("""
+found = list(parallel.map_in_order(square, range(1, 9), 3))
+print({pid for _, pid in found} == {os.getpid()})
+""")
+    assert said == "True\n"
+
+
+def test_many_short_items_are_each_worked_on_once():
+    said = program("""
+def short(n):
+    time.sleep(1e-3)
+    return n, os.getpid()
+found = list(parallel.map_in_order(short, range(601), 3))
+print([n for n, _ in found] == list(range(601)), len({pid for _, pid in found}) <= 4)
+""")
+    assert said == "True True\n"
+
+
+def test_work_within_a_worker_starts_no_further_processes():
+    said = program("""
+def outer(n):
+    inner = list(parallel.map_in_order(square, range(3), 2))
+    return {pid for _, pid in inner} == {begin(n)}
+found = list(parallel.map_in_order(outer, range(4), 2))
+print(found[1:])
+""")
+    assert said == "[True, True, True]\n"
+
+
+def test_error_of_an_item_is_raised_and_the_workers_end():
+    said = program("""
+from drysim.errors import RecordError, Problem
+def fails(n):
+    if n == 3:
+        raise RecordError(Problem("bad cell", "a.csv", 7), "look there")
+    return begin(n)
+pids = []
+try:
+    for pid in parallel.map_in_order(fails, range(9), 2):
+        pids.append(pid)
+except RecordError as fault:
+    print(fault.problem, fault.hint, len(pids), alive(pids[1:]))
+""")
+    assert said == "a.csv:7: bad cell look there 3 []\n"
+
+
+@pytest.mark.parametrize("n", [1, 5])
+def test_worker_that_is_killed_is_an_error_that_says_so(n):
+    said = program(f"""
+from drysim.errors import SolverError
+def dies(n):
+    if n == {n}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return begin(n)
+pids = []
+try:
+    for pid in parallel.map_in_order(dies, range(9), 2):
+        pids.append(pid)
+except SolverError as fault:
+    print(fault, fault.hint, len(pids) <= {n}, alive(pids[1:]))
+""")
+    words = "a worker process ended early, perhaps for lack of memory"
+    assert said == f"{words} use fewer workers, as by --workers 1 True []\n"
+
+
+def test_results_that_are_no_longer_needed_end_the_workers():
+    said = program("""
+found = parallel.map_in_order(endless, range(9), 2)
+pids = [next(found) for _ in range(3)]
+closing = time.monotonic()
+found.close()
+print("closed", alive(pids[1:]), time.monotonic() - closing < 20.0)
+""")
+    assert said.endswith("closed [] True\n")
+
+
+def ended(pid):
+    """Return whether a process has ended, within a while."""
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        try:
+            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+                return True
+        except OSError:
+            return True
+        time.sleep(0.02)
+    return False
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_workers_end_with_the_process_that_forked_them(number):
+    body = """
+try:
+    list(parallel.map_in_order(endless, [0, 3, 4, 5], 2))
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", HEADER + body],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as running:
+        pids = [int(running.stdout.readline()) for _ in range(2)]
+        send = os.killpg if number == signal.SIGINT else os.kill  # as the terminal does
+        send(running.pid, number)
+        assert all(map(ended, pids))
+        _, stderr = running.communicate(timeout=60)
+    assert stderr == ""
+    assert running.returncode == (0 if number == signal.SIGINT else -number)
+
+
+def test_session_of_python_forks_no_process():
+    assert not parallel._forks
+    found = parallel.map_in_order(lambda n: (n, os.getpid()), range(5), 2)
+    assert list(found) == [(n, os.getpid()) for n in range(5)]
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, True, "2"])
+def test_workers_are_counted_in_whole_numbers(workers):
+    with pytest.raises(UsageError, match="workers must be a whole number of at least 1"):
+        parallel.worker_count(workers)
