@@ -93,6 +93,22 @@ print(found[1:])
     assert said == "[True, True, True]\n"
 
 
+@pytest.mark.parametrize(
+    "lacks",
+    [
+        "sys.modules['multiprocessing.synchronize'] = None",
+        "os.fork = lambda: (_ for _ in ()).throw(BlockingIOError(11, 'no more processes'))",
+    ],
+)
+def test_without_processes_threads_do_the_work(lacks):
+    said = program(f"""
+{lacks}
+found = list(parallel.map_in_order(square, range(9), 3))
+print(found == [(n * n, os.getpid()) for n in range(9)])
+""")
+    assert said == "True\n"
+
+
 def test_error_of_an_item_is_raised_and_the_workers_end():
     said = program("""
 from drysim.errors import RecordError, Problem

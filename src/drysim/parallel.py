@@ -121,7 +121,12 @@ def map_in_order(
     size = min(max(ceil(MIN_CHUNK_TIME / max(_durations[name], 1e-9)), 1), most)
     firsts = range(done, len(known), size)
     chunks = (range(at, min(at + size, len(known))) for at in firsts)
-    with forked_workers(function, known, count) as executor:
+    try:
+        executor = fork_workers(function, known, count)
+    except (OSError, NotImplementedError):
+        yield from map_in_threads(function, known[done:], workers)
+        return
+    with ending(executor):
         for results, duration in results_in_order(executor, work_on, chunks, count):
             _durations[name] = duration
             yield from results
@@ -199,33 +204,42 @@ def allow_processes() -> None:
     _forks = sys.platform == "linux"
 
 
-@contextmanager
-def forked_workers(
+def fork_workers(
     function: Callable[[Item], Any], items: Sequence[Item], workers: int
-) -> Iterator[Executor]:
-    """Yield an executor of worker processes, which know function and items.
+) -> Executor:
+    """Return an executor of worker processes, which know function and items.
 
-    Signals reach this process only. It kills the workers when it is interrupted, and the
-    system does when it ends in any other way.
+    Raises
+    ------
+    OSError, NotImplementedError
+        When the system forks no more processes, or has no semaphores.
     """
     from concurrent.futures import ProcessPoolExecutor
-    from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import active_children, get_context
+    from multiprocessing import get_context
 
-    others = active_children()
     executor = ProcessPoolExecutor(
         workers,
         mp_context=get_context("fork"),
         initializer=begin_worker,
         initargs=(function, items, os.getpid()),
     )
+    # Signals reach this process only.
     signals = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     try:
-        executor.submit(os.getpid).result()  # all workers are forked by the first submission
+        executor.submit(os.getpid)  # all workers are forked by the first submission
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, signals)
+    return executor
+
+
+@contextmanager
+def ending(executor: Executor) -> Iterator[None]:
+    """End the workers after the block; kill them if it is left early."""
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import active_children
+
     try:
-        yield executor
+        yield
         executor.shutdown()
     except BrokenProcessPool as fault:
         raise SolverError(
@@ -234,8 +248,7 @@ def forked_workers(
         ) from fault
     finally:
         for worker in active_children():
-            if worker not in others:
-                worker.kill()
+            worker.kill()
         executor.shutdown(cancel_futures=True)
 
 

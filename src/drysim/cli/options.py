@@ -122,7 +122,7 @@ Json = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one per processor."),
+    typer.Option("--workers", min=1, metavar="N", help="Workers; default: one per processor."),
 ]
 SeedWorkers = Annotated[
     int | None,
@@ -130,7 +130,7 @@ SeedWorkers = Annotated[
         "--workers",
         min=1,
         metavar="N",
-        help="Threads for several seeds; default: one per processor.",
+        help="Workers for several seeds; default: one per processor.",
     ),
 ]
 SeedResume = Annotated[
