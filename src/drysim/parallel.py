@@ -217,6 +217,8 @@ def fork_workers(
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
+    if sys.platform == "win32":
+        raise NotImplementedError
     executor = ProcessPoolExecutor(
         workers,
         mp_context=get_context("fork"),
@@ -256,6 +258,8 @@ def begin_worker(function: Callable[[Item], Any], items: Sequence[Item], parent:
     """Prepare a worker process: it ends with its parent, and starts no further processes."""
     import ctypes
 
+    if sys.platform == "win32":
+        raise NotImplementedError
     global _forks, _work
     _forks = False
     _work = lambda number: function(items[number])  # noqa: E731 - a closure

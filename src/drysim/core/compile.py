@@ -482,10 +482,13 @@ def kernel_cache_class() -> Any:
             return str(self._folder.path) if self._folder is not None else ""
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
-            """Return a kernel, or None if there is no undamaged one."""
+            """Return a kernel, or None if there is no undamaged one.
+
+            numba's own cache refreshes the context first: half a second for what only the
+            compiler needs, which refreshes it anyway.
+            """
             if self._folder is None:
                 return None
-            target_context.refresh()
             try:
                 sealed = self._folder.read(self._file(sig, target_context.codegen()))
                 return CompileResult._rebuild(target_context, *unseal(sealed))

@@ -75,9 +75,9 @@ from drysim.study.statistics import (
     Row,
     is_narrow,
     max_seeds,
+    means,
     needed_seeds,
     seed_range,
-    statistics,
     stopping_rule,
     with_seed,
 )
@@ -318,15 +318,15 @@ def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
         which = f"{len(seeds.notes)} of {count} seeds failed, the first is seed"
         note = f"{which} {seeds.points[SEED_KEY][i]}: {note}"
         return replace(case, status=FAILED, note=note)
-    found, until = statistics(seeds), stopping_rule(scenario)
+    found, until = means(seeds), stopping_rule(scenario)
     over = OverSeeds(
         count,
-        {name: one.half_width for name, one in found.items() if one},
+        {name: half_width for name, (_, half_width) in found.items()},
         {name: seeds.values(name) for name in seed_metrics(scenario)},
         until is None or is_narrow(until, seeds.metrics[until.metric]),
     )
-    means = {name: one and one.mean for name, one in found.items()}
-    return replace(case, metrics=means, over=over)
+    metrics = dict.fromkeys(METRIC_NAMES) | {name: mean for name, (mean, _) in found.items()}
+    return replace(case, metrics=metrics, over=over)
 
 
 def seed_metrics(scenario: Scenario) -> tuple[str, ...]:

@@ -338,6 +338,12 @@ def statistics(seeds: Batch) -> dict[str, Statistic | None]:
     return {name: _statistic(seeds, name) for name in METRIC_NAMES}
 
 
+def means(seeds: Batch) -> dict[str, tuple[float, float | None]]:
+    """Return mean and half-width, as `interval`, of every metric that a seed knows."""
+    known = {name: column[np.isfinite(column)] for name, column in seeds.metrics.items()}
+    return {name: interval(series.tolist()) for name, series in known.items() if len(series)}
+
+
 def _statistic(seeds: Batch, name: str) -> Statistic | None:
     """Return the statistics of one metric."""
     column = seeds.metrics[name]
