@@ -129,6 +129,32 @@ def test_damaged_result_is_shown_or_refused_with_its_place(results, kind, capsys
     check_damaged(results(kind), 60, 4, 7, capsys)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_result_with_an_empty_part_is_shown_or_refused(results, kind, capsys):
+    folder = results(kind)
+    file = folder / "drysim.json"
+    whole = file.read_text(encoding="utf-8")
+    parts = [path for path in places(json.loads(whole)) if len(path) < 3]
+    try:
+        for *above, last in parts:
+            fields = json.loads(whole)
+            parent = fields
+            for key in above:
+                parent = parent[key]
+            if not isinstance(parent[last], dict | list) or not parent[last]:
+                continue
+            parent[last] = type(parent[last])()
+            file.write_text(json.dumps(fields), encoding="utf-8")
+            commands = [["summarise"], ["report", "--no-plots", "--quiet"]]
+            for command in commands[: 1 + ("metrics" in (*above, last))]:
+                code = main([*command, str(folder)])
+                err = capsys.readouterr().err
+                assert code in (0, 2), (above, last, err)
+    finally:
+        file.write_text(whole, encoding="utf-8")
+        (folder / "report.html").unlink(missing_ok=True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_result_damaged_in_many_ways_is_shown_or_refused(results, kind, capsys):

@@ -557,9 +557,11 @@ def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield approach and table of metrics in SI units by rows, with their meanings."""
     found = fields.get("ensemble", fields)["metrics"]
     for approach, metrics in summaries.metric_tables(found):
-        rows = zip(*summaries.metric_columns(metrics), strict=True)
-        header = [*next(rows), "meaning"]
-        yield approach, [header, *([*row, meaning_of_metric(row[0])] for row in rows)]
+        rows = list(zip(*summaries.metric_columns(metrics), strict=True))
+        if not rows:  # of a damaged result
+            continue
+        header = [*rows[0], "meaning"]
+        yield approach, [header, *([*row, meaning_of_metric(row[0])] for row in rows[1:])]
 
 
 def evidence(fields: Fields) -> Lines:
