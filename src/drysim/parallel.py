@@ -17,6 +17,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from math import ceil
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -42,6 +43,10 @@ MIN_TIME_PER_WORKER = 0.03
 
 MIN_CHUNK_TIME = 0.01
 """Work that is handed out at a time [s], beside which handing it out takes little time."""
+
+CHECK_INTERVAL = 1.0
+"""Time between two checks of the workers while a result is awaited [s]: an executor does not
+notice that one was killed while it handed over a large result."""
 
 CHUNKS_PER_WORKER = 4
 """Least number of chunks for each worker, so that none waits long for the last one."""
@@ -106,29 +111,44 @@ def map_in_order(
     if not _forks:
         yield from map_in_threads(function, items, workers)
         return
-    known = items if isinstance(items, Sequence) else list(items)
-    name, done = getattr(function, "func", function).__qualname__, 0
-    # The first item of all tells how long one takes, and loads the kernels that all need.
-    while (count := processes_for(name, len(known) - done, workers)) < 2:
-        if done == len(known):
+    sequence, done = items if isinstance(items, Sequence) else list(items), 0
+    name = getattr(getattr(function, "func", function), "__qualname__", type(function).__name__)
+    if name not in _durations:
+        # These load the kernels that all need, and tell how long an item takes. A few long
+        # ones are done by now: threads serve them as well.
+        first = sequence[:workers]
+        for result, duration in map_in_threads(partial(timed, function), first, workers):
+            _durations[name] = max(duration, _durations.get(name, 0.0))
+            yield result
+        done = len(first)
+    while (count := processes_for(name, len(sequence) - done, workers)) < 2:
+        if done == len(sequence):
             return
-        begin = time.monotonic()
-        result = function(known[done])
-        _durations[name] = time.monotonic() - begin
+        result, _durations[name] = timed(function, sequence[done])
         yield result
         done += 1
-    most = -(-(len(known) - done) // (CHUNKS_PER_WORKER * count))
-    size = min(max(ceil(MIN_CHUNK_TIME / max(_durations[name], 1e-9)), 1), most)
-    firsts = range(done, len(known), size)
-    chunks = (range(at, min(at + size, len(known))) for at in firsts)
     try:
-        executor = fork_workers(function, known, count)
-    except (OSError, NotImplementedError):
-        yield from map_in_threads(function, known[done:], workers)
+        executor = fork_workers(function, sequence, count)
+    except (OSError, RuntimeError, NotImplementedError):  # no process, thread or semaphore
+        yield from (function(sequence[number]) for number in range(done, len(sequence)))
         return
+    most = -(-(len(sequence) - done) // (CHUNKS_PER_WORKER * count))
+    size = 1
+
+    def chunks() -> Iterator[range]:
+        """Yield the numbers of the items that are handed out at a time."""
+        end = done
+        while end < len(sequence):
+            begin, end = end, min(end + size, len(sequence))
+            yield range(begin, end)
+
+    check = partial(require_workers, count)
     with ending(executor):
-        for results, duration in results_in_order(executor, work_on, chunks, count):
+        for results, duration in results_in_order(executor, work_on, chunks(), count, check):
             _durations[name] = duration
+            # Items may differ: chunks grow only as long as those that are done are short.
+            enough = ceil(MIN_CHUNK_TIME / max(duration, 1e-9))
+            size = max(min(2 * len(results), enough, most), 1)
             yield from results
 
 
@@ -136,8 +156,14 @@ _durations: dict[str, float] = {}
 """Time that the latest item took, by the name of the function [s]."""
 
 
+def timed(function: Callable[[Item], Result], item: Item) -> tuple[Result, float]:
+    """Return `function(item)` and the time that it takes [s]."""
+    begin = time.monotonic()
+    return function(item), time.monotonic() - begin
+
+
 def processes_for(name: str, items: int, workers: int) -> int:
-    """Return for how many processes there is enough work; 0 if it is not known."""
+    """Return for how many processes so many items are enough work."""
     work = items * _durations.get(name, 0.0)
     return min(workers, items, int(work / MIN_TIME_PER_WORKER))
 
@@ -154,14 +180,22 @@ def map_in_threads(
     executor = ThreadPoolExecutor(threads)
     try:
         yield from results_in_order(executor, function, items, threads)
+        executor.shutdown()
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
 
 
 def results_in_order(
-    executor: Executor, function: Callable[[Item], Result], items: Iterable[Item], workers: int
+    executor: Executor,
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    workers: int,
+    check: Callable[[], None] = lambda: None,
 ) -> Generator[Result, None, None]:
-    """Yield the results of an executor in the order of the items."""
+    """Yield the results of an executor in the order of the items.
+
+    `check` is called while a result keeps one waiting.
+    """
     from concurrent.futures import wait
 
     futures: deque[Future[Result]] = deque()
@@ -169,17 +203,21 @@ def results_in_order(
         for item in items:
             futures.append(executor.submit(function, item))
             if len(futures) == QUEUED_PER_WORKER * workers:
-                yield pop_first_result(futures)
+                yield pop_first_result(futures, check)
         while futures:
-            yield pop_first_result(futures)
+            yield pop_first_result(futures, check)
     finally:
         for future in futures:
             future.cancel()
         wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
 
 
-def pop_first_result(futures: deque[Future[Result]]) -> Result:
+def pop_first_result(futures: deque[Future[Result]], check: Callable[[], None]) -> Result:
     """Remove the first future and return its result; it stays in place if interrupted."""
+    from concurrent.futures import wait
+
+    while not wait([futures[0]], CHECK_INTERVAL).done:
+        check()
     result = futures[0].result()
     futures.popleft()
     return result
@@ -190,8 +228,8 @@ def pop_first_result(futures: deque[Future[Result]]) -> Result:
 _forks = False
 """Whether this process forks workers."""
 
-_work: Callable[[int], Any] = lambda number: None  # noqa: E731 - replaced in each worker
-"""What a worker process does for the item with a number."""
+_work: tuple[Callable[[Any], Any], Sequence[Any]]
+"""Function and items of a worker process."""
 
 
 def allow_processes() -> None:
@@ -202,6 +240,11 @@ def allow_processes() -> None:
     """
     global _forks
     _forks = sys.platform == "linux"
+
+
+def forks_workers() -> bool:
+    """Return whether `map_in_order` forks worker processes."""
+    return _forks
 
 
 def fork_workers(
@@ -229,6 +272,9 @@ def fork_workers(
     signals = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     try:
         executor.submit(os.getpid)  # all workers are forked by the first submission
+    except BaseException:
+        kill_workers()
+        raise
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, signals)
     return executor
@@ -238,7 +284,6 @@ def fork_workers(
 def ending(executor: Executor) -> Iterator[None]:
     """End the workers after the block; kill them if it is left early."""
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import active_children
 
     try:
         yield
@@ -246,12 +291,29 @@ def ending(executor: Executor) -> Iterator[None]:
     except BrokenProcessPool as fault:
         raise SolverError(
             "a worker process ended early, perhaps for lack of memory",
-            "use fewer workers, as by --workers 1",
+            "use fewer workers, as by --workers 1, and --resume where the command has it",
         ) from fault
     finally:
-        for worker in active_children():
-            worker.kill()
-        executor.shutdown(cancel_futures=True)
+        kill_workers()
+        executor.shutdown(wait=False, cancel_futures=True)
+
+
+def require_workers(count: int) -> None:
+    """Raise an error unless so many worker processes are alive."""
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import active_children
+
+    if len(active_children()) < count:
+        raise BrokenProcessPool
+
+
+def kill_workers() -> None:
+    """Kill all worker processes that are left."""
+    from multiprocessing import active_children
+
+    for worker in active_children():
+        worker.kill()
+        worker.join()
 
 
 def begin_worker(function: Callable[[Item], Any], items: Sequence[Item], parent: int) -> None:
@@ -261,8 +323,7 @@ def begin_worker(function: Callable[[Item], Any], items: Sequence[Item], parent:
     if sys.platform == "win32":
         raise NotImplementedError
     global _forks, _work
-    _forks = False
-    _work = lambda number: function(items[number])  # noqa: E731 - a closure
+    _forks, _work = False, (function, items)
     end_with_parent = 1  # PR_SET_PDEATHSIG
     ctypes.CDLL(None).prctl(end_with_parent, signal.SIGKILL)
     if os.getppid() != parent:
@@ -271,6 +332,6 @@ def begin_worker(function: Callable[[Item], Any], items: Sequence[Item], parent:
 
 def work_on(numbers: range) -> tuple[list[Any], float]:
     """Return the results of items by their numbers, and the time of one, in a worker."""
-    begin = time.monotonic()
-    results = [_work(number) for number in numbers]
+    (function, items), begin = _work, time.monotonic()
+    results = [function(items[number]) for number in numbers]
     return results, (time.monotonic() - begin) / len(numbers)

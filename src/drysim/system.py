@@ -17,13 +17,9 @@ from functools import cache
 from io import BufferedReader
 from math import ceil, inf
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from drysim.errors import OutputError
-
-if TYPE_CHECKING:
-    pass
-
 
 # Limits: of the machine, and of the container or job that the process runs in.
 

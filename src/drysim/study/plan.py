@@ -39,7 +39,7 @@ from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
 from drysim.metrics.table import STROKE_USED, Measured, evaluate, stack
-from drysim.parallel import map_in_order, worker_count
+from drysim.parallel import forks_workers, map_in_order, worker_count
 from drysim.scenario.axes import (
     Axis,
     chain_length,
@@ -110,14 +110,14 @@ class Workers(NamedTuple):
         return cls(max(1, seed_workers(case, workers) // count), is_cancelled)
 
 
-SINGLE_THREAD = Workers(1, lambda: False)
-"""One thread, never cancelled."""
+ONE_WORKER = Workers(1, lambda: False)
+"""One worker, never cancelled."""
 
 
 def seed_workers(case: Case, workers: int | None) -> int:
     """Return the number of seeds to solve in parallel, as many as fit into memory."""
     wanted = worker_count(workers)
-    if compile.engine() == compile.PLAIN:
+    if compile.engine() == compile.PLAIN and not forks_workers():
         return 1  # the interpreter lock allows one thread
     weighted = bool(case.scenario.measure.weights)
     limit = int(system.total_memory() // response_memory(case.steps, weighted))
@@ -227,7 +227,7 @@ def range_length(cases: int, together: bool) -> int:
 
 
 def solve_range(
-    case_range: CaseRange, motions: MotionCache, case_workers: Workers = SINGLE_THREAD
+    case_range: CaseRange, motions: MotionCache, case_workers: Workers = ONE_WORKER
 ) -> Batch:
     """Solve the cases of a range; errors as in `Plan.block`."""
     scenario, first, begin, end = case_range
@@ -323,7 +323,7 @@ def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
         count,
         {name: half_width for name, (_, half_width) in found.items()},
         {name: seeds.values(name) for name in seed_metrics(scenario)},
-        until is None or is_narrow(until, seeds.metrics[until.metric]),
+        until is None or is_narrow(until, seeds.metrics[until.metric].tolist()),
     )
     metrics = dict.fromkeys(METRIC_NAMES) | {name: mean for name, (mean, _) in found.items()}
     return replace(case, metrics=metrics, over=over)
@@ -400,7 +400,7 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     batch = Batch(first, scenario.label, points, *forces, metrics, status, notes)
     crowded = results[:, STATUS] == Status.LOG_FULL
     if chained and crowded.any():
-        return solve_chain(case_range, MotionCache(), SINGLE_THREAD.is_cancelled)
+        return solve_chain(case_range, MotionCache(), ONE_WORKER.is_cancelled)
     return solve_individually(scenario, batch, crowded) if crowded.any() else batch
 
 

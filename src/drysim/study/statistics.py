@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import accumulate, chain, groupby
-from math import fsum, sqrt
+from math import fsum, isnan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -454,25 +454,25 @@ def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 def needed_seeds(scenario: Scenario, batches: Iterable[Batch]) -> Batch:
     """Return the first seeds, in order, until the stopping rule is satisfied."""
-    until, solved, checked = stopping_rule(scenario), list[Batch](), 0
+    until, solved, values = stopping_rule(scenario), list[Batch](), list[float]()
     for batch in batches:
         solved.append(batch)
         if until is None:
             continue
-        values = np.concatenate([one.metrics[until.metric] for one in solved])
+        checked = len(values) // SEEDS_PER_CHECK * SEEDS_PER_CHECK
+        values += batch.metrics[until.metric].tolist()
         for count in range(checked + SEEDS_PER_CHECK, len(values) + 1, SEEDS_PER_CHECK):
-            checked = count
             if is_narrow(until, values[:count]):
                 return Batch.join(solved).part(slice(count))
     return Batch.join(solved)
 
 
-def is_narrow(until: Until, values: Floats) -> bool:
+def is_narrow(until: Until, values: Sequence[float]) -> bool:
     """Whether the interval of the values of a metric, by seed, satisfies a stopping rule.
 
     It does not while the metric is unknown for any seed, or a seed has failed.
     """
-    if len(values) < 2 or np.isnan(values).any():
+    if len(values) < 2 or any(map(isnan, values)):
         return False
-    mean, half_width = interval(values.tolist())
+    mean, half_width = interval(values)
     return half_width is not None and half_width <= until.half_width * abs(mean)

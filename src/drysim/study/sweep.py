@@ -220,18 +220,19 @@ def solve_ranges(
     finished : callable
         Called with each new batch, in order.
     """
-
-    def read_or_solve(case_range: CaseRange) -> tuple[Batch, bool]:
-        if store is not None and (batch := store.read(case_range)) is not None:
-            return batch, False
-        return solve_one(case_range), True
-
-    with closing(map_in_order(read_or_solve, ranges, workers)) as solved:
-        for case_range, (batch, new) in zip(ranges, solved, strict=True):
-            if new:
-                if store is not None:
-                    store.write(case_range, batch)
-                finished(batch)
+    missing = [one for one in ranges if store is None or not store.has(one)]
+    with closing(map_in_order(solve_one, missing, workers)) as solved:
+        for case_range in ranges:
+            if store is not None and store.has(case_range):
+                if (batch := store.read(case_range)) is not None:
+                    yield case_range, batch
+                    continue
+                batch = solve_one(case_range)  # it is damaged
+            else:
+                batch = next(solved)
+            if store is not None:
+                store.write(case_range, batch)
+            finished(batch)
             yield case_range, batch
 
 

@@ -484,7 +484,7 @@ def wide_interval_warnings(case: Case, seeds: Batch) -> Iterator[WarningMessage]
     if until is None or n < max_seeds(case.scenario):
         return
     values = seeds.metrics[until.metric]
-    if is_narrow(until, values):
+    if is_narrow(until, values.tolist()):
         return
     series = values[~np.isnan(values)].tolist()
     mean, half_width = interval(series) if series else (0.0, None)
