@@ -191,7 +191,7 @@ def set_environment() -> None:
     Pictures are drawn with Agg. The list of fonts is kept: where matplotlib cannot write into
     the home folder, it would scan all fonts in every process and leave a folder behind.
     DRYSIM_ENGINE alone chooses the engine: the variable of numba overrides .numba_config.yaml.
-    The threads of a command share its cases; those that OpenBLAS starts for products of small
+    The workers of a command share its cases; threads that OpenBLAS starts for products of small
     matrices would wait for each other, for as long as a fit computes.
     """
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
