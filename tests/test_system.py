@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from drysim import system
+from drysim.parallel import worker_count
 from drysim.system import private_folder
 
 # Limits.
@@ -100,7 +101,7 @@ def test_processors_are_those_of_the_container(machine, name):
     groups, files, expected = PROCESSORS[name]
     machine(groups, files)
     assert system.processor_count() == expected
-    assert system.worker_count(None) == expected
+    assert worker_count(None) == expected
 
 
 def test_processors_are_those_that_the_process_may_use(machine, monkeypatch):

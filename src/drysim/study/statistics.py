@@ -281,6 +281,18 @@ class Rows(LazySequence[Row]):
             self._cached = tuple(chain.from_iterable(self.batches))
         return iter(self._cached)
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether another sequence has equal rows."""
+        if not isinstance(other, Sequence) or len(other) != len(self):
+            return False
+        return all(mine == theirs for mine, theirs in zip(self, other, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        """Return the number of rows."""
+        return f"<Rows: {len(self)}>"
+
     def one(self, number: int) -> Row:
         """Return one row."""
         at = bisect_right(self._firsts, number) - 1
