@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -86,6 +87,29 @@ def test_light_commands_import_nothing_heavy(words, seat):
         [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
     )
     assert done.stdout.splitlines()[-1] == f"heavy: [] {0 if words else 2}", done.stderr
+
+
+LATER = "drysim.study.other_motions", "drysim.study.cluster", "drysim.console.findings"
+"""Modules that are imported once the engine is chosen, with Dask, or for `bench` alone."""
+
+
+@pytest.mark.parametrize("part", ["cli", "output", "console", "plots", "study", "metrics"])
+def test_modules_of_a_command_load_no_kernel_before_its_engine_is_chosen(part):
+    program = (
+        f"import importlib, pkgutil, sys, drysim.{part} as part\n"
+        "found = pkgutil.iter_modules(part.__path__, part.__name__ + '.')\n"
+        "names = [one.name for one in found]\n"
+        f"for name in set(names) - {set(LATER)!r}:\n"
+        "    importlib.import_module(name)\n"
+        "print(len(names) > 3, 'numba' in sys.modules, 'drysim.core.events' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=os.environ | {"DRYSIM_ENGINE": "auto"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout == "True False False\n", done.stderr
 
 
 def test_importing_drysim_imports_none_of_its_parts():

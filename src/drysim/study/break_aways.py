@@ -29,7 +29,6 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Events
-from drysim.core.events import STICK
 from drysim.core.model import Samples
 from drysim.parallel import map_in_order
 from drysim.scenario.axes import KeyRange
@@ -120,6 +119,8 @@ class StuckTime(NamedTuple):
 
 def stuck_time(events: Events, begin: float, end: float) -> StuckTime:
     """Return how long a mass sticks in a window [s], and where."""
+    from drysim.core.events import STICK  # loads kernels: after the choice of the engine
+
     ends = np.append(events.t[1:], end)
     times = np.clip(ends, begin, end) - np.clip(events.t, begin, end)
     times = np.where(events.kind == STICK, times, 0.0)
