@@ -142,9 +142,9 @@ def map_in_order(
             begin, end = end, min(end + size, len(sequence))
             yield range(begin, end)
 
-    check = partial(require_workers, count)
+    handed_out = executor, work_on, chunks(), count, deque[Any]()
     with ending(executor):
-        for results, duration in results_in_order(executor, work_on, chunks(), count, check):
+        for results, duration in results_in_order(*handed_out, partial(require_workers, count)):
             _durations[name] = duration
             # Items may differ: chunks grow only as long as those that are done are short.
             enough = ceil(MIN_CHUNK_TIME / max(duration, 1e-9))
@@ -175,14 +175,15 @@ def map_in_threads(
     if threads == 1:
         yield from map(function, items)
         return
-    from concurrent.futures import ThreadPoolExecutor
+    from concurrent.futures import ThreadPoolExecutor, wait
 
-    executor = ThreadPoolExecutor(threads)
+    executor, futures = ThreadPoolExecutor(threads), deque[Any]()
     try:
-        yield from results_in_order(executor, function, items, threads)
+        yield from results_in_order(executor, function, items, threads, futures)
         executor.shutdown()
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
+        wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
 
 
 def results_in_order(
@@ -190,26 +191,19 @@ def results_in_order(
     function: Callable[[Item], Result],
     items: Iterable[Item],
     workers: int,
+    futures: deque[Future[Result]],
     check: Callable[[], None] = lambda: None,
 ) -> Generator[Result, None, None]:
     """Yield the results of an executor in the order of the items.
 
-    `check` is called while a result keeps one waiting.
+    `futures` holds those in progress, and `check` is called while one keeps waiting.
     """
-    from concurrent.futures import wait
-
-    futures: deque[Future[Result]] = deque()
-    try:
-        for item in items:
-            futures.append(executor.submit(function, item))
-            if len(futures) == QUEUED_PER_WORKER * workers:
-                yield pop_first_result(futures, check)
-        while futures:
+    for item in items:
+        futures.append(executor.submit(function, item))
+        if len(futures) == QUEUED_PER_WORKER * workers:
             yield pop_first_result(futures, check)
-    finally:
-        for future in futures:
-            future.cancel()
-        wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
+    while futures:
+        yield pop_first_result(futures, check)
 
 
 def pop_first_result(futures: deque[Future[Result]], check: Callable[[], None]) -> Result:
@@ -294,8 +288,9 @@ def ending(executor: Executor) -> Iterator[None]:
             "use fewer workers, as by --workers 1, and --resume where the command has it",
         ) from fault
     finally:
+        # Not cancelled: the executor fails on cancelled futures when its workers are gone.
         kill_workers()
-        executor.shutdown(wait=False, cancel_futures=True)
+        executor.shutdown(wait=False)
 
 
 def require_workers(count: int) -> None:
