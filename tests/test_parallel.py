@@ -36,7 +36,7 @@ def square(n):
 def endless(n):
     while n > 3:
         os.write(1, f"{os.getpid()}\\n".encode())
-        time.sleep(60)
+        time.sleep(600)
     return begin(n)
 """
 
@@ -183,11 +183,10 @@ def test_results_that_are_no_longer_needed_end_the_workers():
     said = program("""
 found = parallel.map_in_order(endless, range(9), 2)
 pids = [next(found) for _ in range(4)]
-closing = time.monotonic()
 found.close()
-print("closed", alive(pids[2:]), time.monotonic() - closing < 20.0)
+print("closed", alive(pids[2:]))
 """)
-    assert said.endswith("closed [] True\n")
+    assert said.endswith("closed []\n")
 
 
 def ended(pid):
