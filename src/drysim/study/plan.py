@@ -84,10 +84,17 @@ from drysim.study.statistics import (
 from drysim.units import ByDirection
 from drysim.wording import Point
 
-ORBITS_PER_RANGE = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
-"""Largest number of cases, and orbits per range up to there. 512 orbits are about 10 ms of
-work, ten times the overhead of a call; larger sweeps take longer ranges to keep their number
-small."""
+MIN_ORBIT_RANGES = 32
+"""Ranges into which periodic orbits are divided at least, so that none of several workers waits
+for the last one."""
+
+MIN_ORBITS, MAX_ORBITS, MANY_ORBITS = 512, 4096, 65_536
+"""Orbits per range: 512 are some 10 ms of work, beside which what Python does for a range takes
+a third, and of four times as many a tenth. `MANY_ORBITS` keep the ranges of the largest sweeps
+few."""
+
+MAX_ORBITS_IN_SHORT_RANGES = 1 << 27
+"""Cases up to which a range has at most `MAX_ORBITS`."""
 
 MAX_RANGES, MAX_CASES_PER_RANGE = 4096, 64
 """Number of ranges into which cases solved one by one are divided, and most cases in one."""
@@ -222,7 +229,8 @@ def seed_ranges(case: Case, least: int = MIN_SEED_RANGES) -> list[CaseRange]:
 def range_length(cases: int, together: bool) -> int:
     """Return the length of the ranges of so many cases; the same on every machine."""
     if together:
-        return next(step for most, step in ORBITS_PER_RANGE if most is None or cases <= most)
+        most = MAX_ORBITS if cases <= MAX_ORBITS_IN_SHORT_RANGES else MANY_ORBITS
+        return min(max(cases // MIN_ORBIT_RANGES, MIN_ORBITS), most)
     return min(max(1, cases // MAX_RANGES), MAX_CASES_PER_RANGE)
 
 
