@@ -228,13 +228,43 @@ def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(
     assert done.returncode == 0, done.stderr
 
 
+FEW = """\
+from drysim.core import compile, fixed_step, forcing, march, oscillator, orbit
+
+modules = fixed_step, forcing, march, oscillator, orbit
+kernels = {
+    id(one): one
+    for module in modules
+    for one in vars(module).values()
+    if isinstance(one, compile.CompiledKernel)
+}
+assert len(kernels) > 50
+assert all(one.dispatcher is None for one in kernels.values())
+fixed_step.regularised_sign(1.0, 1.0, 1.0)
+known = [one for one in kernels.values() if one.dispatcher is not None]
+assert known == [fixed_step.regularised_sign], known
+"""
+
+
+def test_numba_gets_to_know_only_the_kernels_that_a_command_calls() -> None:
+    environment = {**os.environ, "DRYSIM_ENGINE": "compiled"}
+    done = subprocess.run(
+        [sys.executable, "-c", FEW],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.
 
 
 ARCTAN = 1
 PROGRAM = (
     "from drysim.core.fixed_step import regularised_sign as share\n"
-    f"print(share({ARCTAN}, 1.0, 1.0), len(share.stats.cache_hits))\n"
+    f"print(share({ARCTAN}, 1.0, 1.0), len(share.compiled.stats.cache_hits))\n"
 )
 HALF = 0.5
 """2/π atan(1)."""

@@ -105,22 +105,60 @@ def kernel_of(function: Kernel, **options: Any) -> Kernel:
     """Return a function as a kernel that is compiled with some options of numba."""
     if is_session():
         return cast(Kernel, SessionKernel(function, options))
-    return function if is_plain() else jit(function, **options)
+    return function if is_plain() else cast(Kernel, CompiledKernel(function, options))
 
 
-class SessionKernel:
+class CompiledKernel:
+    """Kernel that numba gets to know when it is first called, from Python or by another kernel.
+
+    A command calls few of the many: of those that only their code in the cache calls, numba
+    needs to know nothing.
+    """
+
+    def __init__(self, function: Any, options: dict[str, Any]) -> None:
+        update_wrapper(self, function)
+        self.function, self.options = function, options
+        self.dispatcher: Any = None
+        self.lock = Lock()
+
+    def __call__(self, *args: Any) -> Any:
+        """Run the kernel."""
+        return (self.dispatcher or self.compiled)(*args)
+
+    @property
+    def compiled(self) -> Any:
+        """The kernel as numba calls it, one for all threads."""
+        if self.dispatcher is None:
+            with self.lock:
+                self.dispatcher = self.dispatcher or jit(self.function, **self.options)
+        return self.dispatcher
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes the kernel for, where another one calls it."""
+        return self.compiled._numba_type_
+
+    @property
+    def py_func(self) -> Any:
+        """Source of the kernel, for numba, which inlines it if `targetoptions` asks for it."""
+        return self.function
+
+    @property
+    def targetoptions(self) -> Any:
+        """Options with which numba compiles the kernel."""
+        return self.compiled.targetoptions
+
+
+class SessionKernel(CompiledKernel):
     """Kernel of a Python session, plain or compiled as `SESSION` says.
 
     A call whose arrays are lists is plain: it belongs to a result of an earlier, plain job.
     """
 
     def __init__(self, function: Any, options: dict[str, Any], plain: Any = None) -> None:
-        update_wrapper(self, function)
-        self.function, self.options = function, options
+        super().__init__(function, options)
         self.python = plain or function
         self.bound: Any = None
-        self.dispatcher: Any = None
-        self.lock = Lock()
 
     def __call__(self, *args: Any) -> Any:
         """Run the kernel."""
@@ -141,25 +179,7 @@ class SessionKernel:
         """The kernel as compiled by numba, once for all threads."""
         if isinstance(self.function, SessionKernel):
             return self.function.compiled
-        if self.dispatcher is None:
-            with self.lock:
-                self.dispatcher = self.dispatcher or jit(self.function, **self.options)
-        return self.dispatcher
-
-    @property
-    def _numba_type_(self) -> Any:
-        """What numba takes the kernel for, where another one calls it."""
-        return self.compiled._numba_type_
-
-    @property
-    def py_func(self) -> Any:
-        """Source of the kernel, for numba, which inlines it if `targetoptions` asks for it."""
-        return self.compiled.py_func
-
-    @property
-    def targetoptions(self) -> Any:
-        """Options with which numba compiles the kernel."""
-        return self.compiled.targetoptions
+        return super().compiled
 
 
 PLAIN_NAMES: dict[int, dict[str, Any]] = {}
