@@ -7,6 +7,7 @@ import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from drysim.study.fit import (
     LawFit,
     LeastSquares,
     Parameter,
+    ProfilePoint,
+    _profile_end,
     continued,
     final_fit,
     profiles_of,
@@ -734,17 +737,121 @@ def test_static_ratio_has_no_value_without_a_stop(tmp_path):
     assert found["friction.kinetic"] == pytest.approx(2.0, rel=1e-8)
 
 
-def test_static_ratio_that_the_record_does_not_tell_has_an_open_interval(tmp_path):
-    write_twin(tmp_path, SEAT + friction("kinetic: 2"), noise={"x_dd": 0.3}, rms=3.0)
-    (ratio,) = (
-        one
-        for one in fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR)).parameters
-        if one.key == "friction.static_ratio"
+def static_ratio(result: drysim.FitResult) -> Parameter:
+    """Return the fitted static ratio."""
+    return next(one for one in result.parameters if one.key == "friction.static_ratio")
+
+
+def ratio_of_first_stop(result: drysim.FitResult) -> float:
+    """Return the least ratio at which the fitted mass, which never sticks, would stop."""
+    response = drysim.run(result.scenario).response
+    before = np.flatnonzero(np.diff(np.sign(response.v_r)))
+    share = response.v_r[before] / (response.v_r[before] - response.v_r[before + 1])
+    load = 75.0 * response.u_dd + result.scenario.oscillator.plant().k_x * response.x_r
+    at_reversals = load[before] + share * (load[before + 1] - load[before])
+    return float(np.abs(at_reversals).min() / result.scenario.law().F_fk)
+
+
+def check_ratio_up_to_first_stop(folder: Path, seed: int) -> None:
+    """Fit a mass that never sticks; its static ratio is told by the first stop, if by any."""
+    random = np.random.default_rng(seed)
+    kinetic, noise = random.uniform(1.0, 4.0), random.uniform(0.05, 0.35)
+    truth = SEAT + friction(f"kinetic: {kinetic}")
+    write_twin(folder, truth, noise={"x_dd": noise}, rms=3.0, seconds=4.0, seed=seed)
+    result = fit_twin(folder, MASS + COULOMB, keys(*FOUR))
+    edited(folder, lambda table: table * (1.0 + 1e-13 * random.normal(size=table.shape)))
+    ratio, again = (
+        static_ratio(result),
+        static_ratio(fit_twin(folder, MASS + COULOMB, keys(*FOUR))),
     )
+    for one in (ratio, again):
+        assert (one.deviation, one.low, one.high, one.profile_low) == (None,) * 4
+    assert (ratio.profile_high is None) == (again.profile_high is None)
+    if ratio.value > 1.0:  # a stop may suit the noise
+        return
+    assert ratio.note.startswith("the mass never sticks in 4 s, so that its value does not")
+    (profile,) = (one for one in result.profiles if one.key == "friction.static_ratio")
+    first = ratio_of_first_stop(result)
+    same = (profile.values < 0.98 * first) & (profile.rise < 1.0)
+    assert np.ptp(profile.rise[same]) < 1e-6
+    if ratio.profile_high is None:  # without friction no ratio matters
+        assert next(iter(result.parameters)).profile_low is None
+        return
+    assert ratio.note.endswith(f"up to {ratio.profile_high:.4g}")
+    assert ratio.profile_high > 0.98 * first
+    assert (profile.rise[profile.values > ratio.profile_high] > 3.84).all()
+    assert (profile.values > ratio.profile_high).any()
+
+
+@pytest.mark.parametrize("seed", [3, 10])
+def test_static_ratio_of_a_mass_that_never_sticks_is_told_up_to_its_first_stop(tmp_path, seed):
+    check_ratio_up_to_first_stop(tmp_path, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20, 50))
+def test_static_ratio_of_any_mass_that_never_sticks_is_told_up_to_its_first_stop(
+    tmp_path, seed
+):
+    check_ratio_up_to_first_stop(tmp_path, seed)
+
+
+@pytest.mark.parametrize("end", [3.0, 30.0])
+def test_static_ratio_that_the_record_does_not_tell_has_an_open_interval(tmp_path, end):
+    # Its first stop is at a ratio of 44.
+    write_twin(tmp_path, SEAT + friction("kinetic: 2"), noise={"x_dd": 0.3}, rms=3.0)
+    free = keys(*KINETIC) + f", friction.static_ratio: {{to: {end}}}"
+    ratio = static_ratio(fit_twin(tmp_path, MASS + COULOMB, free))
     assert (ratio.deviation, ratio.low, ratio.high) == (None, None, None)
-    assert ratio.profile_low is None
-    assert ratio.profile_high is None
-    assert ratio.note
+    assert (ratio.profile_low, ratio.profile_high) == (None, None)
+    assert ratio.note.endswith("its value does not matter here")
+
+
+# Ends of a profile, of a rise that is stated
+
+RISES: dict[str, Callable[[float, float], float]] = {
+    "parabola": lambda d, scale: (d / scale) ** 2,
+    "line": lambda d, scale: d / scale,
+    "slow": lambda d, scale: np.log1p(d / scale),
+    "saturates": lambda d, scale: 3.6 * d / (d + scale),
+    "saturates above": lambda d, scale: 6.0 * d / (d + scale),
+    "jump": lambda d, scale: 50.0 * (d > scale),
+    "small jump": lambda d, scale: (d / scale) ** 2 / 5.0 + 4.0 * (d > scale),
+    "wall": lambda d, scale: float(np.expm1(min(d / scale, 8.0) ** 3)),
+    "none": lambda d, scale: 0.0,
+    "lower minimum": lambda d, scale: (d / scale) ** 2 - 3.0 * (d / scale),
+}
+
+
+@pytest.mark.parametrize("rise", RISES.values(), ids=RISES)
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_end_of_a_profile_is_excluded_and_open_only_where_nothing_is(monkeypatch, rise, sign):
+    random = np.random.default_rng(7)
+    for _ in range(200):
+        x, scale = random.uniform(0.5, 2.0), 10.0 ** random.uniform(-6, 2)
+        step = min(x, scale * 10.0 ** random.uniform(-2, 2))
+        bound = x + sign * random.choice([10.0 ** random.uniform(-6, 3), np.inf])
+        bounds = np.array([min(bound, x - sign * np.inf)]), np.array([max(bound, x)])
+        monkeypatch.setattr(
+            "drysim.study.fit._profile_point",
+            lambda solution, others, j, at: ProfilePoint(
+                at, rise(abs(at - solution.x[j]), solution.scale), solution.x
+            ),
+        )
+        squares = SimpleNamespace(bounds=bounds)
+        solution = SimpleNamespace(squares=squares, x=np.array([x]), scale=scale)
+        end, points = _profile_end(solution, [], 0, sign * step)
+        if end is None:
+            farthest = min(abs(bound - x), 1e3 * x)
+            assert rise(farthest, scale) < 3.85
+            assert max(abs(one.at - x) for one in points) >= farthest
+            continue
+        distance = abs(end - x)
+        assert (end - x) * sign > 0.0
+        assert distance <= abs(bound - x)
+        assert rise(distance, scale) > 0.95 * 3.84
+        assert min(rise(share * distance, scale) for share in (0.5, 0.7, 0.9)) < 3.84
+        assert len(points) <= 40
 
 
 def test_reported_static_limit_is_the_lowest_point_of_its_one_profile(noisy):

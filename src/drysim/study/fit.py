@@ -153,14 +153,25 @@ AGREE = 1.01
 CHI_SQUARE_95 = NORMAL_95**2
 """Quantile of chi-square for a 95 % interval of one parameter."""
 
-PROFILE_POINTS = 7
-"""Largest number of fits for one end of a profile interval."""
+PROFILE_POINTS = 12
+"""Number of fits for one end of a profile interval, once a value beyond it is known."""
+
+PROFILE_GROWTH = 10.0
+"""Largest ratio of the distances of two such fits from the solution, and of the part that one
+of them takes from what is left."""
+
+FARTHEST = 1e3
+"""Distance, in sizes of a parameter, within which a profile looks for the end."""
+
+STATIC_RATIOS = np.geomspace(1.0, 1e3, 25).tolist()
+"""Ratios of static to kinetic friction tried for the interval of a static limit."""
 
 BISECTIONS = 6
 """Number of halvings of the scan at each end of the interval of a static limit."""
 
 PROFILE_TOLERANCE = 0.05
-"""Accuracy of the rise of the sum of squares at an end of a profile interval."""
+"""Accuracy of the rise of the sum of squares at an end of a profile interval; where the rise
+jumps, that of the distance of the end."""
 
 HIGH_CORRELATION = 0.9
 """Correlation from which two parameters are named."""
@@ -872,7 +883,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
             noise[name] = known or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
         squares = replace(squares, noise=noise)
         slopes = squares.over(mask).jacobian(x, DIFFERENCE, squares.bounds)
-        covariance = np.asarray(np.linalg.pinv(slopes.T @ slopes, rcond=1e-14))
+        covariance = covariance_of(slopes)
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         new = np.clip(SIGMAS * deviations, SMALLEST_STEP * sizes(x), LARGEST_STEP)
         if i > 2 and np.allclose(new, steps, rtol=0.05):
@@ -881,6 +892,17 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
     residuals = squares.residuals(x, mask)
     total = float(residuals @ residuals)
     return Solution(squares, x, covariance, slopes, smooth, mask, total)
+
+
+def covariance_of(slopes: Floats) -> Floats:
+    """Return the covariance for residuals of variance 1; 0 for parameters without effect.
+
+    An inverse of the whole matrix would have rounding in their place.
+    """
+    active = np.flatnonzero(slopes.any(axis=0))
+    some, covariance = slopes[:, active], np.zeros((slopes.shape[1],) * 2)
+    covariance[np.ix_(active, active)] = np.linalg.pinv(some.T @ some, rcond=1e-14)
+    return covariance
 
 
 def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
@@ -1015,9 +1037,13 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
     """
     others = [i for i in determined if i != j]
     points = [ProfilePoint(float(solution.x[j]), 0.0, solution.x)]
+    size, deviation = float(sizes(solution.x)[j]), solution.deviation(j)
+    step = 0.1 * size
+    if deviation > 0.0:
+        step = float(np.clip(NORMAL_95 * deviation, ROUNDING * size, size))
     ends = []
     for sign in (-1.0, 1.0):
-        end, found = _profile_end(solution, others, j, sign)
+        end, found = _profile_end(solution, others, j, sign * step)
         ends.append(end)
         points += found
     profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
@@ -1041,7 +1067,11 @@ def _over_all_samples(
     def point(x: Floats) -> ProfilePoint:
         return ProfilePoint(float(x[j]), squares.cost(x) - least, x)
 
-    starts = [*(one.x for one in selected.points), *changed(squares, solution.x, j, SCAN)]
+    starts = [
+        *(one.x for one in selected.points),
+        *changed(squares, solution.x, j, SCAN),
+        *changed(squares, solution.x, j, _static_changes(solution, j)),
+    ]
     points = sorted(map(point, starts), key=lambda one: one[:2])
     ends: list[float | None] = []
     for sign, known in ((1, selected.low), (-1, selected.high)):
@@ -1063,6 +1093,17 @@ def _over_all_samples(
     return ParameterProfile(ends[0], ends[1], points)
 
 
+def _static_changes(solution: Solution, j: int) -> list[float]:
+    """Return the relative changes of a static limit to all multiples of kinetic friction.
+
+    They reach values that few motions survive, wherever the fit has left the static limit.
+    """
+    x, scale = solution.x, solution.squares.scale
+    law = solution.squares.model.scene(np.clip(x * scale, *solution.squares.model.bounds)).law
+    kinetic = float(x[j]) * law.F_fk / (law.F_fs or 1.0)
+    return [(kinetic * ratio - float(x[j])) / float(sizes(x)[j]) for ratio in STATIC_RATIOS]
+
+
 def _first_within(points: Sequence[ProfilePoint]) -> int:
     """Return the index of the first point that is as good as the best one, at 95 %."""
     limit = min(one.rise for one in points) + CHI_SQUARE_95
@@ -1070,39 +1111,43 @@ def _first_within(points: Sequence[ProfilePoint]) -> int:
 
 
 def _profile_end(
-    solution: Solution, others: list[int], j: int, sign: float
+    solution: Solution, others: list[int], j: int, step: float
 ) -> tuple[float | None, list[ProfilePoint]]:
-    """Return one end of a profile interval by the secant rule on the root of the rise."""
+    """Return one end of a profile interval by the secant rule on the root of the rise.
+
+    An end is a value that the record excludes: None where there is none up to the bound of the
+    parameter, or far beyond its size. The signed `step` leads to the first point.
+    """
+    start, sign = float(solution.x[j]), float(np.sign(step))
     limit = solution.squares.bounds[0 if sign < 0 else 1][j]
-    deviation = solution.deviation(j)
-    size = sizes(solution.x)[j]
-    step = min(NORMAL_95 * deviation, size) if deviation > 0.0 else 0.1 * size
-    inner, outer = 0.0, np.inf
+    farthest = FARTHEST * float(sizes(solution.x)[j])
+    wanted, inner, outer = abs(step), (0.0, 0.0), np.inf
     points: list[ProfilePoint] = []
-    for _ in range(PROFILE_POINTS):
-        at = float(solution.x[j] + sign * step)
+    while np.isinf(outer) or len(points) < PROFILE_POINTS:
+        at = start + sign * wanted
         bounded = (at - limit) * sign >= 0.0
-        at = limit if bounded else at
+        at = float(limit) if bounded else at
         points.append(_profile_point(solution, others, j, at))
-        rise = points[-1].rise
-        step = abs(at - float(solution.x[j]))
+        rise, step = points[-1].rise, abs(at - start)
         if abs(rise - CHI_SQUARE_95) < PROFILE_TOLERANCE * CHI_SQUARE_95:
             return at, points
+        if rise < CHI_SQUARE_95 and (bounded or step >= farthest):
+            return None, points
+        root = float(np.sqrt(max(rise, 0.0)))
+        slope = (root - inner[1]) / (step - inner[0])
         if rise < CHI_SQUARE_95:
-            if bounded:
-                return None, points
-            inner = step
+            inner = step, root
         else:
             outer = step
-        wanted = step * np.sqrt(CHI_SQUARE_95 / max(rise, 0.04))
-        if np.isfinite(outer) and not inner < wanted < outer:
-            wanted = 0.5 * (inner + outer)
-        if wanted > 1e3 * size:
-            return None, points
-        step = float(wanted)
-    if np.isfinite(outer):  # the interval is rather too wide than too narrow
-        return float(solution.x[j] + sign * outer), points
-    return points[-1].at, points
+        if outer - inner[0] < PROFILE_TOLERANCE * outer:
+            break
+        near, far = inner[0], min(outer, PROFILE_GROWTH * step)
+        wanted = near + (NORMAL_95 - inner[1]) / slope if slope > 0.0 else far
+        if np.isinf(outer):
+            wanted = min(wanted, far)
+        elif not near + (far - near) / PROFILE_GROWTH < wanted < far or len(points) % 3 == 0:
+            wanted = 0.5 * (near + far)  # secants alone may approach from one side, slowly
+    return start + sign * outer, points  # rather too wide than too narrow
 
 
 def _profile_point(solution: Solution, others: list[int], j: int, at: float) -> ProfilePoint:
@@ -1295,11 +1340,16 @@ def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit |
 
 
 def with_best_static_limit(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:
-    """Return the fit with the static limit that is best over all samples."""
+    """Return the fit with the static limit that is best over all samples.
+
+    It is the least one if no other is better by more than a standard deviation: the limit may
+    not matter up to some value, and the lowest sum of squares is then that of chance.
+    """
     x = one.solution.x.copy()
     for j, profile in profiles.items():
         if one.model.parameters[j].key.startswith(STATIC_PATHS):
-            x[j] = min(profile.points, key=lambda point: point.rise).at
+            best, least = min(profile.points, key=lambda point: point.rise), profile.points[0]
+            x[j] = least.at if least.rise - best.rise < 1.0 else best.at
     return replace(one, solution=one.solution._replace(x=x))
 
 
@@ -1524,10 +1574,13 @@ def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator
                 profile_low=None if found.low is None else found.low * scale,
                 profile_high=None if found.high is None else found.high * scale,
             )
-            if found.low is None and found.high is None:
-                # The record excludes no value, whatever the curvature at the fitted one.
-                known = known._replace(deviation=None, low=None, high=None)
-                known = known._replace(note=reason_of(one, groups.get(j, (j,))))
+            if found.low is None and (found.high is None or is_without_stops(one, p.key)):
+                # The record excludes no value, whatever the curvature at the fitted one, or
+                # none of a static limit up to that of a first stop.
+                note = reason_of(one, groups.get(j, (j,)))
+                if known.profile_high is not None:
+                    note += f" up to {format_number(known.profile_high, format_unit(p.unit))}"
+                known = known._replace(deviation=None, low=None, high=None, note=note)
         elif j in groups:
             known = known._replace(note=reason_of(one, groups[j]))
         else:  # rounding has no profile
@@ -1569,12 +1622,16 @@ def reason_of(one: LawFit, group: tuple[int, ...]) -> str:
         mass = ", usually the mass" if "oscillator.mass" in named else ""
         return f"only the ratios of {join_words(named)} follow; state one of them{mass}"
     span = format_number(float(model.measurement.t[-1]), "s")
-    static = named[0].startswith(STATIC_PATHS)
-    if static and not (found.mode == 0).any():
+    if is_without_stops(one, named[0]):
         return f"the mass never sticks in {span}, so that its value does not matter here"
     if (found.mode == 0).all():
         return f"the fitted mass never slides in {span}"
     return "it has no effect on this record beyond the noise"
+
+
+def is_without_stops(one: LawFit, key: str) -> bool:
+    """Return whether a key is a static limit, and the fitted mass never sticks."""
+    return key.startswith(STATIC_PATHS) and not (one.prediction.mode == 0).any()
 
 
 def correlations(
