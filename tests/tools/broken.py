@@ -12,6 +12,7 @@ from drysim.approach.coulomb import CODES, CoulombMarch
 from drysim.approach.piecewise import PiecewiseTrajectory
 from drysim.approach.solution import Events
 from drysim.approach.taylor import TaylorTrajectory
+from drysim.core.compile import as_engine_array
 from drysim.core.modes import ARRIVAL, FREE, decode_mode, encode_mode
 from drysim.core.taylor import ORDER
 
@@ -158,8 +159,8 @@ def break_series(trajectory: TaylorTrajectory, way: str, rng: np.random.Generato
     segments = break_segments(
         segments._replace(terms=degrees), march.scene.dt, way, rng, lambda code: -code or 1
     )
-    broken = block._replace(
-        solution=block.solution._replace(segments=segments),
-        begins=segments.n * march.scene.dt + segments.s,
-    )
+    begins = segments.n * march.scene.dt + segments.s
+    # In plain Python numpy's numbers warn of an overflow to infinity; the kernels count on it.
+    segments = type(segments)(*map(as_engine_array, segments))
+    broken = block._replace(solution=block.solution._replace(segments=segments), begins=begins)
     return replace(trajectory, march=replace(march, cached=march.cached | {number: broken}))

@@ -723,7 +723,7 @@ def start_stribeck_series(law, series, d, v, creeping):
     """Start the series of the Stribeck curve; return whether it depends on speed here."""
     falls = not creeping and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
     if falls:
-        series.s[0] = stribeck_exponent(law, d * v)
+        series.s[0] = stribeck_exponent(law, abs(v))
         series.g[0] = (law.F_fs - law.F_fk) * math.exp(-series.s[0])
     else:
         for n in range(ORDER + 1):
