@@ -18,7 +18,7 @@ from drysim.core.forcing import (
     mean_squares,
     sample_base,
 )
-from drysim.core.model import CoulombLaw, Samples, Sines, integrate_base_squares
+from drysim.core.model import CoulombLaw, Samples, Sines, integrate_base_squares, recall_for
 from drysim.errors import UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
@@ -77,7 +77,7 @@ def base_square_integrals(
 ) -> tuple[float, float | None]:
     """Return the integrals of ü² and u² over a window [s]; None where u is unknown."""
     if isinstance(motion, Samples):
-        return integrate_base_squares(motion, begin, end)
+        return recall_for(motion, integrate_base_squares, begin, end)
     u_dd2, u2 = mean_squares(waves, begin, end)
     return u_dd2 * (end - begin), u2 * (end - begin)
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, Protocol, TypeVar, cast
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -531,6 +532,28 @@ def recall(size: float, compute: Callable[..., T], *arguments: Any) -> T:
 @lru_cache(maxsize=8)
 def _latest(compute: Callable[..., Any], *arguments: Any) -> Any:
     return compute(*arguments)
+
+
+MAX_VALUES_OF_SAMPLES = 16
+"""Most values that are kept for the same samples: those of a few windows."""
+
+_values_of_samples: dict[int, dict[Any, Any]] = {}
+"""Values by the identity of the samples u_dd, as long as these exist."""
+
+
+def recall_for(motion: Samples, compute: Callable[..., T], *arguments: Any) -> T:
+    """Return `compute(motion, *arguments)`, computed once for all cases that share a motion."""
+    u_dd, key = motion.u_dd, (compute, id(motion.u), motion.dt, *arguments)
+    values = _values_of_samples.get(id(u_dd))
+    if values is None:
+        values = _values_of_samples[id(u_dd)] = {}
+        finalize(u_dd, _values_of_samples.pop, id(u_dd), None).atexit = False
+    if key not in values and len(values) == MAX_VALUES_OF_SAMPLES:
+        values.clear()
+    # The value is kept with u, whose identity is part of the key.
+    found = values.get(key) or values.setdefault(key, (compute(motion, *arguments), motion.u))
+    result: T = found[0]
+    return result
 
 
 FOUR_NODES = (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import Samples, Sines, base_acceleration, recall
+from drysim.core.model import Samples, Sines, base_acceleration, recall, recall_for
 
 Complexes = NDArray[np.complex128]
 
@@ -100,21 +100,41 @@ def weighted_accelerations(
     A motion that is not periodic is weighted as by an instrument that is switched on at t = 0,
     with no motion before. `settle` excludes the transients of motion and filters.
     """
-    part, dt = steps_in_window(response, window), response.dt
-    base, mass = (
-        apply_weighting(series, dt, name, periodic)[part] for series in step_means(response)
-    )
+    part, dt, motion = steps_in_window(response, window), response.dt, response.motion
+    mass = apply_weighting(step_means(response)[1], dt, name, periodic)[part]
     if not len(mass):
         return None
     running = max_running_rms(mass, dt, periodic)
+    grid = dt, len(response), part.start, part.stop
+    if isinstance(motion, Samples):
+        base_a_w, base_dose = recall_for(motion, weighted_base, *grid, name, periodic)
+    else:
+        base_a_w, base_dose = weighted_base(motion, *grid, name, periodic)
     return Weighted(
         k * rms(mass),
-        k * rms(base),
+        k * base_a_w,
         k * _vibration_dose(mass, dt),
-        k * _vibration_dose(base, dt),
+        k * base_dose,
         None if running is None else k * running,
         k * float(np.abs(mass).max()),
     )
+
+
+def weighted_base(
+    motion: Sines | Samples,
+    dt: float,
+    size: int,
+    first: int,
+    last: int,
+    name: str,
+    periodic: bool,
+) -> tuple[float, float]:
+    """Return RMS and dose of the weighted base acceleration in steps `first` to `last` - 1.
+
+    The grid has `size` points with step dt [s].
+    """
+    base = apply_weighting(base_means(motion, dt, size), dt, name, periodic)[first:last]
+    return rms(base), _vibration_dose(base, dt)
 
 
 def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
@@ -237,14 +257,18 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
     What remains is aliasing, which averaging keeps small. Averaging has the gain sin(π f dt)/(π
     f dt), see `averaging_gain`, which can be divided out.
     """
-    dt, motion = response.dt, response.motion
+    u_dd = base_means(response.motion, response.dt, len(response))
+    return u_dd, u_dd + np.diff(response.v_r) / response.dt
+
+
+def base_means(motion: Sines | Samples, dt: float, size: int) -> Floats:
+    """Return the mean base acceleration [m/s²] in every step of a grid of `size` points."""
     if isinstance(motion, Samples):
-        u_dd = 0.5 * (response.u_dd[:-1] + response.u_dd[1:])
-    else:
-        A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
-        middles = (np.arange(len(response) - 1, dtype=np.float64) + 0.5) * dt
-        u_dd = base_acceleration(Sines(A, motion.f, motion.phase), middles)
-    return u_dd, u_dd + np.diff(response.v_r) / dt
+        u_dd = motion.u_dd[:size]
+        return 0.5 * (u_dd[:-1] + u_dd[1:])
+    A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
+    middles = (np.arange(size - 1, dtype=np.float64) + 0.5) * dt
+    return base_acceleration(Sines(A, motion.f, motion.phase), middles)
 
 
 def averaging_gain(f: Floats, dt: float) -> Floats:

@@ -94,8 +94,8 @@ MAX_CORNERS = 256
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
 
-MIN_SEEDS, RESAMPLES = 5, 400
-"""Seeds from which they are resampled, and number of resamples."""
+MIN_SEEDS, RESAMPLES, RESAMPLES_AT_ONCE = 5, 400, 50
+"""Seeds from which they are resampled, number of resamples, and how many are in memory."""
 
 NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 NEAR_COUNT = 1000
@@ -923,27 +923,27 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
                 values = at_points[:, i] + matrix @ deviations[:, i, :, seed]
                 beyond[:, seed] = ~limit.holds(values).all(axis=1)
                 used = np.maximum(used, values.max(axis=1) / limit.limit)
-    # Of few seeds each is interpolated once, of many the mean of each resampling.
-    by_seed = np.tensordot(matrix, deviations, 1) if seeds <= len(tried) else None
+    drawn = np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds))
+    weights = np.array([np.bincount(each, minlength=seeds) / seeds for each in drawn]).T
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
-    for drawn in np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds)):
-        weights = np.bincount(drawn, minlength=seeds) / seeds
-        if by_seed is None:
-            resampled = at_points + np.tensordot(matrix, deviations @ weights, 1)
-        else:
-            resampled = at_points + by_seed @ weights
-        holds = beyond @ weights == 0.0
+    for part in np.split(weights, RESAMPLES // RESAMPLES_AT_ONCE, axis=1):
+
+        def resample(metric: int, part: Floats = part) -> Floats:
+            """Return the values of a metric, shape (points, conditions, resamples)."""
+            change: Floats = np.tensordot(matrix, deviations[:, metric] @ part, 1)
+            return at_points[:, metric, :, None] + change
+
+        holds = beyond @ part == 0.0
         for i, limit in enumerate(limits, 1):
             if limit != EVERY_SEED:
-                holds &= limit.holds(resampled[:, i]).all(axis=1)
-        if not holds.any():
-            continue
-        reached = np.where(holds, take(resampled[:, 0], axis=-1), np.inf)
-        least = int(np.argmin(reached))
-        near = reached <= reached[least] + error[least] + error
-        lows.append(points[near].min(axis=0))
-        highs.append(points[near].max(axis=0))
-        optimal[least] = True
+                holds &= limit.holds(resample(i)).all(axis=1)
+        for reached in np.where(holds, take(resample(0), axis=1), np.inf).T:
+            least = int(np.argmin(reached))
+            if np.isfinite(reached[least]):
+                near = reached <= reached[least] + error[least] + error
+                lows.append(points[near].min(axis=0))
+                highs.append(points[near].max(axis=0))
+                optimal[least] = True
     if not lows:
         return None
     widening = student_t(seeds - 1) / NORMAL_95
