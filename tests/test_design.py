@@ -338,13 +338,13 @@ def test_result_does_not_depend_on_workers_or_on_an_interruption(tmp_path):
                 raise KeyboardInterrupt
 
         store = Store(folder / "designs", work_identity(scenario), resume=False)
-        study = Study(case, on_workers(2), store, interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            study.solve()
+        with on_workers(2) as execute, pytest.raises(KeyboardInterrupt):
+            (study := Study(case, execute, store, interrupt)).solve()
         assert not study.partial().complete
         computed = []
         store = Store(folder / "designs", work_identity(scenario), resume=True)
-        resumed = Study(case, on_workers(3), store, computed.append).solve()
+        with on_workers(3) as execute:
+            resumed = Study(case, execute, store, computed.append).solve()
         assert resumed.candidates == whole.candidates
         assert resumed.optimum.ends == whole.optimum.ends
         assert sum(computed) < len(whole.candidates) + len(whole.variants)

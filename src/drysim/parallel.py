@@ -10,23 +10,25 @@ for work on shared arrays. The results are the same.
 from __future__ import annotations
 
 import os
+import pickle
 import reprlib
 import signal
 import sys
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from functools import partial
+from functools import lru_cache, partial
+from io import BytesIO
 from math import ceil
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from drysim.errors import SolverError, UsageError
 from drysim.system import processor_count
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
+    from multiprocessing.process import BaseProcess
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -80,76 +82,213 @@ def map_in_order(
 ) -> Generator[Result, None, None]:
     """Yield `function(item)` for every item, in order, with few items in progress at a time.
 
+    Parameters and results as in `WorkerPool.map_in_order`.
+    """
+    with WorkerPool(workers) as pool:
+        yield from pool.map_in_order(function, items)
+
+
+class WorkerPool:
+    """Workers that are kept for several series of items.
+
     Parameters
     ----------
-    function : callable
-        Must be safe to call from several threads, and not rely on what other calls change.
-    items : iterable
-        Consumed as threads become free, or at once.
     workers : int
-        With 1 the function is called in the thread of the consumer.
-
-    Yields
-    ------
-    object
-        The results, in the order of the items.
-
-    Raises
-    ------
-    SolverError
-        When a worker process ended early, as for lack of memory.
-
-    Notes
-    -----
-    Closing the generator cancels the queued items. Running items in threads are waited for at
-    most `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the process
-    alive; worker processes are killed.
+        With 1 all work is done in the thread of the consumer.
     """
-    if workers == 1:
-        yield from map(function, items)
-        return
-    if not _forks:
-        yield from map_in_threads(function, items, workers)
-        return
-    sequence, done = items if isinstance(items, Sequence) else list(items), 0
-    name = getattr(getattr(function, "func", function), "__qualname__", type(function).__name__)
-    if name not in _durations:
-        # These load the kernels that all need, and tell how long an item takes. A few long
-        # ones are done by now: threads serve them as well.
-        first = sequence[:workers]
-        for result, duration in map_in_threads(partial(timed, function), first, workers):
-            _durations[name] = max(duration, _durations.get(name, 0.0))
-            yield result
-        done = len(first)
-    while (count := processes_for(name, len(sequence) - done, workers)) < 2:
-        if done == len(sequence):
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self._executor: Executor | None = None
+        self._processes: list[BaseProcess] = []
+        self._shared: Sequence[object] = ()
+
+    def __enter__(self) -> Self:
+        """Return the pool; it is closed after the block."""
+        return self
+
+    def __exit__(self, *fault: object) -> None:
+        """End the worker processes; kill them if the block is left early."""
+        try:
+            if self._executor is not None and fault == (None, None, None):
+                self._executor.shutdown()
+        finally:
+            self._kill()
+
+    def map_in_order(
+        self,
+        function: Callable[[Item], Result],
+        items: Iterable[Item],
+        shared: Sequence[object] = (),
+    ) -> Generator[Result, None, None]:
+        """Yield `function(item)` for every item, in order, with few in progress at a time.
+
+        Parameters
+        ----------
+        function : callable
+            Must be safe to call from several threads, and not rely on what other calls change.
+        items : iterable
+            Consumed as threads become free, or at once.
+        shared : sequence of object
+            Objects that the functions and items of all series refer to. Each worker process has
+            its own from the start; all else is copied to it with every series but the first.
+
+        Yields
+        ------
+        object
+            The results, in the order of the items.
+
+        Raises
+        ------
+        SolverError
+            When a worker process ended early, as for lack of memory.
+
+        Notes
+        -----
+        Closing the generator cancels the queued items. Running items in threads are waited for
+        at most `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the
+        process alive; worker processes are killed.
+        """
+        if self.workers == 1:
+            yield from map(function, items)
             return
-        result, _durations[name] = timed(function, sequence[done])
-        yield result
-        done += 1
-    try:
-        executor = fork_workers(function, sequence, count)
-    except (OSError, RuntimeError, NotImplementedError):  # no process, thread or semaphore
-        yield from (function(sequence[number]) for number in range(done, len(sequence)))
-        return
-    most = -(-(len(sequence) - done) // (CHUNKS_PER_WORKER * count))
-    size = 1
+        if not _forks:
+            yield from map_in_threads(function, items, self.workers)
+            return
+        sequence, done = items if isinstance(items, Sequence) else list(items), 0
+        name = getattr(
+            getattr(function, "func", function), "__qualname__", type(function).__name__
+        )
+        if name not in _durations and self._executor is None:
+            # These load the kernels that all need, and tell how long an item takes. A few long
+            # ones are done by now: threads serve them as well.
+            first = sequence[: self.workers]
+            for result, duration in map_in_threads(
+                partial(timed, function), first, self.workers
+            ):
+                _durations[name] = max(duration, _durations.get(name, 0.0))
+                yield result
+            done = len(first)
+        work = self._pickled((function, sequence))
+        while self._executor is None:
+            if (count := processes_for(name, len(sequence) - done, self.workers)) >= 2:
+                try:
+                    self._fork((function, sequence), count, shared)
+                except (OSError, RuntimeError, NotImplementedError):
+                    # No process, thread or semaphore.
+                    self._kill()
+                    yield from (function(sequence[k]) for k in range(done, len(sequence)))
+                    return
+            elif done == len(sequence):
+                return
+            else:
+                result, _durations[name] = timed(function, sequence[done])
+                yield result
+                done += 1
+        yield from self._in_processes(name, range(done, len(sequence)), work)
 
-    def chunks() -> Iterator[range]:
-        """Yield the numbers of the items that are handed out at a time."""
-        end = done
-        while end < len(sequence):
-            begin, end = end, min(end + size, len(sequence))
-            yield range(begin, end)
+    def _in_processes(
+        self, name: str, numbers: range, work: bytes | None
+    ) -> Generator[Any, None, None]:
+        """Yield the results of the items with these numbers."""
+        from concurrent.futures.process import BrokenProcessPool
 
-    handed_out = executor, work_on, chunks(), count, deque[Any]()
-    with ending(executor):
-        for results, duration in results_in_order(*handed_out, partial(require_workers, count)):
-            _durations[name] = duration
-            # Items may differ: chunks grow only as long as those that are done are short.
-            enough = ceil(MIN_CHUNK_TIME / max(duration, 1e-9))
-            size = max(min(2 * len(results), enough, most), 1)
-            yield from results
+        executor, count, size, done = self._executor, len(self._processes), 1, 0
+        assert executor is not None, "processes were forked"
+        most = -(-len(numbers) // (CHUNKS_PER_WORKER * count))
+
+        def chunks() -> Iterator[tuple[range, bytes | None]]:
+            """Yield what is handed out at a time."""
+            end = 0
+            while end < len(numbers):
+                begin, end = end, min(end + size, len(numbers))
+                yield numbers[begin:end], work
+
+        handed_out = work_on, chunks(), count, deque[Any]()
+        try:
+            for results, duration in results_in_order(
+                executor, *handed_out, self._require_workers
+            ):
+                _durations[name] = duration
+                # Items may differ: chunks grow only as long as those that are done are short.
+                enough = ceil(MIN_CHUNK_TIME / max(duration, 1e-9))
+                size = max(min(2 * len(results), enough, most), 1)
+                done += len(results)
+                yield from results
+        except BrokenProcessPool as fault:
+            raise SolverError(
+                "a worker process ended early, perhaps for lack of memory",
+                "use fewer workers, as by --workers 1, and --resume where the command has it",
+            ) from fault
+        finally:
+            if done < len(numbers):
+                self._kill()
+
+    def _pickled(self, work: Work) -> bytes | None:
+        """Return work as worker processes read it; None for those that are forked next."""
+        if self._executor is None:
+            return None
+        places, file = {id(one): place for place, one in enumerate(self._shared)}, BytesIO()
+
+        class Pickler(pickle.Pickler):
+            """Writes the place of a shared object instead of the object."""
+
+            def persistent_id(self, any_object: object) -> int | None:
+                """Return the place of a shared object."""
+                return places.get(id(any_object))
+
+        try:
+            Pickler(file).dump(work)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            self._kill()  # new processes know it
+            return None
+        return file.getvalue()
+
+    def _fork(self, work: Work, count: int, shared: Sequence[object]) -> None:
+        """Fork worker processes, which know the work and the shared objects.
+
+        Raises
+        ------
+        OSError, RuntimeError, NotImplementedError
+            When the system forks no more processes, or has no threads or semaphores.
+        """
+        from concurrent.futures import ProcessPoolExecutor
+        from multiprocessing import active_children, get_context
+
+        if sys.platform == "win32":
+            raise NotImplementedError
+        others = active_children()
+        self._shared = shared
+        self._executor = ProcessPoolExecutor(
+            count,
+            mp_context=get_context("fork"),
+            initializer=begin_worker,
+            initargs=(work, shared, os.getpid()),
+        )
+        # Signals reach this process only.
+        signals = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+        try:
+            self._executor.submit(os.getpid)  # all are forked by the first submission
+        finally:
+            self._processes = [one for one in active_children() if one not in others]
+            signal.pthread_sigmask(signal.SIG_SETMASK, signals)
+
+    def _require_workers(self) -> None:
+        """Raise an error unless all worker processes are alive."""
+        from concurrent.futures.process import BrokenProcessPool
+
+        if not all(process.is_alive() for process in self._processes):
+            raise BrokenProcessPool
+
+    def _kill(self) -> None:
+        """Kill the worker processes that are left."""
+        executor, self._executor = self._executor, None
+        for process in self._processes:
+            process.kill()
+            process.join()
+        if executor is not None:
+            # Not cancelled: it fails on cancelled futures when its workers are gone.
+            executor.shutdown(wait=False)
 
 
 _durations: dict[str, float] = {}
@@ -222,8 +361,11 @@ def pop_first_result(futures: deque[Future[Result]], check: Callable[[], None]) 
 _forks = False
 """Whether this process forks workers."""
 
-_work: tuple[Callable[[Any], Any], Sequence[Any]]
-"""Function and items of a worker process."""
+Work = tuple[Callable[[Any], Any], Sequence[Any]]
+"""Function and items of a series."""
+
+_forked: tuple[Work, Sequence[object]]
+"""In a worker process: the first series, and the shared objects."""
 
 
 def allow_processes() -> None:
@@ -241,92 +383,39 @@ def forks_workers() -> bool:
     return _forks
 
 
-def fork_workers(
-    function: Callable[[Item], Any], items: Sequence[Item], workers: int
-) -> Executor:
-    """Return an executor of worker processes, which know function and items.
-
-    Raises
-    ------
-    OSError, NotImplementedError
-        When the system forks no more processes, or has no semaphores.
-    """
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    if sys.platform == "win32":
-        raise NotImplementedError
-    executor = ProcessPoolExecutor(
-        workers,
-        mp_context=get_context("fork"),
-        initializer=begin_worker,
-        initargs=(function, items, os.getpid()),
-    )
-    # Signals reach this process only.
-    signals = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
-    try:
-        executor.submit(os.getpid)  # all workers are forked by the first submission
-    except BaseException:
-        kill_workers()
-        raise
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, signals)
-    return executor
-
-
-@contextmanager
-def ending(executor: Executor) -> Iterator[None]:
-    """End the workers after the block; kill them if it is left early."""
-    from concurrent.futures.process import BrokenProcessPool
-
-    try:
-        yield
-        executor.shutdown()
-    except BrokenProcessPool as fault:
-        raise SolverError(
-            "a worker process ended early, perhaps for lack of memory",
-            "use fewer workers, as by --workers 1, and --resume where the command has it",
-        ) from fault
-    finally:
-        # Not cancelled: the executor fails on cancelled futures when its workers are gone.
-        kill_workers()
-        executor.shutdown(wait=False)
-
-
-def require_workers(count: int) -> None:
-    """Raise an error unless so many worker processes are alive."""
-    from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import active_children
-
-    if len(active_children()) < count:
-        raise BrokenProcessPool
-
-
-def kill_workers() -> None:
-    """Kill all worker processes that are left."""
-    from multiprocessing import active_children
-
-    for worker in active_children():
-        worker.kill()
-        worker.join()
-
-
-def begin_worker(function: Callable[[Item], Any], items: Sequence[Item], parent: int) -> None:
+def begin_worker(work: Work, shared: Sequence[object], parent: int) -> None:
     """Prepare a worker process: it ends with its parent, and starts no further processes."""
     import ctypes
 
     if sys.platform == "win32":
         raise NotImplementedError
-    global _forks, _work
-    _forks, _work = False, (function, items)
+    global _forks, _forked
+    _forks, _forked = False, (work, shared)
     end_with_parent = 1  # PR_SET_PDEATHSIG
     ctypes.CDLL(None).prctl(end_with_parent, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
 
 
-def work_on(numbers: range) -> tuple[list[Any], float]:
+def work_on(chunk: tuple[range, bytes | None]) -> tuple[list[Any], float]:
     """Return the results of items by their numbers, and the time of one, in a worker."""
-    (function, items), begin = _work, time.monotonic()
+    numbers, later = chunk
+    function, items = _forked[0] if later is None else read_work(later)
+    begin = time.monotonic()
     results = [function(items[number]) for number in numbers]
     return results, (time.monotonic() - begin) / len(numbers)
+
+
+@lru_cache(maxsize=1)
+def read_work(pickled: bytes) -> Work:
+    """Return the work of a later series, in a worker."""
+
+    class Unpickler(pickle.Unpickler):
+        """Takes shared objects by their places."""
+
+        def persistent_load(self, place: int) -> object:
+            """Return a shared object."""
+            return _forked[1][place]
+
+    work: Work = Unpickler(BytesIO(pickled)).load()
+    return work

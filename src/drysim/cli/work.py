@@ -147,7 +147,8 @@ def case_executor(
             raise UsageError(
                 "the --tls options need a cluster", "add --cluster tls://host:8786"
             )
-        yield on_workers(workers)
+        with on_workers(workers) as execute:
+            yield execute
         return
     from drysim.console import terminal
     from drysim.study.cluster import LOCAL, Certificates, connect

@@ -228,7 +228,8 @@ def solve(
             return fit.fit(scenario, finished=advance)
         case "design":
             case = design.prepare_design(scenario)
-            return design.Study(case, sweep.on_workers(None), None, advance).solve()
+            with sweep.on_workers(None) as execute:
+                return design.Study(case, execute, None, advance).solve()
         case "map":
             return regimes.solve(regimes.prepare_map(scenario), advance=advance)
         case "branches":

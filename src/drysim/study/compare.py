@@ -263,8 +263,9 @@ def solve(
     reference, scenarios = names[-1], scenarios_by_name(scenario, names)
     compared = list(scenarios.values())
     choose_engine(case, compared)
-    solved = on_workers(workers)(Plan.of(compared, case), case, None, finished)
-    batches = [batch for _, batch in solved]
+    with on_workers(workers) as execute:
+        solved = execute(Plan.of(compared, case), case, None, finished)
+        batches = [batch for _, batch in solved]
     left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
     table = make_table(scenario, case, Rows(batches), omissions)

@@ -412,7 +412,9 @@ def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
     UsageError
         When `scenario` is not a Scenario, or `workers` not a number of workers.
     """
-    return Study(prepare_design(scenario), on_workers(workers)).solve()
+    case = prepare_design(scenario)
+    with on_workers(workers) as execute:
+        return Study(case, execute).solve()
 
 
 def prepare_design(scenario: Scenario) -> Case:

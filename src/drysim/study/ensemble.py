@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from drysim.approach.solution import Events, Response
@@ -17,7 +18,7 @@ from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.parallel import worker_count
+from drysim.parallel import map_in_order, worker_count
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
@@ -183,7 +184,8 @@ def solve(
         return plan.solve_seeds(case, case_range, motions)
 
     count, ranges = plan.seed_workers(case, workers), plan.seed_ranges(case)
-    with closing(solve_ranges(ranges, solve_one, count, store, finished)) as found:
+    solve_all = partial(map_in_order, workers=count)
+    with closing(solve_ranges(ranges, solve_one, solve_all, store, finished)) as found:
         solved = needed_seeds(scenario, (batch for _, batch in found))
     return make_ensemble(case, solved)
 

@@ -8,7 +8,7 @@ already holds are not solved again (`solve_ranges`, also for the seeds of an ens
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -21,7 +21,7 @@ from drysim.approach.solvers import solver_of
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
 from drysim.errors import WarningMessage
-from drysim.parallel import map_in_order, worker_count
+from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.axes import (
     EXTREME_KEY,
     GREATEST,
@@ -122,8 +122,8 @@ def solve(
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
-    execute = execute or on_workers(workers)
-    return gather(case, execute(Plan.of(scenarios, case), case, store, finished), store)
+    with nullcontext(execute) if execute else on_workers(workers) as solve_all:
+        return gather(case, solve_all(Plan.of(scenarios, case), case, store, finished), store)
 
 
 Execute = Callable[
@@ -133,21 +133,29 @@ Execute = Callable[
 results do not depend on who solves them."""
 
 
-def on_workers(workers: int | None) -> Execute:
-    """Return the function that solves cases by workers on this machine."""
+@contextmanager
+def on_workers(workers: int | None) -> Iterator[Execute]:
+    """Yield the function that solves cases by workers on this machine.
 
-    def execute(
-        plan: Plan, case: Case, store: Store | None, finished: BatchCallback
-    ) -> Iterator[tuple[CaseRange, Batch]]:
-        cancelled, count = Event(), worker_count(workers)
-        case_workers = Workers.at(case, count, sum(plan.ranges.cases), cancelled.is_set)
-        solve_one = partial(solve_range, motions=plan.motions, case_workers=case_workers)
+    The workers are kept for several plans, with the base motions that these share.
+    """
+    count, cancelled = worker_count(workers), Event()
+    is_cancelled = cancelled.is_set
+    with WorkerPool(count) as pool:
+
+        def execute(
+            plan: Plan, case: Case, store: Store | None, finished: BatchCallback
+        ) -> Iterator[tuple[CaseRange, Batch]]:
+            motions = plan.motions
+            case_workers = Workers.at(case, count, sum(plan.ranges.cases), is_cancelled)
+            solve_one = partial(solve_range, motions=motions, case_workers=case_workers)
+            solve_all = partial(pool.map_in_order, shared=(motions, is_cancelled))
+            yield from solve_ranges(plan.ranges, solve_one, solve_all, store, finished)
+
         try:
-            yield from solve_ranges(plan.ranges, solve_one, count, store, finished)
+            yield execute
         finally:
             cancelled.set()
-
-    return execute
 
 
 def on_cluster(link: ClusterClient) -> Execute:
@@ -200,10 +208,16 @@ def is_damped(case: Case) -> bool:
     return min(swept, default=case.plant.b) > 0.0
 
 
+SolveAll = Callable[
+    [Callable[[CaseRange], Batch], Sequence[CaseRange]], Generator[Batch, None, None]
+]
+"""Function that yields the batches of ranges, in order; it closes early."""
+
+
 def solve_ranges(
     ranges: Sequence[CaseRange],
     solve_one: Callable[[CaseRange], Batch],
-    workers: int,
+    solve_all: SolveAll,
     store: Store | None,
     finished: BatchCallback,
 ) -> Generator[tuple[CaseRange, Batch]]:
@@ -214,14 +228,15 @@ def solve_ranges(
     ranges : sequence of CaseRange
     solve_one : callable
         Solves a range, in one of the workers.
-    workers : int
+    solve_all : callable
+        Applies it to ranges in order, as `map_in_order` with some workers.
     store : Store or None
         Takes each new batch.
     finished : callable
         Called with each new batch, in order.
     """
     missing = [one for one in ranges if store is None or not store.has(one)]
-    with closing(map_in_order(solve_one, missing, workers)) as solved:
+    with closing(solve_all(solve_one, missing)) as solved:
         for case_range in ranges:
             if store is not None and store.has(case_range):
                 if (batch := store.read(case_range)) is not None:
