@@ -94,7 +94,7 @@ MAX_CORNERS = 256
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
 
-MIN_SEEDS, RESAMPLES, RESAMPLES_AT_ONCE = 5, 400, 50
+MIN_SEEDS, RESAMPLES, RESAMPLES_AT_ONCE = 5, 400, 10
 """Seeds from which they are resampled, number of resamples, and how many are in memory."""
 
 NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)

@@ -6,7 +6,7 @@ Problem
     continuous, with kinks where an extreme passes from one event to another.
 
 Method
-    1. The points of a Sobol sequence fill the box.
+    1. The points of a Latin hypercube fill the box.
     2. Cubic radial basis functions interpolate every objective and every constraint.
     3. One objective: the next points minimise the interpolant where the interpolated
        constraints hold and where they keep a distance from all earlier points. The distance is
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 SEED = 1
-"""Seed of the Sobol sequence and of the candidates."""
+"""Seed of the Latin hypercube and of the candidates."""
 
 STARTS_PER_KEY = 8
 """Starting points per dimension, rounded up to a power of two."""
@@ -219,7 +219,7 @@ def search(
     random, objectives = np.random.default_rng(SEED), len(least)
     starts = 1 << (STARTS_PER_KEY * dimensions - 1).bit_length()
     found = evaluate(
-        Points("sobol", starts, dimensions, SEED).at(np.arange(min(starts, limit)))
+        Points("latin", starts, dimensions, SEED).at(np.arange(min(starts, limit)))
     )
     rounds = 0
     while len(found.points) < limit:
