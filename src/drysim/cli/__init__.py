@@ -157,6 +157,7 @@ def command() -> NoReturn:
     """
     os.environ.setdefault(ENGINE_VARIABLE, AUTO)
     process.set_environment()
+    process.keep_memory()
     gc.set_threshold(GC_THRESHOLD, 20, 20)
     install_signal_handlers()
     allow_processes()
