@@ -159,6 +159,65 @@ except RecordError as fault:
     assert said == "a.csv:7: bad cell look there 3 []\n"
 
 
+def test_workers_are_kept_from_series_to_series():
+    said = program("""
+offset = {"value": 1}
+def add(offset, n):
+    begin(n)
+    return offset["value"] + n, os.getpid()
+from functools import partial
+def series(pool, function, numbers):
+    found = list(pool.map_in_order(function, numbers, (offset,)))
+    used, workers = {pid for _, pid in found[2:]}, {one.pid for one in pool._processes}
+    return [value for value, _ in found], workers, used <= workers
+with parallel.WorkerPool(2) as pool:
+    first, pids, by_workers = series(pool, partial(add, offset), range(9))
+    print(first == [*range(1, 10)], len(pids), by_workers)
+    offset["value"] = 5  # shared: the workers keep what they had
+    second, again, by_workers = series(pool, partial(add, offset), range(9))
+    print(second == first, again == pids, by_workers)
+    third, again, _ = series(pool, partial(add, {"value": 3}), [2, 7])  # copied
+    print(third, again == pids)
+    values, again, _ = series(pool, partial(add, offset), [])
+    print(values, again == pids)
+    # What cannot be copied is known to new workers.
+    fourth, others, by_workers = series(pool, lambda n: add({"value": 4}, n), range(9))
+    print(fourth == [*range(4, 13)], others & pids, by_workers)
+print(alive(pids | others))
+""")
+    assert said.splitlines() == [
+        "True 2 True",
+        "True True True",
+        "[5, 10] True",
+        "[] True",
+        "True set() True",
+        "[]",
+    ]
+
+
+def test_series_after_one_that_failed_or_was_left_has_new_workers():
+    said = program("""
+def fails(n):
+    if n == 5:
+        raise ValueError("five")
+    return square(n)
+with parallel.WorkerPool(2) as pool:
+    pids = {pid for _, pid in list(pool.map_in_order(square, range(9)))[2:]}
+    try:
+        list(pool.map_in_order(fails, range(9)))
+    except ValueError as fault:
+        print(fault, alive(pids))
+    found = list(pool.map_in_order(square, range(9)))
+    print([n for n, _ in found] == [n * n for n in range(9)])
+    left = pool.map_in_order(square, range(1, 90))
+    pids = {next(left)[1]}
+    left.close()
+    print(alive(pids - {os.getpid()}))
+    print([n for n, _ in pool.map_in_order(square, range(4))])
+""")
+    assert said == "five []\nTrue\n[]\n[0, 1, 4, 9]\n"
+
+
 @pytest.mark.parametrize("n", [2, 5])
 def test_worker_that_is_killed_is_an_error_that_says_so(n):
     said = program(f"""

@@ -130,8 +130,8 @@ class WorkerPool:
         items : iterable
             Consumed as threads become free, or at once.
         shared : sequence of object
-            Objects that the functions and items of all series refer to. Each worker process has
-            its own from the start; all else is copied to it with every series but the first.
+            Objects that the functions of all series refer to. Each worker process has its own
+            from the start; all else is copied to it with every series but the first.
 
         Yields
         ------
@@ -169,11 +169,11 @@ class WorkerPool:
                 _durations[name] = max(duration, _durations.get(name, 0.0))
                 yield result
             done = len(first)
-        work = self._pickled((function, sequence))
+        later = self._pickled(function)
         while self._executor is None:
             if (count := processes_for(name, len(sequence) - done, self.workers)) >= 2:
                 try:
-                    self._fork((function, sequence), count, shared)
+                    self._fork(lambda number: function(sequence[number]), count, shared)
                 except (OSError, RuntimeError, NotImplementedError):
                     # No process, thread or semaphore.
                     self._kill()
@@ -185,26 +185,27 @@ class WorkerPool:
                 result, _durations[name] = timed(function, sequence[done])
                 yield result
                 done += 1
-        yield from self._in_processes(name, range(done, len(sequence)), work)
+        # The first series is known to the workers, its items by their numbers.
+        known = range(len(sequence)) if later is None else sequence
+        yield from self._in_processes(name, known, done, later)
 
     def _in_processes(
-        self, name: str, numbers: range, work: bytes | None
+        self, name: str, items: Sequence[Any], done: int, later: bytes | None
     ) -> Generator[Any, None, None]:
-        """Yield the results of the items with these numbers."""
+        """Yield the results of the items that are not done."""
         from concurrent.futures.process import BrokenProcessPool
 
-        executor, count, size, done = self._executor, len(self._processes), 1, 0
+        executor, count, size = self._executor, len(self._processes), 1
         assert executor is not None, "processes were forked"
-        most = -(-len(numbers) // (CHUNKS_PER_WORKER * count))
+        most = -(-(len(items) - done) // (CHUNKS_PER_WORKER * count))
 
-        def chunks() -> Iterator[tuple[range, bytes | None]]:
+        def chunks(end: int) -> Iterator[Chunk]:
             """Yield what is handed out at a time."""
-            end = 0
-            while end < len(numbers):
-                begin, end = end, min(end + size, len(numbers))
-                yield numbers[begin:end], work
+            while end < len(items):
+                begin, end = end, min(end + size, len(items))
+                yield items[begin:end], later
 
-        handed_out = work_on, chunks(), count, deque[Any]()
+        handed_out = work_on, chunks(done), count, deque[Any]()
         try:
             for results, duration in results_in_order(
                 executor, *handed_out, self._require_workers
@@ -221,11 +222,11 @@ class WorkerPool:
                 "use fewer workers, as by --workers 1, and --resume where the command has it",
             ) from fault
         finally:
-            if done < len(numbers):
+            if done < len(items):
                 self._kill()
 
-    def _pickled(self, work: Work) -> bytes | None:
-        """Return work as worker processes read it; None for those that are forked next."""
+    def _pickled(self, function: Callable[[Any], Any]) -> bytes | None:
+        """Return a function as workers read it; None if they are to be forked."""
         if self._executor is None:
             return None
         places, file = {id(one): place for place, one in enumerate(self._shared)}, BytesIO()
@@ -238,14 +239,16 @@ class WorkerPool:
                 return places.get(id(any_object))
 
         try:
-            Pickler(file).dump(work)
+            Pickler(file).dump(function)
         except (pickle.PicklingError, AttributeError, TypeError):
             self._kill()  # new processes know it
             return None
         return file.getvalue()
 
-    def _fork(self, work: Work, count: int, shared: Sequence[object]) -> None:
-        """Fork worker processes, which know the work and the shared objects.
+    def _fork(
+        self, function: Callable[[int], Any], count: int, shared: Sequence[object]
+    ) -> None:
+        """Fork worker processes, which know the first function and the shared objects.
 
         Raises
         ------
@@ -263,7 +266,7 @@ class WorkerPool:
             count,
             mp_context=get_context("fork"),
             initializer=begin_worker,
-            initargs=(work, shared, os.getpid()),
+            initargs=(function, shared, os.getpid()),
         )
         # Signals reach this process only.
         signals = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
@@ -361,11 +364,11 @@ def pop_first_result(futures: deque[Future[Result]], check: Callable[[], None]) 
 _forks = False
 """Whether this process forks workers."""
 
-Work = tuple[Callable[[Any], Any], Sequence[Any]]
-"""Function and items of a series."""
+Chunk = tuple[Sequence[Any], bytes | None]
+"""Items, and the pickled function; None for the first one."""
 
-_forked: tuple[Work, Sequence[object]]
-"""In a worker process: the first series, and the shared objects."""
+_forked: tuple[Callable[[int], Any], Sequence[object]]
+"""In a worker process: the first function, and the shared objects."""
 
 
 def allow_processes() -> None:
@@ -383,32 +386,32 @@ def forks_workers() -> bool:
     return _forks
 
 
-def begin_worker(work: Work, shared: Sequence[object], parent: int) -> None:
+def begin_worker(function: Callable[[int], Any], shared: Sequence[object], parent: int) -> None:
     """Prepare a worker process: it ends with its parent, and starts no further processes."""
     import ctypes
 
     if sys.platform == "win32":
         raise NotImplementedError
     global _forks, _forked
-    _forks, _forked = False, (work, shared)
+    _forks, _forked = False, (function, shared)
     end_with_parent = 1  # PR_SET_PDEATHSIG
     ctypes.CDLL(None).prctl(end_with_parent, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
 
 
-def work_on(chunk: tuple[range, bytes | None]) -> tuple[list[Any], float]:
-    """Return the results of items by their numbers, and the time of one, in a worker."""
-    numbers, later = chunk
-    function, items = _forked[0] if later is None else read_work(later)
+def work_on(chunk: Chunk) -> tuple[list[Any], float]:
+    """Return the results of some items, and the time of one, in a worker."""
+    items, later = chunk
+    function = _forked[0] if later is None else read_function(later)
     begin = time.monotonic()
-    results = [function(items[number]) for number in numbers]
-    return results, (time.monotonic() - begin) / len(numbers)
+    results = [function(item) for item in items]
+    return results, (time.monotonic() - begin) / len(items)
 
 
 @lru_cache(maxsize=1)
-def read_work(pickled: bytes) -> Work:
-    """Return the work of a later series, in a worker."""
+def read_function(pickled: bytes) -> Callable[[Any], Any]:
+    """Return the function of a later series, in a worker."""
 
     class Unpickler(pickle.Unpickler):
         """Takes shared objects by their places."""
@@ -417,5 +420,5 @@ def read_work(pickled: bytes) -> Work:
             """Return a shared object."""
             return _forked[1][place]
 
-    work: Work = Unpickler(BytesIO(pickled)).load()
-    return work
+    function: Callable[[Any], Any] = Unpickler(BytesIO(pickled)).load()
+    return function

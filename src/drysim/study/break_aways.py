@@ -30,7 +30,7 @@ import numpy as np
 
 from drysim.approach.solution import Events
 from drysim.core.model import Samples
-from drysim.parallel import map_in_order
+from drysim.parallel import WorkerPool
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import REGIME, Crossing, Crossings, Floats, Integers
@@ -187,7 +187,7 @@ class RatePlane:
         Under random base motion, with Coulomb friction.
     axes : sequence of KeyRange
         Both axes.
-    workers : int
+    pool : WorkerPool
     advance : callable
         Called with the number of solved nodes of the grid.
 
@@ -203,11 +203,11 @@ class RatePlane:
         self,
         case: Case,
         axes: Sequence[KeyRange],
-        workers: int,
+        pool: WorkerPool,
         advance: Callable[[int], None],
     ) -> None:
         self.scenario = case.scenario.copy_with({"sweep": (), "reference": None})
-        self.axes, self.workers, self.advance = axes, workers, advance
+        self.axes, self.pool, self.advance = axes, pool, advance
         self.motions = MotionCache.starting_with(case)
         self.cases = 0
         begin, end = case.window
@@ -223,7 +223,7 @@ class RatePlane:
         )
         found = []
         solve = partial(measure_rates, motions=self.motions)
-        for rates in map_in_order(solve, [*scenarios], min(self.workers, len(points))):
+        for rates in self.pool.map_in_order(solve, [*scenarios], (self.motions,)):
             found.append(rates)
             self.advance(int(counted))
         self.cases += len(points)

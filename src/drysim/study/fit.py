@@ -45,7 +45,7 @@ from drysim.core.model import Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.parallel import map_in_order, worker_count
+from drysim.parallel import WorkerPool, worker_count
 from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import CHANNELS, DELAY_KEY, FreeKey
 from drysim.scenario.model import Scenario
@@ -1265,7 +1265,7 @@ class LawFit:
 
 
 def fit_law(
-    model: FitModel, end: float, workers: int, finished: Callable[[int], None]
+    model: FitModel, end: float, pool: WorkerPool, finished: Callable[[int], None]
 ) -> LawFit:
     """Return the best solution from all starts.
 
@@ -1279,32 +1279,32 @@ def fit_law(
     closed = [start / first.scale for start in starts]
     if first.predict(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
-    candidates = [*closed, *map_in_order(first.coarse, closed, workers)]
+    candidates = [*closed, *pool.map_in_order(first.coarse, closed, (model,))]
     costs = list(map(first.cost, candidates))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
     found = []
-    for one in map_in_order(first.fine, likely, workers):
+    for one in pool.map_in_order(first.fine, likely, (model,)):
         found.append(one)
         finished(1)
     _, x = min(found, key=lambda one: one[0])
     solution = final_fit(first, x)
     keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
     if keys and begins_in_motion(solution, keys):
-        started = fit_law(model.with_free_start(keys), end, workers, ignore_progress)
+        started = fit_law(model.with_free_start(keys), end, pool, ignore_progress)
         if started.first.cost(started.solution.x) < first.cost(solution.x):
             return started
     for _ in range(MAX_RESTARTS):
         squares = solution.squares
         other = scan(squares, solution.x)
         if other is not None:
-            near = map_in_order(partial(squares.fine, other), ((), STEPS[2:]), workers)
+            near = pool.map_in_order(partial(squares.fine, other), ((), STEPS[2:]))
         elif is_noise(solution) or squares.error(solution.x) > USELESS:
             break
         else:
-            near = map_in_order(squares.fine, neighbours(squares, solution.x), workers)
+            near = pool.map_in_order(squares.fine, neighbours(squares, solution.x))
         cost, x = min(near, key=lambda one: one[0])
         if cost >= BETTER * solution.cost:
             break
@@ -1312,7 +1312,7 @@ def fit_law(
     return LawFit(model, first, tuple(x for _, x in found), solution)
 
 
-def profiles_of(one: LawFit, workers: int) -> dict[int, ParameterProfile]:
+def profiles_of(one: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
     """Return the profiles of the parameters; of those that depend on others there are none.
 
     Without a motion that resembles the measured one, or without noise, there are none at all.
@@ -1323,7 +1323,7 @@ def profiles_of(one: LawFit, workers: int) -> dict[int, ParameterProfile]:
     free = [j for j in every if not len(groups.get(j, ())) > 1]
     determined = [j for j in free if j not in groups]
     profile = partial(profile_of, one.solution, determined)
-    return dict(zip(free, map_in_order(profile, free, workers), strict=True))
+    return dict(zip(free, pool.map_in_order(profile, free), strict=True))
 
 
 def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
@@ -1400,16 +1400,16 @@ def fit(
     end = fitted_end(scenario, first.measurement)
     names, read = scenario.fit.laws, (first.motion, first.measurement)
     models = [model_of_law(scenario, *read, name) for name in names] or [first]
-    workers = worker_count(workers)
-    fits = [fit_law(model, end, workers, finished) for model in models]
-    for left in range(MAX_RESTARTS, -1, -1):
-        scores = score_laws(names, fits)
-        best = names.index(scores[0].law) if scores else 0
-        profiles = profiles_of(fits[best], workers)
-        better = continued(fits[best], profiles) if left else None
-        if better is None:
-            break
-        fits[best] = better
+    with WorkerPool(worker_count(workers)) as pool:
+        fits = [fit_law(model, end, pool, finished) for model in models]
+        for left in range(MAX_RESTARTS, -1, -1):
+            scores = score_laws(names, fits)
+            best = names.index(scores[0].law) if scores else 0
+            profiles = profiles_of(fits[best], pool)
+            better = continued(fits[best], profiles) if left else None
+            if better is None:
+                break
+            fits[best] = better
     fits[best] = with_best_static_limit(fits[best], profiles)
     return describe_fit(scenario, fits[best], scores, profiles)
 

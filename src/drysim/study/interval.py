@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
-from drysim.parallel import map_in_order
+from drysim.parallel import WorkerPool
 from drysim.scenario.axes import EXTREME_KEY, LEAST, Axis, decimal_linspace
 from drysim.scenario.model import Scenario
 from drysim.study.plan import CaseRanges, solve_range
@@ -97,7 +97,10 @@ class Covered(NamedTuple):
 
 
 def cover(
-    scenario: Scenario, points: Sequence[Mapping[str, Any]], motions: MotionCache, workers: int
+    scenario: Scenario,
+    points: Sequence[Mapping[str, Any]],
+    motions: MotionCache,
+    pool: WorkerPool,
 ) -> list[Covered]:
     """Solve the cases at some points of the sweep over the interval of the static ratio.
 
@@ -108,7 +111,7 @@ def cover(
     points : sequence of mapping
         Swept keys of each case; an empty one for a scenario without sweep.
     motions : MotionCache
-    workers : int
+    pool : WorkerPool
 
     Returns
     -------
@@ -126,7 +129,7 @@ def cover(
         numbers, values = zip(*pending, strict=True)
         swept = at_points(scenario, [points[i] for i in numbers], values)
         solve = partial(solve_range, motions=motions)
-        batches = map_in_order(solve, CaseRanges([swept]), workers)
+        batches = pool.map_in_order(solve, CaseRanges([swept]), (motions,))
         for i, row in zip(numbers, chain.from_iterable(batches), strict=True):
             found[i][row.point[RATIO_KEY]] = row
         pending = []

@@ -45,7 +45,7 @@ from drysim.excitation.random import RandomMotion
 from drysim.friction import Coulomb
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
-from drysim.parallel import map_in_order, worker_count
+from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import (
@@ -548,27 +548,27 @@ def solve(
     """Solve the map of a prepared case; `advance` is called with the number of solved nodes."""
     axes, grid = require_map(case.scenario)
     choose_engine(case, (case.scenario,), 10 * grid.nodes)
-    workers = worker_count(workers)
-    plane: OrbitPlane | RatePlane
-    if is_random(case.scenario):
-        plane = RatePlane(case, axes, workers, advance)
-    else:
-        plane = OrbitPlane(case.scenario, axes, workers, advance)
-    points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
-    net = plane.net(points, grid.edges, counted=True)
-    boundaries: list[Boundary] = []
-    patches: list[Patch] = []
-    for field in plane.fields:
-        joined = join_crossings(grid, points, net.labels[field], net.crossings(field))
-        boundaries += trace(axes, field, joined)
-        if field == REGIME:
-            patches = [Patch(label, to_values(axes, at)) for label, at in joined.patches]
-    shape = grid.rows, grid.columns
-    labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
-    place = find_place(plane, grid)
-    return RegimeMap(
-        case, axes, grid, labels, tuple(boundaries), tuple(patches), place, plane.cases
-    )
+    with WorkerPool(worker_count(workers)) as pool:
+        plane: OrbitPlane | RatePlane
+        if is_random(case.scenario):
+            plane = RatePlane(case, axes, pool, advance)
+        else:
+            plane = OrbitPlane(case.scenario, axes, pool, advance)
+        points = np.stack(np.meshgrid(*grid.shares), axis=-1).reshape(-1, 2)
+        net = plane.net(points, grid.edges, counted=True)
+        boundaries: list[Boundary] = []
+        patches: list[Patch] = []
+        for field in plane.fields:
+            joined = join_crossings(grid, points, net.labels[field], net.crossings(field))
+            boundaries += trace(axes, field, joined)
+            if field == REGIME:
+                patches = [Patch(label, to_values(axes, at)) for label, at in joined.patches]
+        shape = grid.rows, grid.columns
+        labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
+        place = find_place(plane, grid)
+        return RegimeMap(
+            case, axes, grid, labels, tuple(boundaries), tuple(patches), place, plane.cases
+        )
 
 
 def to_values(axes: Sequence[KeyRange], shares: Floats) -> Floats:
@@ -588,9 +588,9 @@ class OrbitPlane:
     """
 
     def __init__(
-        self, scenario: Scenario, axes: Sequence[KeyRange], workers: int, advance: Advance
+        self, scenario: Scenario, axes: Sequence[KeyRange], pool: WorkerPool, advance: Advance
     ) -> None:
-        self.scenario, self.axes, self.workers, self.advance = scenario, axes, workers, advance
+        self.scenario, self.axes, self.pool, self.advance = scenario, axes, pool, advance
         varied = getattr(scenario.active_friction, "normal_variation", None)
         # Only then do both halves of a period mirror each other, unless the motion does not.
         self.is_symmetric = isinstance(scenario.excitation, Harmonic) and varied is None
@@ -615,10 +615,10 @@ class OrbitPlane:
 
         small = self.is_too_small(scenes)
         scenes = scenes[~small]
-        length = min(max(len(scenes) // (2 * self.workers), MIN_ORBITS), ORBITS_PER_CALL)
+        length = min(max(len(scenes) // (2 * self.pool.workers), MIN_ORBITS), ORBITS_PER_CALL)
         blocks = [scenes[i : i + length] for i in range(0, len(scenes), length)]
         answers = [np.empty((0, ANSWER_COLUMNS))]
-        for answer in map_in_order(solve_orbits, blocks, min(self.workers, len(blocks) or 1)):
+        for answer in self.pool.map_in_order(solve_orbits, blocks):
             answers.append(answer)
             self.advance(len(answer) if counted else 0)
         self.cases += len(scenes)

@@ -268,7 +268,7 @@ def solve_interval(case: Case) -> Table:
     """
     scenario, one = case.scenario, case.scenario.copy_with({"sweep": ()})
     choose_engine(case, [one], 2 * interval.FIRST_VALUES)
-    (covered,) = interval.cover(one, [{}], MotionCache.starting_with(case), 1)
+    (covered,) = interval.cover(one, [{}], MotionCache.starting_with(case), WorkerPool(1))
     rows = covered.rows
     swept = interval.at_points(one, [{}], [*rows])
     batch = Batch.of(0, [*rows.values()])
@@ -293,7 +293,7 @@ def solve_swept_interval(
     Table
         The least value of each metric in every case, followed by the greatest ones.
     """
-    (scenario,), number = approaches_of(case.scenario), worker_count(workers)
+    (scenario,) = approaches_of(case.scenario)
     assert scenario.static_interval is not None, "only called with an interval"
     count = count_points(scenario.sweep)
     choose_engine(case, [scenario], 2 * interval.FIRST_VALUES * count)
@@ -301,18 +301,19 @@ def solve_swept_interval(
     least: list[Batch] = []
     greatest: list[Batch] = []
     covered: list[interval.Covered] = []
-    for begin in range(0, count, CASES_PER_COVER):
-        end = min(begin + CASES_PER_COVER, count)
-        points = [*points_in(point_columns(scenario.sweep, begin, end))]
-        block = interval.cover(scenario, points, motions, number)
-        for batches, first, which in (
-            (least, begin, LEAST),
-            (greatest, count + begin, GREATEST),
-        ):
-            found = zip(block, points, strict=True)
-            batches.append(Batch.of(first, [one.extreme(at, which) for one, at in found]))
-        finished(least[-1])
-        covered += block
+    with WorkerPool(worker_count(workers)) as pool:
+        for begin in range(0, count, CASES_PER_COVER):
+            end = min(begin + CASES_PER_COVER, count)
+            points = [*points_in(point_columns(scenario.sweep, begin, end))]
+            block = interval.cover(scenario, points, motions, pool)
+            for batches, first, which in (
+                (least, begin, LEAST),
+                (greatest, count + begin, GREATEST),
+            ):
+                found = zip(block, points, strict=True)
+                batches.append(Batch.of(first, [one.extreme(at, which) for one, at in found]))
+            finished(least[-1])
+            covered += block
     low, high = map(
         format_number, (scenario.static_interval.low, scenario.static_interval.high)
     )
