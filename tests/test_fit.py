@@ -16,6 +16,7 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 
 import drysim
 from drysim.console.fit import describe_interval, show_fit
+from drysim.parallel import WorkerPool
 from drysim.study.fit import (
     Differentiable,
     LawFit,
@@ -513,13 +514,13 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
     stuck = LawFit(model, first, (start,), final_fit(first, start))
     # Without a static limit above kinetic friction the mass never stops long enough.
     assert model.point(stuck.values)["friction.static_ratio"] < 1.01
-    profiles = profiles_of(stuck, 1)
+    profiles = profiles_of(stuck, WorkerPool(1))
     assert min(point.rise for one in profiles.values() for point in one.points) < -100.0
     better = continued(stuck, profiles)
     assert better is not None
     assert model.point(better.values)["friction.static_ratio"] == pytest.approx(1.5, rel=0.03)
     assert better.error < stuck.error
-    assert continued(better, profiles_of(better, 1)) is None
+    assert continued(better, profiles_of(better, WorkerPool(1))) is None
 
     # The fit itself goes on, a bounded number of times.
     monkeypatch.setattr("drysim.study.fit.fit_law", lambda *_: stuck)
