@@ -193,6 +193,16 @@ def test_sweep_weighs_every_case_as_a_run_does(seat):
     assert all(row.metrics["a_w"] > 0 for row in table.rows)
 
 
+def test_cases_that_share_a_base_motion_are_weighted_as_each_alone(seat):
+    forces = [10.0, 20.0, 30.0]
+    table = sweep(drysim.load(seat, {**NOISE, "sweep": {"friction.kinetic": forces}}))
+    for force, row in zip(forces, table.rows, strict=True):
+        alone = outcome_of(seat, **NOISE, friction__kinetic=force).metrics
+        assert [row.metrics[name] for name in (*NAMES, "a_u")] == [
+            alone[name] for name in (*NAMES, "a_u")
+        ]
+
+
 @pytest.mark.parametrize("approach", ["switch", "moreau", "smooth"])
 def test_fixed_steps_feel_what_the_exact_approach_feels(seat, approach):
     exact, found = (

@@ -9,10 +9,13 @@ import pytest
 
 from drysim.core.model import (
     Samples,
+    _kept_values,
     blocks,
     integrate_base_squares,
     interpolate_displacement,
+    keep_values,
     max_abs,
+    recall_for,
 )
 
 # Sampled motion between its samples: integrals over windows, however they cut its steps.
@@ -56,3 +59,43 @@ def test_blocks_of_a_signal_make_the_whole(length: int) -> None:
 
 def test_nothing_has_no_magnitude() -> None:
     assert max_abs(np.zeros(0)) == 0.0
+
+
+def squares(motion: Samples, power: int) -> float:
+    """Return a value that depends on samples, their step, u and a number."""
+    u = 0.0 if motion.u is None else float(np.sum(motion.u[:]))
+    return float(np.sum(motion.u_dd[:] ** power)) * motion.dt + u
+
+
+def test_values_that_are_kept_for_a_motion_are_its_own_whatever_came_and_went_before() -> None:
+    random, living = np.random.default_rng(4), list[Samples]()
+    before = len(_kept_values)
+    for _ in range(400):
+        if living and random.random() < 0.5:
+            del living[random.integers(len(living))]
+        motion = Samples(random.normal(size=5), 0.01, random.normal(size=5))
+        if random.random() < 0.8:
+            keep_values(motion)
+        living.append(motion)
+        for one in living:
+            for other in (one, one._replace(u=None), one._replace(dt=0.02)):
+                power = int(random.integers(1, 30))
+                assert recall_for(other, squares, power) == squares(other, power)
+    del living, motion, one, other
+    assert len(_kept_values) == before
+
+
+def test_values_are_computed_once_for_a_motion_that_is_kept_and_else_each_time() -> None:
+    calls = []
+
+    def count(motion: Samples) -> float:
+        calls.append(motion)
+        return float(motion.u_dd[0])
+
+    motion = Samples(np.ones(3), 0.01)
+    assert recall_for(motion, count) == 1.0
+    motion.u_dd[0] = 2.0  # as a caller of `simulate` may
+    assert recall_for(motion, count) == 2.0
+    keep_values(motion)
+    assert [recall_for(motion, count) for _ in range(3)] == [2.0] * 3
+    assert len(calls) == 3

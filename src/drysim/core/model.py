@@ -534,25 +534,32 @@ def _latest(compute: Callable[..., Any], *arguments: Any) -> Any:
     return compute(*arguments)
 
 
-MAX_VALUES_OF_SAMPLES = 16
+MAX_KEPT_VALUES = 16
 """Most values that are kept for the same samples: those of a few windows."""
 
-_values_of_samples: dict[int, dict[Any, Any]] = {}
-"""Values by the identity of the samples u_dd, as long as these exist."""
+_kept_values: dict[int, dict[Any, Any]] = {}
+"""Values by the identity of samples u_dd, as long as these exist."""
+
+
+def keep_values(motion: Sines | Samples) -> None:
+    """Have `recall_for` keep values for a base motion whose samples will not change."""
+    u_dd = motion.u_dd if isinstance(motion, Samples) else None
+    if isinstance(u_dd, np.ndarray) and id(u_dd) not in _kept_values:
+        _kept_values[id(u_dd)] = {}
+        finalize(u_dd, _kept_values.pop, id(u_dd), None).atexit = False
 
 
 def recall_for(motion: Samples, compute: Callable[..., T], *arguments: Any) -> T:
-    """Return `compute(motion, *arguments)`, computed once for all cases that share a motion."""
-    u_dd, key = motion.u_dd, (compute, id(motion.u), motion.dt, *arguments)
-    values = _values_of_samples.get(id(u_dd))
+    """Return `compute(motion, *arguments)`, computed once if values of the motion are kept."""
+    values = _kept_values.get(id(motion.u_dd))
     if values is None:
-        values = _values_of_samples[id(u_dd)] = {}
-        finalize(u_dd, _values_of_samples.pop, id(u_dd), None).atexit = False
-    if key not in values and len(values) == MAX_VALUES_OF_SAMPLES:
+        return compute(motion, *arguments)
+    key = compute, id(motion.u), motion.dt, *arguments
+    if key not in values and len(values) >= MAX_KEPT_VALUES:
         values.clear()
     # The value is kept with u, whose identity is part of the key.
-    found = values.get(key) or values.setdefault(key, (compute(motion, *arguments), motion.u))
-    result: T = found[0]
+    kept = values.get(key) or values.setdefault(key, (compute(motion, *arguments), motion.u))
+    result: T = kept[0]
     return result
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from drysim.approach.solution import Floats, Orbit, Response, Trajectory
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import choose_engine
-from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State
+from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State, keep_values
 from drysim.core.status import Status
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
@@ -340,6 +340,7 @@ class MotionCache:
     def starting_with(cls, case: Case) -> Self:
         """Return a cache that holds the motion of this case, with room for seeds or files."""
         motions, motion = cls(), case.motion
+        keep_values(motion)
         motions.cached[motion_key(case.scenario)] = motion
         count = max(max_seeds(case.scenario), len(swept_files(case.scenario)))
         if isinstance(motion, Samples) and 16 * count * len(motion.u_dd) <= MAX_CACHED_BYTES:
@@ -352,6 +353,7 @@ class MotionCache:
         motion = self.cached.get(wanted)
         if motion is None:
             motion = base_motion(scenario)
+            keep_values(motion)
             with self.lock:
                 self.cached[wanted] = motion
                 while len(self.cached) > self.max_size:
