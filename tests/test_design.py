@@ -801,7 +801,7 @@ def test_picture_over_one_key_marks_the_limit_and_the_best_design(tmp_path):
     figure = result.plot()
     ((label, _, place),) = stars(figure)
     assert (label, place) == ("best", (result.best.values[KEY], result.best.objectives[0]))
-    assert figure.axes[0].get_ylabel() == "$T_a$ [–]"
+    assert figure.axes[0].get_ylabel() == "Tₐ [–]"
     (boundary,) = (line for line in figure.axes[0].lines if line.get_color() == "black")
     assert boundary.get_xdata()[0] == pytest.approx(result.best.values[KEY], rel=0.02)
 

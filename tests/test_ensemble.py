@@ -156,7 +156,7 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     assert f"{format_number(most, unit)}; largest with seed" in " ".join(told.split())
     figure = draw(made)
     titles = [panel.get_title("left") for panel in figure.axes]
-    assert f"peak |$x_r$| [{unit}]: running mean" in titles
+    assert f"peak |xᵣ| [{unit}]: running mean" in titles
     low, high = figure.axes[-1].get_ylim()
     assert low < most < high
     assert any(f" {unit}" in text.get_text() for text in figure.texts)
@@ -181,7 +181,7 @@ def test_heading_over_seeds_names_results_and_law_on_two_lines(noisy):
     }  # fmt: skip
     made = run(load(noisy, {SEEDS: 2, "friction": lugre, "excitation.duration": 2}))
     _, results, scene = [text.get_text() for text in draw(made).texts]
-    assert "peak |$x_{r}$|" in results
+    assert "peak |xᵣ|" in results
     assert "seeds 2, from 1 to 2" in results
     assert "law lugre" in scene
 

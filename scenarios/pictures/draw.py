@@ -79,16 +79,16 @@ def loop(law: str) -> Figure:
     made = drysim.run(drysim.load(GALLERY / f"friction-{law}.yaml"))
     motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
-    axes = figure.add_axes((0.15, 0.17, 0.73, 0.63))
+    axes = figure.add_axes((0.15, 0.17, 0.71, 0.63))
     shown = response.closed_curve(response.curve_with_events(motion, slice(None)), motion)
     response.draw_loop(axes, shown, motion, unit)
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
-        symbol = "$F_{fs}$" if static else "$F_{fk}$"
+        symbol = "F_fs" if static else "F_fk"
         axes.text(1.01, motion.law.F_fs, symbol, **beside)
-        axes.text(1.01, -motion.law.F_fs, f"$-${symbol}", **beside)
+        axes.text(1.01, -motion.law.F_fs, f"−{symbol}", **beside)
     return figure
 
 

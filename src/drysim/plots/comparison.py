@@ -20,11 +20,11 @@ from drysim.approach.solution import FIXED_STEP, Floats, Response
 from drysim.core.model import Sines
 from drysim.plots import style, sweep
 from drysim.plots.response import (
-    STUCK_STYLE,
     Curve,
     curve_with_events,
     grid_curve,
     natural_period,
+    shade_intervals,
     stuck_intervals,
     stuck_label,
 )
@@ -100,8 +100,8 @@ def _draw_acceleration(
     yardstick = result.responses[result.yardstick]
     first, last = _shown_interval(result)
     label = stuck_label(yardstick.law)
-    for at, length in stuck_intervals(yardstick, first, last):
-        axes.axvspan(at, at + length, **STUCK_STYLE, label=f"{label} ({result.yardstick})")
+    intervals = stuck_intervals(yardstick, first, last)
+    shade_intervals(axes, intervals, f"{label} ({result.yardstick})")
     curves = _curves(result, result.responses, first, last)
     total_variation = {
         name: float(np.abs(np.diff(one.x_dd)).sum()) for name, one in curves.items()
@@ -117,7 +117,7 @@ def _draw_acceleration(
     if result.of_laws:  # the loops take the last column
         room *= 1 - 1 / style.column_count(axes)
     style.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=style.TITLE_SIZE))
-    axes.set_xlabel("time $t$ [s]")
+    axes.set_xlabel("time [s]")
     if last > first:
         axes.set_xlim(first, last)
 
@@ -133,8 +133,8 @@ def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]
         axes.plot(
             shown.x_r * unit.units_per_metre, shown.F_f, **{**line_styles[name], "marker": ""}
         )
-    style.set_title(axes, "friction force $F_f$ [N]")
-    axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]")
+    style.set_title(axes, "friction force [N]")
+    axes.set_xlabel(f"relative displacement xᵣ [{unit.symbol}]")
 
 
 def _shown_interval(result: Comparison) -> Interval:
@@ -253,7 +253,7 @@ def _column_title(
     if metric is not None:
         return metric.symbol
     beside = "" if row_title or grid.ncols > WIDE_COLUMNS else f" from {result.yardstick}"
-    return f"deviation of $T_a${beside} [%]"
+    return f"deviation of Tₐ{beside} [%]"
 
 
 def _mark_agreement(

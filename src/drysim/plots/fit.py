@@ -21,11 +21,11 @@ from drysim.plots.response import (
     FRAME_STYLE,
     LIMIT_STYLE,
     MASS_STYLE,
-    STUCK_STYLE,
     ZOOM_PERIODS,
     envelope,
     natural_period,
     runs,
+    shade_intervals,
 )
 from drysim.plots.style import Style, set_title
 from drysim.scenario.fit import CHANNEL_UNITS
@@ -103,12 +103,12 @@ LINEAR_STYLE: Style = {"color": "#8a8a8a", "linewidth": 1.6, "linestyle": (0, (2
 INTERVAL_STYLE: Style = {"facecolor": "#e3ebf5", "edgecolor": "none", "zorder": 0}
 
 SYMBOLS = {
-    "x_dd": "acceleration of the mass $\\ddot{x}$",
-    "x_r": "relative displacement $x_r$",
-    "v_r": "relative velocity $v_r$",
-    "F_f": "friction force $F_f$",
+    "x_dd": "acceleration of the mass ẍ",
+    "x_r": "relative displacement xᵣ",
+    "v_r": "relative velocity vᵣ",
+    "F_f": "friction force",
 }
-SHORT_SYMBOLS = {"x_dd": "ẍ", "x_r": "$x_r$", "v_r": "$v_r$", "F_f": "$F_f$"}
+SHORT_SYMBOLS = {"x_dd": "ẍ", "x_r": "xᵣ", "v_r": "vᵣ", "F_f": "F_f"}
 
 
 class Scale(NamedTuple):
@@ -138,8 +138,8 @@ def draw_fit(result: FitResult) -> Figure:
         draw_channel(rows[i], result, channel, part)
         draw_residuals(rows[len(channels) + i], result, channel)
     words = ", framed interval" if zoomed else ""
-    rows[len(channels) - 1].set_xlabel(f"time $t$ [s]{words}")
-    rows[-1].set_xlabel("time $t$ [s]")
+    rows[len(channels) - 1].set_xlabel(f"time [s]{words}")
+    rows[-1].set_xlabel("time [s]")
     for axes in rows[: len(channels) - 1] + rows[len(channels) : -1]:
         axes.tick_params(labelbottom=False)
     draw_residuals_over_velocity(figure.add_subplot(grid[-1, 0]), result)
@@ -242,8 +242,9 @@ def draw_channel(axes: Axes, result: FitResult, channel: ChannelFit, part: slice
     draw_dots(axes, t, measured, "measured", **MEASURED_STYLE)
     fitted = scale.factor * result.prediction.channels[channel.name][part]
     axes.plot(t, fitted, **FITTED_STYLE, label="fitted")
-    for i, j in runs(result.prediction.mode[part] == 0):
-        axes.axvspan(t[i], t[j - 1], **STUCK_STYLE, label="stuck, as fitted")
+    stuck = runs(result.prediction.mode[part] == 0)
+    intervals = [(t[i], t[j - 1] - t[i]) for i, j in stuck]
+    shade_intervals(axes, intervals, "stuck, as fitted")
     axes.set_xlim(t[0], t[-1])
     if t[-1] > result.fitted_end:
         shade_held_out(axes, result)
@@ -311,7 +312,7 @@ def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
         symbol = SHORT_SYMBOLS[one.name]
         residuals = np.clip(relative[i], -limit, limit)
         several = len(result.channels) > 1
-        label = f"residual of {symbol} over $v_r$" if several else ""
+        label = f"residual of {symbol} over vᵣ" if several else ""
         draw_dots(axes, v_r[used], residuals, label, **CHANNEL_DOTS[i])
         middle, mean = binned_means(v_r[used], residuals)
         if len(middle):
@@ -329,7 +330,7 @@ def set_velocity_axis(axes: Axes, result: FitResult) -> Floats:
     v_r = result.prediction.channels["v_r"]
     scale = Scale(*display_unit("m/s", float(np.abs(v_r).max())))
     axes.locator_params(axis="x", nbins=6)
-    axes.set_xlabel(f"relative velocity $v_r$ [{scale.unit}]", loc="left")
+    axes.set_xlabel(f"relative velocity vᵣ [{scale.unit}]", loc="left")
     shown: Floats = scale.factor * v_r
     return shown
 
@@ -362,7 +363,7 @@ def draw_force(axes: Axes, result: FitResult) -> None:
     draw_dots(axes, v_r, measured, words, **{**MEASURED_STYLE, "markersize": 2.2})
     dark: Style = {**DOT_STYLE, "color": FITTED_STYLE["color"]}
     draw_dots(axes, v_r, fitted, "fitted force", **dark)
-    set_title(axes, "friction force $F_f$ [N]")
+    set_title(axes, "friction force [N]")
     size = float(np.abs(fitted).max())
     limit = max(1.3 * size, 1.1 * float(np.quantile(np.abs(measured), SHOWN_SHARE)))
     if limit > 0.0:
@@ -430,7 +431,7 @@ def draw_profiles(result: FitResult) -> Figure:
         draw_note(axes, exact if one.deviation else unknown)
     for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
         value = format_interval(one.value, half_width(one), format_unit(one.unit))
-        set_title(axes, f"{style.escape_text(one.key)} {value}")
+        set_title(axes, f"{one.key} {value}")
     style.finish_figure(figure, heading(result))
     return figure
 
@@ -447,7 +448,7 @@ def draw_note(axes: Axes, note: str) -> None:
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
-    text = textwrap.fill(style.escape_text(note), NOTE_WIDTH)
+    text = textwrap.fill(note, NOTE_WIDTH)
     axes.text(0.0, 0.95, text, size=9, va="top", transform=axes.transAxes)
 
 

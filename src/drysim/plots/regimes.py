@@ -47,7 +47,7 @@ LINE_STYLES: dict[str, Style] = {
     RICE: {"color": "#b06000", "linewidth": 1.2, "linestyle": (0, (5, 2))},
 }
 FIELD_LABELS = {
-    ISOLATION: "isolation: $T_a$ < 1",
+    ISOLATION: "isolation: Tₐ < 1",
     STROKE: "beyond the stroke limit",
     SEVERAL: "several stable motions",
 }
@@ -197,7 +197,7 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
     ]
     outside = []
     for region, words, background, color in regions:
-        wide, high = len(words.replace("$", "")) * LETTER_SHARE * columns, LINE_SHARE * rows
+        wide, high = len(words) * LETTER_SHARE * columns, LINE_SHARE * rows
         room, row, column = widest_place(region & free, wide / high)
         if room >= ROOM * high:
             axes.text(

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from drysim import wording
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import (
+    BLOCK_SIZE,
     AnyLaw,
     DynamicLaw,
     PiecewiseLaw,
@@ -86,7 +87,7 @@ def _draw_zoomed(figure: Figure, grid: GridSpec, outcome: Outcome) -> None:
     for axes in (above, below):
         axes.axvspan(*time_bounds(motion, part), **FRAME_STYLE)
     _draw_interval(figure, grid, part, outcome, MAX_LIMIT_RATIO_ZOOMED)
-    figure.axes[3].set_xlabel("time $t$ [s], framed interval")
+    figure.axes[3].set_xlabel("time [s], framed interval")
 
 
 def _draw_interval(
@@ -176,8 +177,8 @@ def response_panels(
     below = figure.add_subplot(places[1], sharex=above)
     set_title(above, "acceleration [m/s²]")
     above.tick_params(labelbottom=False)
-    set_title(below, f"relative displacement $x_r$ [{unit.symbol}]")
-    below.set_xlabel("time $t$ [s]")
+    set_title(below, f"relative displacement xᵣ [{unit.symbol}]")
+    below.set_xlabel("time [s]")
     if end > begin:
         below.set_xlim(begin, end)
     return above, below
@@ -251,10 +252,21 @@ def _cut_off_base(axes: Axes, base: Any, mass: Any, peak: Any) -> None:
 
 def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
     """Shade the stick phases; of an elastic contact those without slip."""
-    word = stuck_label(motion.law)
-    for begin, length in stuck_intervals(motion, *time_bounds(motion, part)):
-        for axes in (above, below):
-            axes.axvspan(begin, begin + length, **STUCK_STYLE, label=word)
+    intervals = stuck_intervals(motion, *time_bounds(motion, part))
+    for axes in (above, below):
+        shade_intervals(axes, intervals, stuck_label(motion.law))
+
+
+def shade_intervals(axes: Axes, intervals: Sequence[tuple[float, float]], label: str) -> None:
+    """Shade intervals of time, each given by its begin and its length [s], as one artist."""
+    if intervals:
+        begin, length = np.array(intervals).T
+        sides = np.column_stack((begin, begin + length, begin + length)).ravel()
+        inside = np.tile((True, True, False), len(intervals))
+        place = axes.get_xaxis_transform()
+        axes.fill_between(
+            sides, 0, 1, where=inside, transform=place, **STUCK_STYLE, label=label
+        )
 
 
 def stuck_label(law: AnyLaw) -> str:
@@ -337,22 +349,22 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     Without friction the damping force is drawn.
     """
     x_r = shown.x_r * unit.units_per_metre
-    axes.set_xlabel(f"relative displacement $x_r$ [{unit.symbol}]", loc="left")
+    axes.set_xlabel(f"relative displacement xᵣ [{unit.symbol}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     if not has_friction(motion.law):
-        set_title(axes, "damping force $b\\,v_r$ [N]")
+        set_title(axes, "damping force b vᵣ [N]")
         damping = motion.law.damping
         b = motion.plant.b if damping is None else np.where(shown.v_r > 0.0, *damping)
         force = b * shown.v_r
         axes.plot(x_r, force, **mass_style(force))
         return
-    set_title(axes, "friction force $F_f$ [N]")
+    set_title(axes, "friction force [N]")
     mark = "." if len(shown.t) < MARKED_POINTS else ""
     axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
     if not has_varying_load(motion.law):
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
-        words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
+        words = "static limit" if static else "friction limit"
         limits = motion.law.F_fs, (motion.law.compression or (0.0, motion.law.F_fs))[1]
         for side, F_fs in zip((1, -1), limits, strict=True):
             axes.axhline(side * F_fs, **STATIC_LIMIT_STYLE, label=words)
@@ -361,8 +373,8 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
 def draw_friction_over_velocity(axes: Axes, shown: Curve, motion: Response) -> None:
     """Draw the friction force over the relative velocity, and the law's own characteristic."""
     unit = wording.length_unit(float(np.abs(shown.v_r).max()))
-    set_title(axes, "friction force $F_f$ [N]")
-    axes.set_xlabel(f"relative velocity $v_r$ [{unit.symbol}/s]", loc="left")
+    set_title(axes, "friction force [N]")
+    axes.set_xlabel(f"relative velocity vᵣ [{unit.symbol}/s]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     v_r = shown.v_r * unit.units_per_metre
     # An impact on a rigid stop passes no velocity in between.
@@ -550,11 +562,12 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     """
     edges = np.linspace(0, length, ENVELOPE_BINS + 1).astype(np.int64)
     low, high = np.empty(ENVELOPE_BINS), np.empty(ENVELOPE_BINS)
-    for at, (begin, end) in enumerate(
-        zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
-    ):
-        values = series(slice(begin, end))
-        low[at], high[at] = values.min(), values.max()
+    step = max(ENVELOPE_BINS * BLOCK_SIZE // length, 1)
+    for at in range(0, ENVELOPE_BINS, step):
+        begin, *inner, end = edges[at : at + step + 1].tolist()
+        values, starts = series(slice(begin, end)), [0, *(edge - begin for edge in inner)]
+        np.minimum.reduceat(values, starts, out=low[at : at + step])
+        np.maximum.reduceat(values, starts, out=high[at : at + step])
     return (edges[:-1] + edges[1:]) / 2, low, high
 
 

@@ -77,7 +77,7 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
     axes.set_ylim(0, HEIGHT)
     long = right - first + 1.6
     axes.add_patch(Rectangle((first - 0.8, MASS), long, 1.4, facecolor="#c9d8ea", **EDGE))
-    mass = _label("mass $m$", "mass", scenario, varied, " ")
+    mass = _label("mass m", "mass", scenario, varied, " ")
     axes.text(middle, 5.0, mass, size=12, **CENTRED)
     axes.add_patch(Rectangle((first - 1.2, 0.7), long + 0.8, 0.35, facecolor="#8a8a8a", **EDGE))
     rests = scenario is not None and scenario.excitation.kind == "rest"
@@ -88,8 +88,8 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
         axes.plot([right + 1.3, right + 1.9], [foot, foot], color="black", linewidth=1)
         tip = right + 1.6, foot + 0.95
         axes.add_patch(FancyArrowPatch((right + 1.6, foot), tip, **ARROW))
-        axes.text(right + 1.85, foot + 0.55, f"${symbol}(t)$", size=12, **LEFT)
-    lines = filter(None, ("stroke", "$x_r = x - u$", limit))
+        axes.text(right + 1.85, foot + 0.55, f"{symbol}(t)", size=12, **LEFT)
+    lines = filter(None, ("stroke", "xᵣ = x − u", limit))
     axes.text(right + 2.55, 4.0, "\n".join(lines), size=11, **LEFT)
     return figure
 
@@ -97,14 +97,14 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
 def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[tuple[Draw, str]]:
     """Yield what draws each element of a scene, with the label of the element."""
     if scenario is None:
-        yield from ((_draw_spring, "$k_x$"), (_draw_damper, "$b$"))
-        yield _draw_contact, "friction $F_{fk}$, $F_{fs}$"
+        yield from ((_draw_spring, "kₓ"), (_draw_damper, "b"))
+        yield _draw_contact, "friction F_fk, F_fs"
         return
     plant, law = scenario.oscillator.plant(), scenario.law()
     if plant.k_x > 0 or _names(("stiffness", "natural_frequency"), varied):
-        yield _draw_spring, _label("$k_x$", "stiffness", scenario, varied)
+        yield _draw_spring, _label("kₓ", "stiffness", scenario, varied)
     if plant.b > 0 or law.damping or _names(("damping", "damping_ratio"), varied):
-        yield _draw_damper, _label("$b$", "damping", scenario, varied)
+        yield _draw_damper, _label("b", "damping", scenario, varied)
     if has_friction(law) or any(key.startswith("friction.") for key in varied):
         yield partial(_draw_contact, elastic=law.is_elastic), _friction_label(law, varied)
     if law.stops is not None:
@@ -163,9 +163,9 @@ def _friction_label(law: AnyLaw, varied: Collection[str]) -> str:
     """Return the friction forces."""
     if any(key.startswith("friction.") for key in varied):
         return "friction\nvaried"
-    lines = ["friction", f"$F_{{fk}}$ {format_number(law.F_fk, 'N')}"]
+    lines = ["friction", f"F_fk {format_number(law.F_fk, 'N')}"]
     if law.F_fs > law.F_fk:
-        lines.append(f"$F_{{fs}}$ {format_number(law.F_fs, 'N')}")
+        lines.append(f"F_fs {format_number(law.F_fs, 'N')}")
     return "\n".join(lines)
 
 

@@ -50,7 +50,7 @@ def draw_bands(outcome: Outcome) -> Figure | None:
         axes.bar(numbers, np.nan_to_num(base), width=0.9, **BASE_BAR_STYLE, label="base ü")
         axes.bar(numbers, np.nan_to_num(mass), width=0.5, **MASS_BAR_STYLE, label="mass ẍ")
         axes.set_xticks(numbers[::3], [f"{f:g}" for f in BANDS[::3]])
-        axes.set_xlabel("centre frequency $f$ [Hz]")
+        axes.set_xlabel("centre frequency [Hz]")
         axes.grid(visible=False, axis="x")
     style.finish_figure(figure, style.response_heading(outcome))
     return figure
@@ -72,11 +72,11 @@ def draw(outcome: Outcome) -> Figure | None:
         if axes is above:
             axes.tick_params(labelbottom=False)
         else:
-            axes.set_xlabel("frequency $f$ [Hz]")
+            axes.set_xlabel("frequency [Hz]")
         if excited.any():
             low, high = found.f[0], 2.0 * found.f[excited][-1]
             axes.set_xlim(low, high)
-            style.set_ticks(axes.xaxis)
+        style.set_ticks(axes.xaxis)
     heading = style.response_heading(outcome)
     averages = wording.format_count(found.segments, "segment")
     method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
@@ -108,6 +108,7 @@ def _draw_psd(axes: Axes, found: Spectra) -> None:
     if peak > 0:
         axes.set_yscale("log")
         axes.set_ylim(PSD_RANGE * peak, 3.0 * peak)
+        style.label_decades(axes.yaxis)
 
 
 def _draw_transmissibility(
@@ -119,7 +120,7 @@ def _draw_transmissibility(
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
     axes.plot(found.f, H1, **mass_style(H1), marker=mark, label="H1")
     viscous = viscous_transmissibility(outcome.response.plant, found.f)
-    axes.plot(found.f, viscous, **VISCOUS_STYLE, label="$T_a$ without friction")
+    axes.plot(found.f, viscous, **VISCOUS_STYLE, label="Tₐ without friction")
     axes.set_yscale("log")
     shown = viscous[excited & np.isfinite(viscous) & (viscous > 0)]
     values = np.concatenate((shown, H1[excited & np.isfinite(H1)], [1.0]))

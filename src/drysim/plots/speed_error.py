@@ -57,9 +57,9 @@ LFILTER_STYLE: Style = {
 CAPTION = "filled: approaches of drysim; hollow: other programs; thick line: Pareto front"
 
 ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
-    ("error of $x_r$ over peak [–]", lambda score: score.error_x_r),
+    ("error of xᵣ over peak [–]", lambda score: score.error_x_r),
     (
-        "relative error of $T_a$ [–]",
+        "relative error of Tₐ [–]",
         lambda score: None if score.error_T_a is None else abs(score.error_T_a),
     ),
 )
@@ -82,6 +82,8 @@ def draw(bench: Bench) -> Figure:
 def _draw_panel(axes: Axes, panel: BenchCase, error: Callable[[Score], float | None]) -> None:
     """Draw the entries of one case."""
     axes.set(xscale="log", yscale="log")
+    style.label_decades(axes.xaxis)
+    style.label_decades(axes.yaxis)
     points: list[tuple[float, float]] = []
     errors = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
     floor = max(EXACT_OFFSET * min(errors, default=1.0), MIN_ERROR)

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from math import ceil
+from math import ceil, log10
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -55,7 +55,9 @@ RC_PARAMS: Style = {
     "grid.color": "#dcdcdc",
     "grid.linewidth": 0.6,
     "svg.hashsalt": "drysim",
+    "text.parse_math": False,
 }
+"""No text is a formula: their parser takes as long as drawing all lines of a picture."""
 
 
 SAVE_OPTIONS: dict[str, Style] = {
@@ -86,8 +88,7 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
 
 
 DRAWING = RLock()
-"""Held while a picture is drawn: matplotlib shares its settings and its parser of formulas
-between threads."""
+"""Held while a picture is drawn: matplotlib shares its settings between threads."""
 
 
 @contextmanager
@@ -233,29 +234,31 @@ MAX_TICK_LETTERS, MAX_TICKS = 44, 99
 """Characters of all tick labels that fit below a panel of half the width, with two per gap;
 maximum number of ticks."""
 
-FORCE_LABEL = "kinetic friction force $F_{fk}$ [N]"
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+FORCE_LABEL = "kinetic friction force F_fk [N]"
 
 AXIS_LABELS = {
-    FREQUENCY_KEY: "frequency $f$ [Hz]",
-    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
+    FREQUENCY_KEY: "frequency [Hz]",
+    "excitation.rms": "base acceleration aᵤ RMS [m/s²]",
     "friction.kinetic": FORCE_LABEL,
     FILE_KEY: FILE_KEY,
 }
 """Labels of keys that are not the last word of the key with its symbol and unit."""
 
 SYMBOLS = {
-    FREQUENCY_KEY: "$f$",
-    "excitation.rms": "$a_u$",
-    "oscillator.mass": "$m$",
-    "oscillator.stiffness": "$k_x$",
-    "oscillator.natural_frequency": "$f_0$",
-    "oscillator.damping": "$b$",
-    "oscillator.damping_ratio": "$\\xi$",
-    "friction.kinetic": "$F_{fk}$",
-    "friction.static": "$F_{fs}$",
-    "friction.static_ratio": "$F_{fs}/F_{fk}$",
-    "friction.normal": "$F_N$",
-    "friction.mu_kinetic": "$\\mu_k$",
+    FREQUENCY_KEY: "f",
+    "excitation.rms": "aᵤ",
+    "oscillator.mass": "m",
+    "oscillator.stiffness": "kₓ",
+    "oscillator.natural_frequency": "f₀",
+    "oscillator.damping": "b",
+    "oscillator.damping_ratio": "ξ",
+    "friction.kinetic": "F_fk",
+    "friction.static": "F_fs",
+    "friction.static_ratio": "F_fs/F_fk",
+    "friction.normal": "F_N",
+    "friction.mu_kinetic": "µₖ",
 }
 """Symbols of keys in legends, from the paper."""
 
@@ -330,6 +333,12 @@ def set_ticks(axis: Any) -> None:
     axis.set_major_formatter(lambda x, _: tick_label(x))
 
 
+def label_decades(axis: Any) -> None:
+    """Label a logarithmic axis over many decades by powers of ten."""
+    axis.set_minor_formatter("")
+    axis.set_major_formatter(lambda x, _: f"10{f'{log10(x):.0f}'.translate(SUPERSCRIPTS)}")
+
+
 def tick_label(x: float) -> str:
     """Return a tick label, with a typographic minus sign."""
     return wording.format_number(x, digits=8).replace("-", "\N{MINUS SIGN}")
@@ -346,7 +355,7 @@ class PlottedMetric(NamedTuple):
     """A metric as it is drawn in a panel."""
 
     symbol: str
-    """Symbol with unit, as matplotlib text."""
+    """Symbol with unit."""
     name: str
     """Name of the metric."""
     scale: float = 1.0
@@ -372,13 +381,13 @@ class PlottedMetric(NamedTuple):
         return f"{self.title} {self.symbol}"
 
 
-T_X = PlottedMetric("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
-T_A = PlottedMetric("$T_a$ [–]", "T_a", title="acceleration transmissibility")
-X_DD = PlottedMetric("peak |$\\ddot{x}$| [m/s²]", "x_dd_peak", title="acceleration:")
+T_X = PlottedMetric("Tₓ [–]", "T_x", title="relative displacement transmissibility")
+T_A = PlottedMetric("Tₐ [–]", "T_a", title="acceleration transmissibility")
+X_DD = PlottedMetric("peak |ẍ| [m/s²]", "x_dd_peak", title="acceleration:")
 SEAT = PlottedMetric("SEAT [–]", "SEAT", title="weighted transmissibility")
 RATIOS = (T_X, T_A, SEAT)
 """Metrics that are 1 where the mass moves as the base does."""
-A_W = PlottedMetric("$a_w$ [m/s²]", "a_w", title="weighted acceleration")
+A_W = PlottedMetric("a_w [m/s²]", "a_w", title="weighted acceleration")
 IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")
 STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops:")
 
@@ -386,7 +395,7 @@ STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops
 def stroke_metric(greatest: float) -> PlottedMetric:
     """Return the peak of |x_r| in a unit suited to the largest of all peaks [m]."""
     unit = wording.length_unit(greatest)
-    symbol = f"peak |$x_r$| [{unit.symbol}]"
+    symbol = f"peak |xᵣ| [{unit.symbol}]"
     return PlottedMetric(symbol, PEAK_STROKE, unit.units_per_metre, "stroke:", unit.symbol)
 
 
@@ -420,7 +429,7 @@ CLAUSE_BREAK = r"(?<=[,;]) "
 
 
 class Heading(NamedTuple):
-    """Title of a picture and at most two lines below it, all as matplotlib text."""
+    """Title of a picture and at most two lines below it."""
 
     title: str
     lines: tuple[str, ...]
@@ -495,17 +504,12 @@ def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
 def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Heading:
     """Return a heading, with the name of the scenario as its title.
 
-    In `results` and `scene`, m, x_r and the like are typeset as symbols; `base` is drawn as it
-    is, behind the scene.
+    In `results` and `scene` x_r and the like are typeset as symbols; `base` is drawn as it is,
+    behind the scene.
     """
-    symbols = [typeset(escape_text(text)) for text in (results, scene)]
-    lines = (symbols[0], f"{symbols[1]}; {escape_text(base)}".removeprefix("; "))
-    return Heading(fit_title(scenario.name), tuple(fit_line(line) for line in lines if line))
-
-
-def escape_text(text: str) -> str:
-    """Return text of a scenario so that matplotlib draws it as it is."""
-    return wording.sanitise(text).replace("$", r"\$")
+    lines = (typeset(results), f"{typeset(scene)}; {base}".removeprefix("; "))
+    shown = (fit_line(wording.sanitise(line)) for line in lines if line)
+    return Heading(fit_title(scenario.name), tuple(shown))
 
 
 def heading_height(heading: Heading) -> float:
@@ -526,7 +530,7 @@ def write_heading(figure: Figure, heading: Heading) -> None:
 
 def fit_title(name: str) -> str:
     """Return a name as the title of a picture, shortened to its width."""
-    return fit_line(escape_text(name[:MAX_TITLE_LENGTH]), **TITLE_FONT)
+    return fit_line(wording.sanitise(name[:MAX_TITLE_LENGTH]), **TITLE_FONT)
 
 
 def _stroke_limit(table: Table, peak: float | None) -> str:
@@ -567,7 +571,7 @@ def _main_results(outcome: Outcome) -> str:
 
 
 def fit_line(text: str, width: float = HEADING_WIDTH, **font: Any) -> str:
-    """Return matplotlib text, cut at a clause if it is wider than `width` [pt]."""
+    """Return text, cut at a clause if it is wider than `width` [pt]."""
     if text_width(text, **font) <= width:
         return text
     clauses = re.split(CLAUSE_BREAK, text)
@@ -575,25 +579,30 @@ def fit_line(text: str, width: float = HEADING_WIDTH, **font: Any) -> str:
         clauses.pop()
     line = " ".join(clauses)
     while text_width(f"{line} …", **font) > width:  # a single clause
-        line = line[:-1].removesuffix("\\")
-        if len(re.findall(r"(?<!\\)\$", line)) % 2:  # within a symbol
-            line = line.rpartition("$")[0]
+        line = line[:-1]
     return f"{line.rstrip()} …"
 
 
 def text_width(text: str, **font: Any) -> float:
-    """Return the width of matplotlib text [pt]; `font` overrides the font of the heading."""
-    from matplotlib.cbook import is_math_text
+    """Return the width of text [pt]; `font` overrides the font of the heading."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
     properties: Any = FontProperties(**{"size": HEADING_SIZE, **font})
-    math: Any = is_math_text(text)
-    text = text if math else text.replace(r"\$", "$")
-    return float(text_to_path.get_text_width_height_descent(text, properties, ismath=math)[0])
+    return float(text_to_path.get_text_width_height_descent(text, properties, ismath=False)[0])
+
+
+SUBSCRIPTS = str.maketrans("012ehkmnoprstuvxa", "₀₁₂ₑₕₖₘₙₒₚᵣₛₜᵤᵥₓₐ")
+"""The letters and digits of indices that are characters of their own; f and w are not."""
 
 
 def typeset(text: str) -> str:
-    """Typeset m, b, F_fk and the like as mathematical symbols; x_r_min is none."""
-    text = re.sub(r"\b([A-Za-zσ])_([^\W_]+)\b", r"$\1_{\2}$", text)
-    return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)
+    """Lower the indices of T_a, x_r and the like; those of F_fk and a_w stay as they are.
+
+    x_r_min is no symbol.
+    """
+    return re.sub(
+        r"\b([A-Za-zσ])_([012aehkmnoprstuvx]+)\b",
+        lambda symbol: symbol[1] + symbol[2].translate(SUBSCRIPTS),
+        text,
+    )

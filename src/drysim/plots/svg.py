@@ -54,9 +54,6 @@ CIRCLE = re.compile(r"M 0 (\d\S*) (?:C (?:\S+ ){6}){8}z")
 DOT_STYLE = re.compile(r"fill:(#\w+)(;stroke:\1(?:;stroke-width:([\d.]+))?)?")
 """A circle as a marker, and the style of one whose edge has the colour of its face."""
 
-ROOT_SIGN = re.compile(r"\\sqrt\{(\w+)\}")
-"""A root of matplotlib, whose sign is in a font that no reader has."""
-
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML does not allow, such as one of control in the name of a file."""
 
@@ -90,16 +87,13 @@ def inline_svg(
     with picture_style(), import_matplotlib().rc_context(RC_PARAMS):
         if (figure := draw()) is None:
             return None
-        texts: list[Any] = figure.findobj(lambda artist: hasattr(artist, "set_text"))
-        for words in texts:
-            words.set_text(ROOT_SIGN.sub(r"√\1", words.get_text()))
         meshes: list[Any] = figure.findobj(lambda artist: artist.get_rasterized())
         for mesh in meshes:
             mesh.set_rasterized(False)
             mesh.set_cmap(mesh.get_cmap().resampled(COLORS))
         file = StringIO()
         figure.savefig(file, format="svg", **SAVE_OPTIONS[".svg"])
-        description = " ".join(plain_text(words.get_text()) for words in figure.texts)
+        description = " ".join(words.get_text() for words in figure.texts)
     title, description = (NO_XML.sub("\ufffd", text) for text in (title, description))
     content = NO_XML.sub("\ufffd", file.getvalue())
     for detail in DETAILS:
@@ -109,14 +103,6 @@ def inline_svg(
         if len(text.encode()) <= limit:
             break
     return text
-
-
-def plain_text(words: str) -> str:
-    """Return text of matplotlib without the marks of symbols: `x_r` for `$x_r$`."""
-    dollar = "\0"
-    words = words.replace(r"\$", dollar)
-    symbols = re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"[{}\\]", "", found[1]), words)
-    return symbols.replace(dollar, "$")
 
 
 def page_element(

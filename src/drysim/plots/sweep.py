@@ -51,7 +51,6 @@ from drysim.plots.style import (
     Style,
     axis_label,
     column_count,
-    escape_text,
     is_lowest,
     set_axis,
     set_ticks,
@@ -331,7 +330,7 @@ def file_labels(files: Sequence[str]) -> list[str]:
     for at, name in enumerate(names):
         if len(name) > MAX_FILE_LETTERS:
             names[at] = f"…{name[1 - MAX_FILE_LETTERS :]}"
-    return [escape_text(name) for name in names]
+    return [wording.sanitise(name) for name in names]
 
 
 def file_ticks(files: Sequence[str]) -> tuple[list[int], list[str]]:
@@ -455,7 +454,7 @@ def point_label(point: Point, axes: Sequence[Axis]) -> str:
     labels = dict(zip(files, file_labels(files), strict=True)) if FILE_KEY in point else {}
     return ", ".join(
         f"{SYMBOLS.get(key, wording.short_key(key, units))} "
-        f"{labels.get(value) or escape_text(wording.format_number(value, units[key]))}"
+        f"{labels.get(value) or wording.sanitise(wording.format_number(value, units[key]))}"
         for key, value in point.items()
     )
 
@@ -629,7 +628,7 @@ def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
         return
     f_0 = 1.0 / response.natural_period(table.scenario.oscillator.plant())
     low, high = axes.get_xlim()
-    for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
+    for words, f, side in (("f₀", f_0, "right"), ("√2 f₀", sqrt(2) * f_0, "left")):
         if low < f < high:
             axes.axvline(f, **NATURAL_FREQUENCY_STYLE)
             foot = axes.get_xaxis_transform()
