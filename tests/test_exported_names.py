@@ -134,3 +134,21 @@ def test_commands_on_a_pipe_load_neither_rich_nor_other_heavy_packages(seat, pro
         loaded = {line.rpartition("|")[2].strip() for line in answer.err.splitlines()}
         assert {"drysim.scenario", "pydantic.main"} <= loaded
         assert loaded & {"rich", *HEAVY} == set()
+
+
+@pytest.mark.parametrize(
+    ("work", "documented"),
+    [
+        ("import drysim.cli; drysim.cli.main(['run', 'seat.yaml', '--quiet'])", False),
+        ("import drysim; drysim.plot(drysim.run(drysim.load('seat.yaml')))", True),
+    ],
+    ids=["command", "session"],
+)
+def test_only_a_session_has_the_docstrings_of_matplotlib(work, documented, seat):
+    program = (
+        f"{work}; from matplotlib.lines import Line2D; print('alpha:' in Line2D.set.__doc__)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
+    )
+    assert done.stdout == f"{documented}\n", done.stderr
