@@ -303,7 +303,7 @@ def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat
     words = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
     with output.lock_partial(Path("out/seat")) as claim:
         (claim.partial / "cases").mkdir()
-        (claim.partial / "cases/000000-0.cases").write_text("a finished block")
+        (claim.partial / "cases/000000.npz").write_text("a finished block")
         refused = drysim(*words)
     assert refused.code == 2
     assert "another drysim process is writing" in refused.err
@@ -313,7 +313,7 @@ def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat
 
 def test_seeds_of_an_interrupted_run_are_never_discarded_silently(drysim, seat):
     sweep = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
-    seeds = Path("out/seat.partial/seeds/000000-0.cases")
+    seeds = Path("out/seat.partial/seeds/000000.npz")
 
     def interrupt():
         seeds.parent.mkdir(parents=True)

@@ -1072,7 +1072,7 @@ CASES = "a finished block"
 def keep(claim, words=CASES):
     """Keep a block of finished cases in a locked folder."""
     (claim.partial / "cases").mkdir(exist_ok=True)
-    (claim.partial / "cases/000000-0.cases").write_text(words)
+    (claim.partial / "cases/000000.npz").write_text(words)
 
 
 def interrupted(cases=CASES, table=None):
@@ -1107,7 +1107,7 @@ def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
     ]  # fmt: skip
     assert (told["complete"], told["exit_code"]) == (False, 130)
     assert json.loads(Path("out.partial/drysim.json").read_text()) == told
-    assert Path("out.partial/cases/000000-0.cases").read_text() == CASES
+    assert Path("out.partial/cases/000000.npz").read_text() == CASES
     assert json.loads(Path("out/drysim.json").read_text())["complete"] is True
 
 
@@ -1115,7 +1115,7 @@ def test_resume_keeps_the_finished_cases_and_nothing_else():
     interrupted()
     with output.lock_partial(Path("out"), resume=True) as claim:
         assert names(claim.partial) == ["cases", "drysim.json"]
-        assert (claim.partial / "cases/000000-0.cases").read_text() == CASES
+        assert (claim.partial / "cases/000000.npz").read_text() == CASES
         tables_write(small(), claim)
     assert names(".") == ["out"]
 
@@ -1183,7 +1183,7 @@ def test_two_sweeps_at_once_do_not_mix():
                 output.lock_partial(Path("out"), resume),
             ):
                 pass
-        assert (claim.partial / "cases/000000-0.cases").read_text() == CASES
+        assert (claim.partial / "cases/000000.npz").read_text() == CASES
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
@@ -1200,11 +1200,11 @@ def test_kill_at_any_instant_leaves_what_resumes():
         at.append(passed)
         output.check_writable(Path("out"))
         assert set(names(".")) <= {"out", "out.partial"}
-        if Path("out.partial/cases/000000-0.cases").exists():
+        if Path("out.partial/cases/000000.npz").exists():
             kept += 1
             assert not Path("out").exists()
             with output.lock_partial(Path("out"), resume=True) as claim:
-                assert (claim.partial / "cases/000000-0.cases").read_text() in ("", CASES)
+                assert (claim.partial / "cases/000000.npz").read_text() in ("", CASES)
         act()
         assert names("out") == ["drysim.json", "events.csv"]
         shutil.rmtree("out")

@@ -104,7 +104,7 @@ def test_interrupted_sweep_goes_on_to_the_very_same_table(
     for case_range in every:
         store.write(case_range, solve_range(case_range, MotionCache()))
     # A power cut may leave a file that was never written through.
-    (file,) = store.folder.glob("*.cases")
+    file = store.file(every[-1])
     file.write_bytes(file.read_bytes()[:-17])
     computed = []
     again = Store(tmp_path / "cases", work_identity(scenario), resume=True)

@@ -661,3 +661,25 @@ def test_fractional_values_of_a_whole_number_in_a_zip_name_the_key(fault):
     assert sentence == (
         "sweep.zip.excitation.seed.step gives 1.5, but excitation.seed takes whole numbers"
     )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"from": 0.5, "to": 10, "count": 20_000},
+        {"from": 0.1, "to": 1e4, "count": 20_001},
+        {"from": 1 / 3, "to": 2e3, "count": 20_000},
+        {"from": 1e-6, "to": 123456.789, "count": 10_007},
+        {"from": 0.0003, "to": 7.2, "step": 1e-4},
+        {"from": 0.1, "to": 100, "count": 20_000, "scale": "log"},
+    ],
+)
+def test_columns_of_a_long_axis_are_its_values(scenario, words):
+    """Of integers that doubles hold, and of those of 1/3, which they do not."""
+    (axis,) = scenario(SEAT, {"excitation.frequency": words}).sweep
+    values = axis.values
+    numbers = np.random.default_rng(1).integers(len(values), size=3000)
+    numbers[:3] = 0, len(values) - 1, len(values) - 2
+    column = axis.at(numbers)
+    assert column.dtype == float
+    assert column.tolist() == [values[i] for i in numbers.tolist()]

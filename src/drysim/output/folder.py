@@ -57,9 +57,10 @@ STORES = {"cases": "sweep", "seeds": "run", "designs": "design"}
 """Folders with the finished parts of interrupted work, and the command that resumes each."""
 
 RESUMABLE_FILES = re.compile(
-    rf"cases\.(jsonl|new)|({'|'.join(STORES)})/(sweep\.(json|new)|[-0-9a-f]+\.cases)"
+    rf"cases\.(jsonl|new)|({'|'.join(STORES)})/(sweep\.(json|new)|\d+\.(npz|new)|[-0-9a-f]+\.cases)"
 )
-"""Files that hold finished work until all of it is done; earlier versions had `cases.jsonl`."""
+"""Files that hold finished work until all of it is done, also those of earlier versions:
+`cases.jsonl` and `*.cases`."""
 
 PNG, SVG, PDF = "png", "svg", "pdf"
 """Formats of pictures; also their suffixes."""
@@ -395,7 +396,7 @@ def _finished_parts(partial: Path) -> list[str]:
     return [
         name
         for name in STORES
-        if any(file.stat().st_size for file in (partial / name).glob("*.cases"))
+        if any(file.stat().st_size for file in (partial / name).glob("*.npz"))
     ]
 
 

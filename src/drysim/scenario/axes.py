@@ -129,8 +129,7 @@ class Axis:
     def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
         """Return values by index."""
         if isinstance(self.values, EvenlySpaced):
-            found, back = np.unique(numbers, return_inverse=True)
-            return np.array([self.values.one(i) for i in found.tolist()])[back.ravel()]
+            return self.values.at(numbers)
         return self.column[numbers]
 
     @cached_property
@@ -246,6 +245,9 @@ STEP_TOLERANCE = Fraction(1, 10**9)
 """Tolerance, in steps, within which the end of a range is reached: 30 deg in rad is not a
 decimal number."""
 
+EXACT_INTEGERS = 2**53
+"""Integers below this are doubles: the quotient of two of them is the closest double."""
+
 _DECIMAL_CONTEXT = Context(prec=25)
 """Precision at which log-spaced values round to the closest double: 0.1, 1, 10, 100."""
 
@@ -286,6 +288,17 @@ class EvenlySpaced(LazySequence[float]):
             return (first + number * width) / common
         low, ratio = self._logarithms
         return float(_DECIMAL_CONTEXT.exp(_DECIMAL_CONTEXT.fma(ratio, number, low)))
+
+    def at(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return values by index."""
+        if self.fraction is not None:
+            first, width, common = self.fraction
+            if max(abs(first), abs(first + width * self.steps), common) < EXACT_INTEGERS:
+                inner = (first + width * numbers) / common
+                ends = [numbers == 0, numbers == self.steps]
+                return np.select(ends, [self.low, self.high], inner)
+        found, back = np.unique(numbers, return_inverse=True)
+        return np.array([self.one(i) for i in found.tolist()])[back.ravel()]
 
     @cached_property
     def _logarithms(self) -> tuple[Decimal, Decimal]:

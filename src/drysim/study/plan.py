@@ -65,6 +65,7 @@ from drysim.study.run import (
 )
 from drysim.study.statistics import (
     FAILED,
+    FORCES,
     METRIC_NAMES,
     NOT_SETTLED,
     NOT_UNIQUE,
@@ -307,14 +308,17 @@ def solve_seeds(case: Case, case_range: CaseRange, motions: MotionCache) -> Batc
     size = end - begin
     status = np.full(size, STATUSES.index(OK), dtype=np.int8)
     status[list(notes)] = STATUSES.index(FAILED)
-    solved, metrics = status == STATUSES.index(OK), {}
-    found = evaluate(stack(observed)) if observed else {}
-    for name in METRIC_NAMES:
-        metrics[name] = np.full(size, np.nan)
-        if (values := found.get(name)) is not None:
-            metrics[name][solved] = values
-    forces = np.full(size, law.F_fk), np.full(size, law.F_fs)
-    return Batch(first, case.scenario.label, points, *forces, metrics, status, notes)
+    found = {
+        name: values
+        for name, values in (evaluate(stack(observed)) if observed else {}).items()
+        if values is not None
+    }
+    numbers = np.full((len(FORCES) + len(found), size), np.nan)
+    numbers[0], numbers[1] = law.F_fk, law.F_fs
+    for row, values in zip(numbers[len(FORCES) :], found.values(), strict=True):
+        row[status == STATUSES.index(OK)] = values
+    names = (*FORCES, *found)
+    return Batch(first, case.scenario.label, points, names, numbers, status, notes)
 
 
 def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
@@ -404,8 +408,9 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     else:
         results = solve_orbits(scenes)
     status, notes = orbit_statuses(results)
-    metrics = orbit_metrics(scenes, results, status)
-    batch = Batch(first, scenario.label, points, *forces, metrics, status, notes)
+    found = orbit_metrics(scenes, results, status)
+    numbers = np.array([*forces, *found.values()])
+    batch = Batch(first, scenario.label, points, (*FORCES, *found), numbers, status, notes)
     crowded = results[:, STATUS] == Status.LOG_FULL
     if chained and crowded.any():
         return solve_chain(case_range, MotionCache(), ONE_WORKER.is_cancelled)
@@ -512,12 +517,11 @@ def orbit_statuses(results: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
 def orbit_metrics(
     scenes: Floats, results: Floats, status: NDArray[np.int8]
 ) -> dict[str, Floats]:
-    """Return all metrics of all cases as columns, NaN where unknown."""
+    """Return the metrics of all cases as columns, NaN where unknown."""
     from drysim.core import orbit as o
     from drysim.core.forcing import F_FK, K_X, B, M
 
-    scene, result = scenes.T, results.T
-    none = np.full(len(status), np.nan)
+    scene, result = scenes.T.copy(), results.T.copy()
     limits, first = StrokeLimits(scene[o.UP], scene[o.DOWN]), result[o.T_FIRST]
     lowest, highest = np.minimum(result[o.LOWEST], 0.0), np.maximum(result[o.HIGHEST], 0.0)
     peak = np.maximum(abs(lowest), highest)
@@ -546,12 +550,11 @@ def orbit_metrics(
         jacobian=(result[o.TRACE], result[o.DETERMINANT]),
     )
     with np.errstate(invalid="ignore"):
-        found = {
-            name: none if column is None else column.copy()
-            for name, column in evaluate(measured).items()
-        }
+        every = evaluate(measured)
+    found = {name: column for name, column in every.items() if column is not None}
     lost = status != STATUSES.index(OK)
-    failed = status == STATUSES.index(FAILED)
-    for name, column in found.items():
-        column[failed if name == "closure" else lost] = np.nan
+    if lost.any():
+        failed = status == STATUSES.index(FAILED)
+        for name, column in found.items():
+            found[name] = np.where(failed if name == "closure" else lost, np.nan, column)
     return found

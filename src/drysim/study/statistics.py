@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import dataclass, field, fields, replace
+from functools import cache, cached_property
 from itertools import accumulate, chain, groupby
 from math import fsum, isnan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -95,6 +95,9 @@ COUNT_METRICS = frozenset(metric.name for metric in METRICS if metric.kind == CO
 """Metrics that are whole numbers, unless they are means over seeds."""
 
 METRIC_NAMES = tuple(metric.name for metric in METRICS)
+FORCES = "F_fk", "F_fs"
+"""Names of the friction forces, before those of the metrics in the columns of a batch."""
+
 Floats = NDArray[np.float64]
 
 
@@ -108,17 +111,38 @@ class Batch:
     """Name of the approach, or of the law in a comparison of laws."""
     points: Mapping[str, NDArray[Any]]
     """Column of each swept key, shape (n,); integers if the key takes only whole numbers."""
-    F_fk: Floats
-    F_fs: Floats
-    """Kinetic and static friction forces [N], shape (n,)."""
-    metrics: Mapping[str, Floats]
-    """Column of each metric in `METRICS`, shape (n,); NaN where unknown."""
+    names: tuple[str, ...]
+    """Names of the rows of `numbers`: the `FORCES`, and the metrics that some case knows."""
+    numbers: Floats
+    """Forces [N] and metrics, shape (len(names), n); NaN where unknown."""
     status: NDArray[np.int8]
     """Index into `STATUSES`, shape (n,)."""
     notes: Mapping[int, str] = field(default_factory=dict)
     """Notes of cases without numbers, by index in the batch."""
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
     """`OverSeeds` of cases with several seeds, by index in the batch."""
+
+    @property
+    def F_fk(self) -> Floats:
+        """Kinetic friction forces [N], shape (n,)."""
+        column: Floats = self.numbers[0]
+        return column
+
+    @property
+    def F_fs(self) -> Floats:
+        """Static friction forces [N], shape (n,)."""
+        column: Floats = self.numbers[1]
+        return column
+
+    @cached_property
+    def metrics(self) -> Mapping[str, Floats]:
+        """Column of each metric in `METRICS`, shape (n,); NaN where unknown."""
+        known = zip(self.names[len(FORCES) :], self.numbers[len(FORCES) :], strict=True)
+        return dict.fromkeys(METRIC_NAMES, np.full(len(self), np.nan)) | dict(known)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields, without what follows from them."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -148,12 +172,15 @@ class Batch:
 
     def row(self, i: int) -> Row:
         """Return one case as a row."""
+        F_fk, F_fs, *values = self.numbers[:, i].tolist()
+        known = zip(self.names[len(FORCES) :], values, strict=True)
         return Row(
             {key: column[i].item() for key, column in self.points.items()},
             self.approach,
-            float(self.F_fk[i]),
-            float(self.F_fs[i]),
-            {name: _to_value(name, self.metrics[name][i].item()) for name in METRIC_NAMES},
+            F_fk,
+            F_fs,
+            dict.fromkeys(METRIC_NAMES)
+            | {name: _to_value(name, value) for name, value in known},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
             self.over.get(i),
@@ -162,17 +189,22 @@ class Batch:
     @classmethod
     def of(cls, first: int, rows: Sequence[Row]) -> Self:
         """Convert rows of one approach to a batch."""
-        keys = tuple(rows[0].point)
+        known = [
+            name
+            for name in METRIC_NAMES
+            if any(row.metrics.get(name) is not None for row in rows)
+        ]
+        numbers = [
+            [row.F_fk for row in rows],
+            [row.F_fs for row in rows],
+            *([row.metrics.get(name) for row in rows] for name in known),
+        ]
         return cls(
             first,
             rows[0].approach,
-            {key: np.array([row.point[key] for row in rows]) for key in keys},
-            np.array([row.F_fk for row in rows]),
-            np.array([row.F_fs for row in rows]),
-            {  # None becomes NaN
-                name: np.array([row.metrics.get(name) for row in rows], dtype=float)
-                for name in METRIC_NAMES
-            },
+            {key: np.array([row.point[key] for row in rows]) for key in rows[0].point},
+            (*FORCES, *known),
+            np.array(numbers, dtype=float),  # None becomes NaN
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
             {i: row.over for i, row in enumerate(rows) if row.over},
@@ -193,9 +225,7 @@ class Batch:
         return replace(
             self,
             points={key: column[which] for key, column in self.points.items()},
-            F_fk=self.F_fk[which],
-            F_fs=self.F_fs[which],
-            metrics={name: column[which] for name, column in self.metrics.items()},
+            numbers=self.numbers[:, which],
             status=self.status[which],
             notes={i: self.notes[at] for i, at in enumerate(numbers) if at in self.notes},
             over={i: self.over[at] for i, at in enumerate(numbers) if at in self.over},
@@ -205,10 +235,8 @@ class Batch:
     def join(cls, batches: Sequence[Self]) -> Self:
         """Return the cases of consecutive batches of one approach as one batch."""
         firsts = [0, *accumulate(map(len, batches))]
-
-        def of_all(columns: Iterable[Mapping[Any, NDArray[Any]]]) -> dict[Any, NDArray[Any]]:
-            found = list(columns)
-            return {key: np.concatenate([one[key] for one in found]) for key in found[0]}
+        known = {name for batch in batches for name in batch.names}
+        names = (*FORCES, *(name for name in METRIC_NAMES if name in known))
 
         def by_index(several: Iterable[Mapping[int, Any]]) -> dict[int, Any]:
             parts = zip(firsts, several, strict=False)
@@ -217,14 +245,22 @@ class Batch:
         return cls(
             batches[0].first,
             batches[0].approach,
-            of_all(batch.points for batch in batches),
-            np.concatenate([batch.F_fk for batch in batches]),
-            np.concatenate([batch.F_fs for batch in batches]),
-            of_all(batch.metrics for batch in batches),
+            {
+                key: np.concatenate([batch.points[key] for batch in batches])
+                for key in batches[0].points
+            },
+            names,
+            np.concatenate([batch.select(names) for batch in batches], axis=1),
             np.concatenate([batch.status for batch in batches]),
             by_index(batch.notes for batch in batches),
             by_index(batch.over for batch in batches),
         )
+
+    def select(self, names: Sequence[str]) -> Floats:
+        """Return rows of `numbers` by their names, NaN where unknown."""
+        rows = dict(zip(self.names, self.numbers, strict=True))
+        unknown = np.full(len(self), np.nan)
+        return np.array([rows.get(name, unknown) for name in names])
 
 
 BatchCallback = Callable[[Batch], None]

@@ -1,26 +1,23 @@
 """Finished ranges of a sweep or of an ensemble on disk, from which `--resume` continues.
 
 The store holds the identity of the computation (scenario, files, version), so that only the
-same computation continues from it. An incomplete batch is ignored. All numbers read back bit
-for bit.
+same computation continues from it. Each range is a file of arrays, an archive of numpy (.npz),
+which checks every array by a CRC-32. All numbers read back bit for bit.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
-import zlib
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
-from threading import Lock
-from typing import Any, NamedTuple
-from uuid import uuid4
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import drysim
 from drysim import system
@@ -31,36 +28,21 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import LazySequence
 from drysim.study.case import file_hashes
 from drysim.study.plan import CaseRange
-from drysim.study.statistics import METRIC_NAMES, Batch, OverSeeds
+from drysim.study.statistics import Batch, OverSeeds
 
 IDENTITY_FILE = "sweep.json"
 """File with the identity of the computation, checked before a resume."""
 
-CASES_SUFFIX = ".cases"
-"""Suffix of the files with batches."""
-
-MAX_FILE_BYTES = 1 << 26
-"""Size of a file from which the next batch starts a new one [bytes]."""
-
-MAX_HEADER_BYTES = 1 << 26
-"""Largest header line of a batch [bytes]; notes and seeds of 4096 cases take 1e7."""
-
-
-class Location(NamedTuple):
-    """Position of a batch on disk."""
-
-    file: Path
-    begin: int
-    size: int
+BATCH_SUFFIX = ".npz"
+"""Suffix of the files with batches; their names are the numbers of the first cases."""
 
 
 class Store:
     """Folder with the finished batches of a sweep or of an ensemble.
 
-    A batch is appended to a file as soon as it is finished. Each process writes only to its own
-    files, so an interrupted write leaves an incomplete batch only at the end of a file, where
-    it is ignored. Batches may come in any order and from any machine. Resumed work returns the
-    same results as uninterrupted work, bit for bit.
+    A batch is a file, which gets its name only when it is complete: an interruption at any time
+    loses no other batch. Batches may come in any order and from any machine. Resumed work
+    returns the same results as uninterrupted work, bit for bit.
 
     Parameters
     ----------
@@ -79,23 +61,17 @@ class Store:
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
         self.folder = folder
         self.sweep = identity_digest(identity)
-        self._locations: dict[int, Location] = {}
-        self._file, self._end, self._files = folder, MAX_FILE_BYTES, 0
-        self._lock = Lock()
+        self._finished: set[str] = set()
         # Links and special files are never resumed from.
         if resume and not folder.is_symlink() and (folder / IDENTITY_FILE).is_file():
             if self._read_identity() != dict(identity):
                 raise other_work_error(folder.parent)
-            files = sorted(folder.glob(f"*{CASES_SUFFIX}"))
-            for file in files:  # in order of creation: the latest block counts
-                self._index_file(file)
-            self._files = len(files)
+            self._finished.update(file.name for file in folder.glob(f"*{BATCH_SUFFIX}"))
             return
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(exist_ok=True)  # a file that is still open may be left, as on Windows
-        draft = (folder / IDENTITY_FILE).with_suffix(".new")
-        draft.write_text(json.dumps(dict(identity)) + "\n", encoding="utf-8")
-        system.replace(draft, folder / IDENTITY_FILE)
+        content = json.dumps(dict(identity)) + "\n"
+        write_whole(folder / IDENTITY_FILE, content.encode())
 
     def write(self, case_range: CaseRange, batch: Batch) -> None:
         """Write the batch of a range."""
@@ -107,35 +83,21 @@ class Store:
         Raises
         ------
         OutputError
-            When the folder, or the file in it, was removed.
+            When the folder was removed.
         """
-        with self._lock:
-            location = Location(self._file, self._end, len(content))
-            if fresh := self._end >= MAX_FILE_BYTES:
-                name = f"{self._files:06d}-{uuid4().hex[:12]}{CASES_SUFFIX}"  # unique
-                location = Location(self.folder / name, 0, len(content))
-            try:
-                with location.file.open("xb" if fresh else "r+b") as stream:
-                    stream.seek(location.begin)
-                    stream.write(content)
-            except FileNotFoundError:
-                raise system.removed_error(self.folder.parent) from None
-            except BaseException:
-                with suppress(OSError):  # free the disk space of the incomplete block
-                    os.truncate(location.file, location.begin)
-                raise
-            self._file, self._end = location.file, location.begin + location.size
-            self._files += fresh
-            self._locations[case_range.first] = location
+        file = self.file(case_range)
+        try:
+            write_whole(file, content)
+        except FileNotFoundError:
+            raise system.removed_error(self.folder.parent) from None
+        self._finished.add(file.name)
 
     def read(self, case_range: CaseRange) -> Batch | None:
         """Return the batch of a range; None if it is missing or damaged."""
         try:
-            file, begin, size = self._locations[case_range.first]
-            with file.open("rb") as stream:
-                stream.seek(begin)
-                return unpack(stream.read(size), case_range, self.sweep)
-        except (OSError, ValueError, KeyError, TypeError):
+            with system.open_regular_file(self.file(case_range)) as stream:
+                return unpack(stream.read(), case_range, self.sweep)
+        except Exception:  # a damaged file may raise anything
             return None
 
     def finished(self, ranges: Iterable[CaseRange]) -> Iterator[tuple[CaseRange, Batch]]:
@@ -145,29 +107,30 @@ class Store:
                 yield case_range, batch
 
     def has(self, case_range: CaseRange) -> bool:
-        """Whether the store holds the complete batch of a range."""
-        return case_range.first in self._locations
+        """Whether the store holds the batch of a range."""
+        return self.file(case_range).name in self._finished
 
-    def _index_file(self, file: Path) -> None:
-        """Record the locations of the batches in a file, up to the first incomplete one."""
-        with (
-            suppress(OSError, ValueError, system.NotARegularFile),
-            system.open_regular_file(file) as stream,
-        ):
-            size, begin = os.fstat(stream.fileno()).st_size, 0
-            while header := parse_header(stream.readline(MAX_HEADER_BYTES)):
-                end = begin + header.size
-                if end > size:
-                    return
-                if header.sweep == self.sweep:
-                    self._locations[header.first] = Location(file, begin, header.size)
-                begin = stream.seek(end)
+    def file(self, case_range: CaseRange) -> Path:
+        """Return the file of a range."""
+        return self.folder / f"{case_range.first:012d}{BATCH_SUFFIX}"
 
     def _read_identity(self) -> Any:
         try:
             return json.loads((self.folder / IDENTITY_FILE).read_text(encoding="utf-8"))
         except ValueError:
             return None
+
+
+def write_whole(file: Path, content: bytes) -> None:
+    """Write a file under its name when it is complete, or not at all."""
+    draft = file.with_suffix(".new")
+    try:
+        draft.write_bytes(content)
+        system.replace(draft, file)
+    except BaseException:
+        with suppress(OSError):  # free the disk space of the incomplete file
+            draft.unlink()
+        raise
 
 
 class StoredBatches(LazySequence[Batch]):
@@ -200,123 +163,50 @@ class StoredBatches(LazySequence[Batch]):
         return batch
 
 
-# Binary format of a batch, on disk and between machines.
-
-FORCE_COLUMNS = ("F_fk", "F_fs")
-
-CHECKSUM = 4
-"""Size of the checksum at the end of a batch, the CRC-32 of all bytes before [bytes]."""
+# A batch as an archive of arrays, on disk and between machines.
 
 
 def pack(batch: Batch, sweep: str) -> bytes:
-    """Return a batch in binary format: a JSON line, statuses, columns of doubles, checksum.
+    """Return a batch as an archive of arrays, without the points, which follow from its range.
 
-    A column with a single value is stored as a number in the JSON line. Of the points there is
-    only a checksum: they follow from the number of the first case. This number and the digest
-    of the sweep are in the line, so a batch is never mistaken for another one.
+    The number of the first case and the digest of the sweep are in the header, so a batch is
+    never mistaken for another one.
     """
-    columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
-    own = {
-        name: np.ascontiguousarray(columns[name], "<f8")
-        for name in (*FORCE_COLUMNS, *METRIC_NAMES)
-    }
-    same = {name: column[0].item() for name, column in own.items() if _is_constant(column)}
-    rest = [column.data for name, column in own.items() if name not in same]
-    body: list[Any] = [np.ascontiguousarray(batch.status).data, *rest]
     header = {
         "sweep": sweep,
         "first": batch.first,
-        "cases": len(batch),
-        "bytes": sum(part.nbytes for part in body),
-        "columns": [name for name in own if name not in same],
-        "same": same,
+        "names": batch.names,
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
-        "points": _points_checksum(batch.points),
     }
-    parts = [json.dumps(header).encode() + b"\n", *body]
-    return b"".join([*parts, _checksum(parts)])
+    words = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    archive = BytesIO()
+    np.savez(archive, header=words, status=batch.status, numbers=batch.numbers)
+    return archive.getvalue()
 
 
 def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
-    """Return the batch of a range from its binary format.
+    """Return the batch of a range from its archive.
 
     Raises
     ------
-    ValueError, KeyError, TypeError
-        When the bytes are incomplete or damaged, or belong to another range.
+    Exception
+        Of any class, when the archive is incomplete or damaged, or belongs to another range.
     """
-    whole = memoryview(content)[:-CHECKSUM]
-    if content[-CHECKSUM:] != _checksum([whole]):
-        raise ValueError("the batch is incomplete or damaged")
-    end = content.index(b"\n")
-    header, rest = json.loads(content[:end]), whole[end + 1 :]
-    n, names = header["cases"], header["columns"]
-    if (header["sweep"], header["first"], n) != (
-        sweep,
-        case_range.first,
-        case_range.end - case_range.begin,
-    ):
-        raise ValueError("the batch belongs to another range")
-    status = np.frombuffer(rest, np.int8, n)
-    numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
-    known: dict[str, Any] = dict(zip(names, numbers, strict=True))
-    known |= {name: np.full(n, value) for name, value in header["same"].items()}
-    points = point_columns(case_range.scenario.sweep, case_range.begin, case_range.end)
-    if header["points"] != _points_checksum(points):
-        raise ValueError("the batch has other points")
-    metrics = {name: known[name] for name in METRIC_NAMES}
-    notes = {int(i): note for i, note in header["notes"].items()}
-    over = {int(i): OverSeeds(**fields) for i, fields in header["over"].items()}
-    F_fk, F_fs = (known[force] for force in FORCE_COLUMNS)
-    label = case_range.scenario.label
-    columns = (points, F_fk, F_fs, metrics, status)
-    return Batch(case_range.first, label, *columns, notes, over)
-
-
-class BlockHeader(NamedTuple):
-    """Digest of the sweep, number of the first case, size of the batch [bytes]."""
-
-    sweep: str
-    first: int
-    size: int
-
-
-def parse_header(line: bytes) -> BlockHeader | None:
-    """Return the header in the first line of a batch; None if the line is no header."""
-    try:
-        header = json.loads(line)
-        first, size = int(header["first"]), int(header["bytes"])
-        return (
-            BlockHeader(header["sweep"], first, len(line) + size + CHECKSUM)
-            if size >= 0
-            else None
+    with zipfile.ZipFile(BytesIO(content)) as archive:
+        header, status, numbers = (
+            np.load(BytesIO(archive.read(f"{name}.npy")))  # whole: its checksum is verified
+            for name in ("header", "status", "numbers")
         )
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-        return None
-
-
-def _points_checksum(points: Mapping[str, NDArray[Any]]) -> int:
-    """Return a checksum of the points of a batch."""
-    texts = (
-        column.tobytes() if column.dtype.kind in "fi" else json.dumps(column.tolist()).encode()
-        for column in points.values()
-    )
-    return zlib.crc32(b"".join(texts))
-
-
-def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
-    """Return the CRC-32 of the parts."""
-    total = 0
-    for part in parts:
-        total = zlib.crc32(part, total)
-    return total.to_bytes(CHECKSUM, "little")
-
-
-def _is_constant(column: NDArray[np.float64]) -> bool:
-    """Whether all numbers of a column are identical in every bit."""
-    bits = column.view(np.int64)
-    return bool((bits == bits[:1]).all()) and bits.size > 0
+    words, n = json.loads(header.tobytes()), case_range.end - case_range.begin
+    if (words["sweep"], words["first"], len(status)) != (sweep, case_range.first, n):
+        raise ValueError("the batch belongs to another range")
+    scenario = case_range.scenario
+    points = point_columns(scenario.sweep, case_range.begin, case_range.end)
+    notes = {int(i): note for i, note in words["notes"].items()}
+    over = {int(i): OverSeeds(**fields) for i, fields in words["over"].items()}
+    columns = points, tuple(words["names"]), numbers, status
+    return Batch(case_range.first, scenario.label, *columns, notes, over)
 
 
 # Identity of a computation: only the same one may be resumed.

@@ -39,7 +39,7 @@ from drysim.study.outcome import (
 )
 from drysim.study.statistics import (
     FAILED,
-    METRIC_NAMES,
+    FORCES,
     OK,
     STATUSES,
     Batch,
@@ -675,11 +675,12 @@ class Tally:
 
     def _update_extremes(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
         """Update the extremes; only a new extreme is converted to a row."""
-        every = good.all()
-        for name in METRIC_NAMES:
-            column = batch.metrics[name]
-            column = column if every else np.where(good, column, np.nan)
-            low, high = float(np.fmin.reduce(column)), float(np.fmax.reduce(column))
+        names, columns = batch.names[len(FORCES) :], batch.numbers[len(FORCES) :]
+        if not good.all():
+            columns = np.where(good, columns, np.nan)
+        lows = np.fmin.reduce(columns, axis=1).tolist()
+        highs = np.fmax.reduce(columns, axis=1).tolist()
+        for name, column, low, high in zip(names, columns, lows, highs, strict=True):
             if low != low:
                 continue
             least, most = self.extremes.get(name, (None, None))
