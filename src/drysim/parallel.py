@@ -169,22 +169,21 @@ class WorkerPool:
                 _durations[name] = max(duration, _durations.get(name, 0.0))
                 yield result
             done = len(first)
-        later = self._pickled(function)
-        while self._executor is None:
-            if (count := processes_for(name, len(sequence) - done, self.workers)) >= 2:
-                try:
-                    self._fork(lambda number: function(sequence[number]), count, shared)
-                except (OSError, RuntimeError, NotImplementedError):
-                    # No process, thread or semaphore.
-                    self._kill()
-                    yield from (function(sequence[k]) for k in range(done, len(sequence)))
-                    return
-            elif done == len(sequence):
+        while (count := self._processes_for(name, len(sequence) - done)) < 2:
+            if done == len(sequence):
                 return
-            else:
-                result, _durations[name] = timed(function, sequence[done])
-                yield result
-                done += 1
+            result, _durations[name] = timed(function, sequence[done])
+            yield result
+            done += 1
+        later = self._pickled(function)
+        if self._executor is None:
+            try:
+                self._fork(lambda number: function(sequence[number]), count, shared)
+            except (OSError, RuntimeError, NotImplementedError):
+                # No process, thread or semaphore.
+                self._kill()
+                yield from (function(sequence[k]) for k in range(done, len(sequence)))
+                return
         # The first series is known to the workers, its items by their numbers.
         known = range(len(sequence)) if later is None else sequence
         yield from self._in_processes(name, known, done, later)
@@ -224,6 +223,11 @@ class WorkerPool:
         finally:
             if done < len(items):
                 self._kill()
+
+    def _processes_for(self, name: str, items: int) -> int:
+        """Return for how many processes so many items are enough work."""
+        least = MIN_TIME_PER_WORKER if self._executor is None else MIN_CHUNK_TIME
+        return min(self.workers, items, int(items * _durations.get(name, least) / least))
 
     def _pickled(self, function: Callable[[Any], Any]) -> bytes | None:
         """Return a function as workers read it; None if they are to be forked."""
@@ -302,12 +306,6 @@ def timed(function: Callable[[Item], Result], item: Item) -> tuple[Result, float
     """Return `function(item)` and the time that it takes [s]."""
     begin = time.monotonic()
     return function(item), time.monotonic() - begin
-
-
-def processes_for(name: str, items: int, workers: int) -> int:
-    """Return for how many processes so many items are enough work."""
-    work = items * _durations.get(name, 0.0)
-    return min(workers, items, int(work / MIN_TIME_PER_WORKER))
 
 
 def map_in_threads(
