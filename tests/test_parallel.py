@@ -163,7 +163,7 @@ def test_workers_are_kept_from_series_to_series():
     said = program("""
 offset = {"value": 1}
 def add(offset, n):
-    begin(n)
+    time.sleep(0.05)
     return offset["value"] + n, os.getpid()
 from functools import partial
 def series(pool, function, numbers):
@@ -183,6 +183,10 @@ with parallel.WorkerPool(2) as pool:
     # What cannot be copied is known to new workers.
     fourth, others, by_workers = series(pool, lambda n: add({"value": 4}, n), range(9))
     print(fourth == [*range(4, 13)], others & pids, by_workers)
+    # One item, or short ones, are not worth it.
+    list(pool.map_in_order(square, [1, 2, 3]))
+    print([pid == os.getpid() for _, pid in pool.map_in_order(square, [1, 2, 3])])
+    print([pid == os.getpid() for _, pid in pool.map_in_order(partial(add, offset), [1])])
 print(alive(pids | others))
 """)
     assert said.splitlines() == [
@@ -191,6 +195,8 @@ print(alive(pids | others))
         "[5, 10] True",
         "[] True",
         "True set() True",
+        "[True, True, True]",
+        "[True]",
         "[]",
     ]
 
