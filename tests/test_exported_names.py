@@ -131,9 +131,21 @@ def test_commands_on_a_pipe_load_neither_rich_nor_other_heavy_packages(seat, pro
     for words in (["validate", "seat.yaml"], ["run", "seat.yaml", "--no-plots"]):
         answer = process(*words, PYTHONPROFILEIMPORTTIME="1")
         assert answer.code == 0
-        loaded = {line.rpartition("|")[2].strip() for line in answer.err.splitlines()}
+        loaded = imported_modules(answer.err)
         assert {"drysim.scenario", "pydantic.main"} <= loaded
-        assert loaded & {"rich", *HEAVY} == set()
+        assert loaded & {"rich", "drysim.records.formats", *HEAVY} == set()
+
+
+def imported_modules(lines):
+    """Return the names of modules that Python reports with PYTHONPROFILEIMPORTTIME."""
+    return {line.rpartition("|")[2].strip() for line in lines.splitlines()}
+
+
+def test_picture_of_a_run_loads_neither_pyplot_nor_other_results(seat, process):
+    loaded = imported_modules(process("run", "seat.yaml", PYTHONPROFILEIMPORTTIME="1").err)
+    assert {"matplotlib.figure", "drysim.plots.style"} <= loaded
+    others = {f"drysim.study.{name}" for name in ("branches", "design", "fit", "regimes")}
+    assert loaded & {"matplotlib.pyplot", *others} == set()
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,6 @@ direction. A new law also needs its branch in the core, a scenario `friction-<la
 gallery with a picture of its loop, and a row in the README.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import lru_cache

@@ -4,8 +4,6 @@
 oscillator without dry friction, the reference curve.
 """
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from drysim.approach import exact

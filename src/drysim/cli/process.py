@@ -190,6 +190,7 @@ def set_environment() -> None:
 
     Pictures are drawn with Agg. The list of fonts is kept: where matplotlib cannot write into
     the home folder, it would scan all fonts in every process and leave a folder behind.
+    Plugins of pydantic are not looked for among all installed packages.
     DRYSIM_ENGINE alone chooses the engine: the variable of numba overrides .numba_config.yaml.
     The workers of a command share its cases; threads that OpenBLAS starts for products of small
     matrices would wait for each other, for as long as a fit computes.
@@ -199,6 +200,7 @@ def set_environment() -> None:
     if (folder := private_folder("matplotlib")) is not None:
         os.environ["MPLCONFIGDIR"] = str(folder.path)
     os.environ["NUMBA_DISABLE_JIT"] = "0"
+    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
 
 
 KEPT_MEMORY, LARGE_ARRAY = 1 << 27, 1 << 25

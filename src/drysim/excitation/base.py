@@ -5,8 +5,6 @@ words on one line. `PeriodicMotion` is a sum of sines. `GeneratedMotion` is samp
 grid of solver.step and checks that the grid suits its corners and its highest frequency.
 """
 
-from __future__ import annotations
-
 from cmath import rect
 from collections.abc import Collection, Sequence
 from math import sqrt

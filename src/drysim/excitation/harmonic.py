@@ -4,8 +4,6 @@ Sines are given by the RMS value or amplitude of their acceleration and used ana
 Transient motion (sine sweeps, shocks) is sampled on the grid of solver.step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from math import ceil, log, pi, sqrt
 from typing import Annotated, Any, ClassVar, Literal, Self

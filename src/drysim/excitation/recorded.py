@@ -1,7 +1,5 @@
 """Measured base motion from a column or channel of a file."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from math import sqrt
 from typing import Any, ClassVar, Literal

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from drysim.study.branches import BranchesResult
-from drysim.study.compare import Comparison
-from drysim.study.design import DesignResult
-from drysim.study.ensemble import Ensemble
-from drysim.study.fit import FitResult
-from drysim.study.outcome import Outcome
-from drysim.study.regimes import RegimeMap
-from drysim.study.table import Table
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from drysim.study.branches import BranchesResult
+    from drysim.study.compare import Comparison
+    from drysim.study.design import DesignResult
+    from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
+    from drysim.study.outcome import Outcome
+    from drysim.study.regimes import RegimeMap
+    from drysim.study.table import Table
 
 
 def plot(
@@ -55,6 +55,13 @@ def plot(
         style,
         sweep,
     )
+    from drysim.study.branches import BranchesResult
+    from drysim.study.compare import Comparison
+    from drysim.study.design import DesignResult
+    from drysim.study.ensemble import Ensemble
+    from drysim.study.fit import FitResult
+    from drysim.study.regimes import RegimeMap
+    from drysim.study.table import Table
 
     style.import_matplotlib()
     style.register_with_notebook()

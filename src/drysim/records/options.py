@@ -3,8 +3,6 @@
 No file is opened and no reader is imported here.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Mapping

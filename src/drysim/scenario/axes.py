@@ -7,8 +7,6 @@ one group. Evenly spaced values are the doubles closest to the decimal numbers m
 of the sweep block, which `sweep` reads, are at the end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Context, Decimal

@@ -5,8 +5,6 @@ version and the name. `FromFile` keeps the document that a scenario was read fro
 blocks are in `model`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from math import pi

@@ -4,9 +4,7 @@
 the conditions under which every design is judged, which are axes as in a sweep.
 """
 
-from __future__ import annotations
-
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import (
     AfterValidator,
@@ -147,7 +145,7 @@ class Design(Block):
     """Largest number of designs to evaluate [-]; fewer if nothing more can be gained."""
 
     @model_validator(mode="after")
-    def _check_names(self) -> Design:
+    def _check_names(self) -> Self:
         if len({*self.minimise}) < len(self.minimise):
             raise InvalidValue("names the same metric twice", "minimise")
         for i, check in enumerate(self.within or ()):

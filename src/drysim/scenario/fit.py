@@ -5,8 +5,6 @@ the scenario can be validated, and `missing_values` names them, since no other c
 them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self

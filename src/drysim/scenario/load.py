@@ -21,7 +21,6 @@ from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError, UsageError
 from drysim.metrics.checks import has_condition
-from drysim.records.formats import format_of
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
 from drysim.scenario.design import DESIGN_KEY, OVER_PATH, VARY_PATH
@@ -96,6 +95,8 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
 
 def _with_record_hint(problem: Problem) -> Problem:
     """Return a problem with how to make a scenario, if the file may be a record."""
+    from drysim.records.formats import format_of
+
     file = Path(problem.file)
     if format_of(file) is None or not file.is_file():
         return problem

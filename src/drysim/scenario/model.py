@@ -11,8 +11,6 @@ scenario without reading the file again: only the blocks changed by a point are 
 the rules they can violate.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -263,7 +261,7 @@ class Scenario(FromFile):
         """All frequencies of periodic base motion and normal force [Hz]."""
         return scene_frequencies(self.excitation, self.active_friction)
 
-    def at(self, point: Point) -> Scenario:
+    def at(self, point: Point) -> "Scenario":
         """Return the case at a point of the sweep, a scenario without sweep.
 
         Parameters
@@ -283,7 +281,7 @@ class Scenario(FromFile):
         name = self.origin["file"] or self.name
         raise ScenarioError(f"{name}: 1 error", (problem,))
 
-    def with_values(self, point: Point) -> Scenario:
+    def with_values(self, point: Point) -> "Scenario":
         """Return the scenario with other values, as `at` does, but without validation.
 
         That takes a tenth of the time. Every key must have a value already, or belong to a
@@ -295,7 +293,7 @@ class Scenario(FromFile):
             changed[name] = _with_field(changed.get(name, getattr(self, name)), steps, value)
         return self.model_copy(update=changed)
 
-    def with_approach(self, name: str) -> Scenario:
+    def with_approach(self, name: str) -> "Scenario":
         """Return the scenario for another approach, without what it does not support.
 
         `omissions` lists what is left out. Keys that the approach does not use are not swept.
@@ -313,7 +311,7 @@ class Scenario(FromFile):
         changed["friction"] = _friction_for_approach(member, self.friction)
         return self.copy_with(changed)
 
-    def with_law(self, name: str) -> Scenario:
+    def with_law(self, name: str) -> "Scenario":
         """Return the scenario under another friction law, solved by the exact approach.
 
         The parameters come from the block of that law within the friction block, then from the
@@ -353,7 +351,7 @@ class Scenario(FromFile):
             changed["stroke"] = self.stroke.model_copy(update={"stops": None})
         return changed
 
-    def variant(self, label: str) -> Scenario:
+    def variant(self, label: str) -> "Scenario":
         """Return the scenario for an approach or a friction law, by name."""
         return self.with_law(label) if label in LAWS else self.with_approach(label)
 
