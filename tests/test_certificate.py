@@ -179,7 +179,12 @@ def residuals(trajectory, window):
 
 def states(trajectory):
     times = np.linspace(0.0, DURATION, 81)[1:-1].tolist()
-    return np.array([trajectory.state(t)[:2] for t in times])
+    try:
+        return np.array([trajectory.state(t)[:2] for t in times])
+    except (
+        ZeroDivisionError
+    ):  # a broken motion may slide at rest: plain Python has no nan there
+        return np.full((len(times), 2), np.nan)
 
 
 # Right motions.
