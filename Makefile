@@ -14,7 +14,7 @@ FILES ?=
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test minimum slow fuzz mutate coverage check bench proof scale laws demo paper readme docs pictures schema clean
+.PHONY: help install fmt lint types layers test minimum slow fuzz mutate coverage check bench entries proof scale laws demo paper readme docs pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -81,7 +81,10 @@ coverage: $(TOOLS) ## branch coverage of src under the plain engine, gaps named;
 
 check: lint types layers test ## all but the slow tests
 
-bench: $(TOOLS) ## time every approach by pytest-benchmark; apart from the tests
+bench: $(TOOLS) ## count the instructions of a few jobs, say what changed; keep the counts by STORE=1
+	$(VENV)/bin/python tests/bench/watch.py $(if $(STORE),--store)
+
+entries: $(TOOLS) ## time every entry of drysim bench by pytest-benchmark; apart from the tests
 	$(RUN) pytest tests/bench -o python_files='speed_*.py' --benchmark-max-time=0.3 \
 	  --benchmark-columns=min,median,iqr,rounds --benchmark-group-by=group
 

@@ -3,7 +3,7 @@
 `test_*.py`: one module for each module of the package, or for what users meet: bad input,
 hostile files, streams, kills, the README. `core/`: the numeric core under both engines
 (`kernel`). `independent/`: solutions in 50 digits and hard cases. `properties/`: laws on drawn
-scenes. `fuzz/`: damaged inputs to every reader. `bench/`: timings for `make bench`. `tools/`:
+scenes. `fuzz/`: damaged inputs to every reader. `bench/`: `make bench` and timings. `tools/`:
 what tests share, and programs: `golden.py` keeps what the gallery gives, `figures.py` counts
 files and imports, `mutate.py` changes the core, `proof.py` and `readme.py` write parts of the
 README.

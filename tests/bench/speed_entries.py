@@ -1,4 +1,4 @@
-"""Speed of every entry of `drysim bench`, by pytest-benchmark: `make bench` runs this file.
+"""Speed of every entry of `drysim bench`, by pytest-benchmark: `make entries` runs this file.
 
 Not to be confused with a test: nothing here fails, and `make test` does not collect it. Saved
 runs are compared by `--benchmark-autosave` and `--benchmark-compare`.
