@@ -196,6 +196,39 @@ def test_dry_run_says_what_and_where_and_writes_nothing(drysim, seat):
     assert tree(seat.parent) == before
 
 
+PLAIN = "engine: DRYSIM_ENGINE=plain: kernels run as plain Python, up to 100 times slower\n"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "run seat-on-em1.yaml",
+        "sweep paper-low-friction.yaml",
+        "compare signum vs stick-slip -s paper-random.yaml",
+        "fit fit-seat.yaml",
+        "map regime-map.yaml",
+        "design design-seat.yaml",
+    ],
+)
+def test_dry_run_says_that_no_compiled_code_is_used(drysim, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(Path(__file__).parents[1] / "scenarios")
+    for engine in ("plain", "compiled", "auto"):
+        monkeypatch.setenv("DRYSIM_ENGINE", engine)
+        told = drysim(*words.split(), "--dry-run", "--out", tmp_path / "out").out
+        assert (PLAIN in told) == ("engine:" in told) == (engine == "plain")
+
+
+def test_dry_run_says_that_kernels_cannot_be_kept(drysim, seat, monkeypatch):
+    monkeypatch.setenv("DRYSIM_ENGINE", "auto")
+    monkeypatch.setattr("drysim.study.doctor.private_folder", lambda name: None)
+    told = drysim("run", seat, "--dry-run").out
+    assert "engine: no writable cache folder: each command compiles its kernels anew" in told
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert (
+        "engine: NUMBA_DISABLE_JIT is set: kernels run" in drysim("run", seat, "--dry-run").out
+    )
+
+
 def test_dry_run_as_json_is_one_object(drysim, seat):
     plan = json.loads(drysim("run", seat, "--dry-run", "--json").out)
     assert plan["steps"] == 800

@@ -298,9 +298,14 @@ class OutputMode(NamedTuple):
     ) -> int:
         """Show what a dry run would do, and that nothing was done."""
         from drysim.console import summaries, terminal
+        from drysim.study.doctor import describe_engine_limits
+
+        limits = describe_engine_limits()
 
         def show() -> None:
             terminal.print_stdout("\n".join(sentences))
+            if limits:
+                terminal.print_stdout(f"engine: {limits}")
             terminal.print_stdout(f"output folder: {fields['folder']}")
             terminal.print_stdout("dry run: nothing computed, nothing written")
             summaries.show_warnings(warnings)

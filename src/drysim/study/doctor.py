@@ -13,6 +13,7 @@ from math import pi
 import drysim
 from drysim.core.model import CoulombLaw, Plant, Sines, State
 from drysim.errors import DrysimError
+from drysim.system import private_folder
 
 PACKAGES = (
     "numpy",
@@ -128,6 +129,23 @@ def check_engine() -> list[Finding]:
         kernels = sum(1 for _ in cache.path.glob("*.nbc"))
         state = f"{cache.path}, {kernels} kernels cached"
     return [Finding("engine", True, word), Finding("cache", cache is not None, state)]
+
+
+def describe_engine_limits() -> str:
+    """Return what keeps kernels from being compiled once for all, and its price; "" if nothing.
+
+    Small jobs are solved in plain Python because they are faster by it: that is no limit.
+    """
+    from drysim.core import compile
+
+    slow = "kernels run as plain Python, up to 100 times slower"
+    if os.environ.get(compile.ENGINE_VARIABLE) == compile.PLAIN:
+        return f"{compile.ENGINE_VARIABLE}={compile.PLAIN}: {slow}"
+    if os.environ.get("NUMBA_DISABLE_JIT", "0").strip("0 "):
+        return f"NUMBA_DISABLE_JIT is set: {slow}"
+    if private_folder("matplotlib") is None:  # lies beside that of the kernels
+        return "no writable cache folder: each command compiles its kernels anew, 10 s or more"
+    return ""
 
 
 def run_check(answer: Callable[[], Finding]) -> Finding:
