@@ -114,6 +114,65 @@ def test_interrupted_sweep_goes_on_to_the_very_same_table(
     assert as_written(partial_table(case, again)) == as_written(whole)
 
 
+NOISE = "{kind: standard, class: EM3, duration: 2 s, seed: 1}"
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (),
+        ("friction.static_ratio=1.4", "sweep.direction=both"),
+        ("stroke={limit: {up: 15 mm, down: 20 mm}}",),
+        (
+            f"excitation={NOISE}",
+            "checks=[]",
+            "sweep={excitation.seeds: [2, 3], friction.kinetic: [10, 40]}",
+        ),
+        (
+            f"excitation={NOISE}",
+            "checks=[]",
+            "excitation.seeds=2",
+            "sweep={friction.kinetic: [10, 40]}",
+        ),
+        (
+            f"excitation={NOISE}",
+            "checks=[]",
+            "sweep={excitation.seed: [3, 5]}",
+            "measure={weighting: Wk}",
+        ),
+    ],
+)
+def test_text_that_workers_format_is_that_of_the_table(
+    grid: Path, tmp_path: Path, overrides: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = prepare(load(grid, overrides), swept=True)
+    tables.write_transmissibility_csv(solve(case, workers=1), tmp_path)
+    expected = (tmp_path / "transmissibility.csv").read_bytes()
+    for module in (tables, tally_sweep, statistics):
+        monkeypatch.setattr(module, "MAX_CACHED_ROWS", 1)
+    as_text = tables.transmissibility_text(case.scenario)
+    assert as_text is not None
+    every = list(CaseRanges(approaches_of(case.scenario)))
+    # Some blocks are there without their text, some with it, as after an interruption.
+    store = Store(tmp_path / "cases", work_identity(case.scenario), resume=False)
+    solve(case, store=store, as_text=as_text)
+    for case_range in every[::3]:
+        store.write(case_range, solve_range(case_range, MotionCache()))
+    store.file(every[-1]).unlink()
+    for resume, columns in ((True, as_text), (False, as_text), (False, None)):
+        again = Store(tmp_path / "cases", work_identity(case.scenario), resume)
+        table = solve(case, workers=2, store=again, as_text=columns)
+        tables.write_transmissibility_csv(table, tmp_path)
+        assert (tmp_path / "transmissibility.csv").read_bytes() == expected
+    marked = solve(case, workers=1, store=store, as_text=lambda batch: b"mark\n")
+    tables.write_transmissibility_csv(marked, tmp_path)
+    assert (tmp_path / "transmissibility.csv").read_bytes() == expected  # nothing is missing
+    empty = Store(tmp_path / "cases", work_identity(case.scenario), resume=False)
+    marked = solve(case, workers=1, store=empty, as_text=lambda batch: b"mark\n")
+    tables.write_transmissibility_csv(marked, tmp_path)
+    assert (tmp_path / "transmissibility.csv").read_bytes().count(b"mark\n") == len(every)
+
+
 def test_blocks_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
     from drysim.errors import UsageError
 

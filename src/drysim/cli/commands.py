@@ -273,6 +273,7 @@ def sweep(
     if dry_run:
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
     from drysim.console import many
+    from drysim.output.tables import transmissibility_text
     from drysim.study.sweep import partial_table, solve, solve_swept_interval
 
     how = output_options(context, no_plots, picture_format, report) | {"form": form}
@@ -287,10 +288,11 @@ def sweep(
         return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
+        as_text = transmissibility_text(case.scenario) if form == "csv" else None
         return work.run_parts(
             "sweep", case, CaseRanges(wanted), folder, mode, how,
-            solve=partial(solve, case, execute=execute), solve_partly=partial_table,
-            show=many.show_table, resume=resume, strict=strict,
+            solve=partial(solve, case, execute=execute, as_text=as_text),
+            solve_partly=partial_table, show=many.show_table, resume=resume, strict=strict,
         )  # fmt: skip
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import groupby
+from functools import partial
+from itertools import compress, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,6 +25,7 @@ from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import TEXT_KEYS
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import asks_for, asks_for_peak_acceleration
+from drysim.study.plan import AsText, CaseRanges, approaches_of
 from drysim.study.statistics import (
     COUNT_METRICS,
     MAX_CACHED_ROWS,
@@ -31,6 +33,7 @@ from drysim.study.statistics import (
     Batch,
     Row,
     as_batches,
+    averages_seeds,
     group_batches,
 )
 from drysim.units import NUMBER_PATTERN
@@ -39,6 +42,7 @@ from drysim.wording import sanitise
 if TYPE_CHECKING:
     from drysim.bench.hard_cases import HardCases
     from drysim.bench.score import Bench
+    from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
     from drysim.study.branches import BranchesResult
     from drysim.study.compare import Comparison
@@ -180,11 +184,16 @@ class Column(NamedTuple):
 
 def case_columns(table: Table) -> list[Column]:
     """Return the columns of the cases of a sweep or a comparison."""
-    means = interval_metrics(table)
-    optional = optional_metrics(table)
+    return columns_of(table.scenario, table.axes, _has_means(table))
+
+
+def columns_of(scenario: Scenario, axes: Sequence[Axis], has_means: bool) -> list[Column]:
+    """Return the columns of the cases of a scenario, which may be means over seeds."""
+    optional = optional_metrics(scenario)
+    means = interval_metrics(scenario) if has_means else ()
     return [
         Column("approach", "", lambda batch: [batch.approach.encode()] * len(batch)),
-        *(key_column(axis.key, axis.unit) for axis in table.axes),
+        *(key_column(axis.key, axis.unit) for axis in axes),
         Column("F_fk", "N", lambda batch: batch.F_fk),
         Column("F_fs", "N", lambda batch: batch.F_fs),
         *(metric_column(metric.name) for metric in METRICS if metric.in_tables),
@@ -324,25 +333,23 @@ def requested_metrics(scenario: Scenario) -> list[str]:
     ]
 
 
-def optional_metrics(table: Table) -> tuple[str, ...]:
+def optional_metrics(scenario: Scenario) -> tuple[str, ...]:
     """Return the metrics of orbits, weighting, end stops, sides and shocks; they come last."""
-    asked = requested_metrics(table.scenario)
+    asked = requested_metrics(scenario)
     groups = (
         [metric.name for metric in METRICS if ORBIT in metric.needs],
         [metric.name for metric in METRICS if WEIGHTING in metric.needs],
         [metric.name for metric in METRICS if STOPS in metric.needs and not metric.by_side],
         [metric.name for metric in METRICS if metric.by_side],
-        ["x_dd_peak"] * asks_for_peak_acceleration(table.scenario),
+        ["x_dd_peak"] * asks_for_peak_acceleration(scenario),
     )
     return tuple(name for group in groups for name in group if name in asked)
 
 
-def interval_metrics(table: Table) -> tuple[str, ...]:
-    """Return the metrics whose confidence interval is written; none without several seeds."""
-    if not _has_means(table):
-        return ()
+def interval_metrics(scenario: Scenario) -> tuple[str, ...]:
+    """Return the metrics whose confidence interval is written, of means over seeds."""
     known = (metric.name for metric in METRICS if metric.with_interval)
-    return (*known, *optional_metrics(table))
+    return (*known, *optional_metrics(scenario))
 
 
 def _has_means(table: Table) -> bool:
@@ -385,9 +392,23 @@ def write_residuals_csv(result: FitResult, folder: Path) -> None:
     write_csv(folder / "residuals.csv", [*columns, "selected [-]", "held_out [-]"], [rows])
 
 
+def transmissibility_text(scenario: Scenario) -> AsText | None:
+    """Return what formats the cases of a large sweep in the workers; None for a small one.
+
+    The rows of a small table are formatted together: its batches may hold a single case each.
+    """
+    cases = CaseRanges(approaches_of(scenario)).cases
+    if sum(cases) <= MAX_CACHED_ROWS:
+        return None
+    columns = columns_of(scenario, scenario.sweep, averages_seeds(scenario))
+    return partial(format_cases, columns)
+
+
 def write_transmissibility_csv(table: Table, folder: Path) -> None:
     """Write transmissibility.csv: every case of a sweep, then those of its reference."""
-    write_cases(folder / "transmissibility.csv", case_columns(table), table.rows)
+    columns, rows, file = case_columns(table), table.rows, folder / "transmissibility.csv"
+    blocks = (batch.text or format_cases(columns, batch) for batch in batches_to_format(rows))
+    write_csv(file, [column.header for column in columns], blocks)
 
 
 OBJECTIVE_COLUMNS = ("objective", "second_objective")
@@ -512,20 +533,32 @@ def write_cases(
     """Write columns of many cases as CSV; of all cases, or of those that are selected."""
 
     def blocks() -> Iterator[bytes]:
-        # The batches of a small table may hold a single case each; its rows are cached.
-        large = len(rows) > MAX_CACHED_ROWS
-        for batch in as_batches(rows) if large else group_batches(rows):
+        for batch in batches_to_format(rows):
             part = slice(None) if selected is None else selected(batch)
-            yield format_rows([_case_cells(column, batch, part) for column in columns])
+            yield format_cases(columns, batch, part)
 
     write_csv(file, [column.header for column in columns], blocks())
+
+
+def batches_to_format(rows: Sequence[Row]) -> Iterable[Batch]:
+    """Return rows as batches of many."""
+    # The batches of a small table may hold a single case each; its rows are cached.
+    return as_batches(rows) if len(rows) > MAX_CACHED_ROWS else group_batches(rows)
+
+
+def format_cases(
+    columns: Sequence[Column], batch: Batch, part: slice | NDArray[np.bool_] = slice(None)
+) -> bytes:
+    """Return the cases of a batch, or some of them, as CSV rows."""
+    return format_rows([_case_cells(column, batch, part) for column in columns])
 
 
 def _case_cells(column: Column, batch: Batch, part: slice | NDArray[np.bool_]) -> Values:
     values = column.values(batch)
     if not isinstance(values, np.ndarray):
-        selected: list[bytes] = np.array(values, dtype=object)[part].tolist()
-        return selected
+        if isinstance(part, slice):
+            return values[part]
+        return list(compress(values, part))
     whole = column.whole or values.dtype.kind == "i"
     return format_counts(values[part]) if whole else values[part]
 
@@ -690,6 +723,8 @@ def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
 
 def format_counts(values: NDArray[Any]) -> list[bytes]:
     """Return counts as cells; NaN is an empty cell, and a mean of counts may have decimals."""
+    if np.isnan(values).all():
+        return [b""] * len(values)
     return [
         b"" if value != value else format_cell(value).encode() if value % 1 else b"%d" % value
         for value in values.tolist()

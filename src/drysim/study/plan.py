@@ -74,8 +74,8 @@ from drysim.study.statistics import (
     Batch,
     OverSeeds,
     Row,
+    averages_seeds,
     is_narrow,
-    max_seeds,
     means,
     needed_seeds,
     seed_range,
@@ -132,6 +132,10 @@ def seed_workers(case: Case, workers: int | None) -> int:
     return max(1, min(wanted, limit))
 
 
+AsText = Callable[[Batch], bytes]
+"""Function that returns the cases of a batch as rows of a table."""
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Ranges of a sweep, identical on every thread, process and machine."""
@@ -140,6 +144,8 @@ class Plan:
     """Cases of each range."""
     motions: MotionCache = field(default_factory=MotionCache)
     """Base motions that ranges share. The cache does not affect the results."""
+    as_text: AsText | None = None
+    """Formats the batches, in the workers."""
 
     @classmethod
     def of(cls, scenarios: Sequence[Scenario], case: Case, first: int = 0) -> Self:
@@ -248,6 +254,14 @@ def solve_range(
     return Batch.of(first, [solve_case(scenario, one, motions, case_workers) for one in points])
 
 
+def solve_and_format(
+    case_range: CaseRange, motions: MotionCache, case_workers: Workers, as_text: AsText | None
+) -> Batch:
+    """Solve the cases of a range, with their text if it is asked for."""
+    batch = solve_range(case_range, motions, case_workers)
+    return batch if as_text is None else replace(batch, text=as_text(batch))
+
+
 def solve_chain(
     case_range: CaseRange, motions: MotionCache, is_cancelled: Callable[[], bool]
 ) -> Batch:
@@ -270,7 +284,7 @@ def solve_case(
     swept: Scenario, point: dict[str, Any], motions: MotionCache, case_workers: Workers
 ) -> Row:
     """Solve one case of a sweep, over all its seeds if it has several."""
-    if max_seeds(swept) == 1 and "excitation.seeds" not in point:
+    if not averages_seeds(swept):
         return solve_row(swept, point, motions)
     scenario = swept.at(point)
     case = assemble(scenario, motions.of(with_seed(scenario, seed_range(scenario)[0])))

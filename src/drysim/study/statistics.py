@@ -121,6 +121,8 @@ class Batch:
     """Notes of cases without numbers, by index in the batch."""
     over: Mapping[int, OverSeeds] = field(default_factory=dict)
     """`OverSeeds` of cases with several seeds, by index in the batch."""
+    text: bytes = b""
+    """Rows of the cases in a table that a command writes, if it has the workers format them."""
 
     @property
     def F_fk(self) -> Floats:
@@ -229,6 +231,7 @@ class Batch:
             status=self.status[which],
             notes={i: self.notes[at] for i, at in enumerate(numbers) if at in self.notes},
             over={i: self.over[at] for i, at in enumerate(numbers) if at in self.over},
+            text=b"",
         )
 
     @classmethod
@@ -470,6 +473,12 @@ def max_seeds(scenario: Scenario) -> int:
     """Return the largest number of seeds of a scenario; 1 without `seeds`."""
     excitation = scenario.excitation
     return excitation.max_seeds if isinstance(excitation, RandomMotion) else 1
+
+
+def averages_seeds(scenario: Scenario) -> bool:
+    """Return whether the cases of a scenario are means over seeds."""
+    swept = any(axis.key == "excitation.seeds" for axis in scenario.sweep)
+    return swept or max_seeds(scenario) > 1
 
 
 def stopping_rule(scenario: Scenario) -> Until | None:

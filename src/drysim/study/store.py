@@ -179,9 +179,11 @@ def pack(batch: Batch, sweep: str) -> bytes:
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
     }
-    words = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    words, text = (
+        np.frombuffer(part, np.uint8) for part in (json.dumps(header).encode(), batch.text)
+    )
     archive = BytesIO()
-    np.savez(archive, header=words, status=batch.status, numbers=batch.numbers)
+    np.savez(archive, header=words, status=batch.status, numbers=batch.numbers, text=text)
     return archive.getvalue()
 
 
@@ -194,9 +196,9 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
         Of any class, when the archive is incomplete or damaged, or belongs to another range.
     """
     with zipfile.ZipFile(BytesIO(content)) as archive:
-        header, status, numbers = (
+        header, status, numbers, text = (
             np.load(BytesIO(archive.read(f"{name}.npy")))  # whole: its checksum is verified
-            for name in ("header", "status", "numbers")
+            for name in ("header", "status", "numbers", "text")
         )
     words, n = json.loads(header.tobytes()), case_range.end - case_range.begin
     if (words["sweep"], words["first"], len(status)) != (sweep, case_range.first, n):
@@ -206,7 +208,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     notes = {int(i): note for i, note in words["notes"].items()}
     over = {int(i): OverSeeds(**fields) for i, fields in words["over"].items()}
     columns = points, tuple(words["names"]), numbers, status
-    return Batch(case_range.first, scenario.label, *columns, notes, over)
+    return Batch(case_range.first, scenario.label, *columns, notes, over, text.tobytes())
 
 
 # Identity of a computation: only the same one may be resumed.

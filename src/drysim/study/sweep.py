@@ -35,13 +35,14 @@ from drysim.scenario.model import Scenario
 from drysim.study import interval
 from drysim.study.case import Case, prepare
 from drysim.study.plan import (
+    AsText,
     CaseRange,
     CaseRanges,
     Plan,
     Workers,
     approaches_of,
     can_solve_together,
-    solve_range,
+    solve_and_format,
 )
 from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
@@ -109,6 +110,7 @@ def solve(
     execute: Execute | None = None,
     store: Store | None = None,
     finished: BatchCallback = ignore_batch,
+    as_text: AsText | None = None,
 ) -> Table:
     """Solve the sweep of a prepared case; otherwise as `sweep`.
 
@@ -119,11 +121,14 @@ def solve(
     store : Store, optional
         Ranges that it holds are not computed again, all others are written to it. For a large
         sweep it is the only copy.
+    as_text : callable, optional
+        Formats each batch, in the workers of this machine; its text is stored with it.
     """
     scenarios = approaches_of(case.scenario)
     choose_engine(case, scenarios)
+    plan = replace(Plan.of(scenarios, case), as_text=as_text)
     with nullcontext(execute) if execute else on_workers(workers) as solve_all:
-        return gather(case, solve_all(Plan.of(scenarios, case), case, store, finished), store)
+        return gather(case, solve_all(plan, case, store, finished), store)
 
 
 Execute = Callable[
@@ -148,7 +153,12 @@ def on_workers(workers: int | None) -> Iterator[Execute]:
         ) -> Iterator[tuple[CaseRange, Batch]]:
             motions = plan.motions
             case_workers = Workers.at(case, count, sum(plan.ranges.cases), is_cancelled)
-            solve_one = partial(solve_range, motions=motions, case_workers=case_workers)
+            solve_one = partial(
+                solve_and_format,
+                motions=motions,
+                case_workers=case_workers,
+                as_text=plan.as_text,
+            )
             solve_all = partial(pool.map_in_order, shared=(motions, is_cancelled))
             yield from solve_ranges(plan.ranges, solve_one, solve_all, store, finished)
 
