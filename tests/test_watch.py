@@ -21,7 +21,7 @@ def test_counts_within_two_percent_are_not_named():
     [
         (102.1, "march: +2.1 %, from 100 to 102.1"),
         (97.0, "march: -3.0 %, from 100 to 97"),
-        (250.0, "march: +150.0 %, from 100 to 250"),
+        (25e3, "march: +24900.0 %, from 100 to 25,000"),
     ],
 )
 def test_changed_count_is_named_with_its_change(now, line):

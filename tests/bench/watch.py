@@ -189,6 +189,11 @@ def count_time() -> dict[str, float]:
 # What changed
 
 
+def format_count(value: float) -> str:
+    """Return a count to four digits, or whole."""
+    return f"{value:,.0f}" if value >= 1000.0 else f"{value:.4g}"
+
+
 def compare(stored: Mapping[str, float], now: Mapping[str, float]) -> list[str]:
     """Return what changed, a sentence for each job that did."""
     lines = []
@@ -197,8 +202,8 @@ def compare(stored: Mapping[str, float], now: Mapping[str, float]) -> list[str]:
             lines.append(f"{name}: {'new' if name in now else 'no longer counted'}")
         elif abs(now[name] - stored[name]) > CHANGE * stored[name]:
             percent = 100.0 * (now[name] / stored[name] - 1.0)
-            before, after = f"{stored[name]:,.4g}", f"{now[name]:,.4g}"
-            lines.append(f"{name}: {percent:+.1f} %, from {before} to {after}")
+            ends = f"from {format_count(stored[name])} to {format_count(now[name])}"
+            lines.append(f"{name}: {percent:+.1f} %, {ends}")
     return lines
 
 
@@ -220,13 +225,13 @@ def main() -> None:
     if options.marked:
         run_marked()
         return
-    counted = shutil.which("valgrind") is not None
+    counted, counted_revision = shutil.which("valgrind") is not None, revision()
     os.environ.setdefault("DRYSIM_ENGINE", "compiled")
     now = count_instructions() if counted else count_time()
     what = "instructions" if counted else "samples of lfilter"
     kind = f"{what}, {platform.machine()}"
     for name, job in jobs().items():
-        print(f"{name:30} {now[name]:12,.4g} {what} a {job.unit}")
+        print(f"{name:30} {format_count(now[name]):>12} {what} a {job.unit}")
     stores = json.loads(STORE.read_text(encoding="utf-8")) if STORE.exists() else {}
     versions = {name: version(name) for name in ("numpy", "scipy", "numba")}
     versions["python"] = platform.python_version()
@@ -239,7 +244,7 @@ def main() -> None:
             print(f"other versions than then: {other}")
     if options.store or not last:
         counts = {name: float(f"{value:.5g}") for name, value in now.items()}
-        stores[kind] = {"revision": revision(), "versions": versions, "counts": counts}
+        stores[kind] = {"revision": counted_revision, "versions": versions, "counts": counts}
         STORE.write_text(json.dumps(stores, indent=2) + "\n", encoding="utf-8")
         print(f"stored in {STORE}")
 
