@@ -25,7 +25,6 @@ from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import TEXT_KEYS
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import asks_for, asks_for_peak_acceleration
-from drysim.study.plan import AsText, CaseRanges, approaches_of
 from drysim.study.statistics import (
     COUNT_METRICS,
     MAX_CACHED_ROWS,
@@ -50,6 +49,7 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.fit import FitResult
     from drysim.study.outcome import Outcome
+    from drysim.study.plan import AsText
     from drysim.study.regimes import RegimeMap
     from drysim.study.table import Table
 
@@ -397,8 +397,10 @@ def transmissibility_text(scenario: Scenario) -> AsText | None:
 
     The rows of a small table are formatted together: its batches may hold a single case each.
     """
-    cases = CaseRanges(approaches_of(scenario)).cases
-    if sum(cases) <= MAX_CACHED_ROWS:
+    from drysim.study.plan import approaches_of
+    from drysim.study.run import count_cases
+
+    if count_cases(approaches_of(scenario)) <= MAX_CACHED_ROWS:
         return None
     columns = columns_of(scenario, scenario.sweep, averages_seeds(scenario))
     return partial(format_cases, columns)
@@ -406,9 +408,14 @@ def transmissibility_text(scenario: Scenario) -> AsText | None:
 
 def write_transmissibility_csv(table: Table, folder: Path) -> None:
     """Write transmissibility.csv: every case of a sweep, then those of its reference."""
-    columns, rows, file = case_columns(table), table.rows, folder / "transmissibility.csv"
-    blocks = (batch.text or format_cases(columns, batch) for batch in batches_to_format(rows))
-    write_csv(file, [column.header for column in columns], blocks)
+    from drysim.study.store import StoredBatches
+
+    columns, batches = case_columns(table), batches_to_format(table.rows)
+    as_text = partial(format_cases, columns)
+    blocks: Iterator[bytes] = map(as_text, batches)
+    if isinstance(batches, StoredBatches):
+        blocks = batches.texts(as_text)
+    write_csv(folder / "transmissibility.csv", [one.header for one in columns], blocks)
 
 
 OBJECTIVE_COLUMNS = ("objective", "second_objective")

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import drysim
 from drysim import system
@@ -27,7 +28,7 @@ from drysim.scenario.axes import point_columns
 from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import LazySequence
 from drysim.study.case import file_hashes
-from drysim.study.plan import CaseRange
+from drysim.study.plan import AsText, CaseRange
 from drysim.study.statistics import Batch, OverSeeds
 
 IDENTITY_FILE = "sweep.json"
@@ -100,6 +101,17 @@ class Store:
         except Exception:  # a damaged file may raise anything
             return None
 
+    def text(self, case_range: CaseRange) -> bytes:
+        """Return the text of the batch of a range; empty if it is missing or damaged."""
+        try:
+            with (
+                system.open_regular_file(self.file(case_range)) as stream,
+                zipfile.ZipFile(stream) as archive,
+            ):
+                return read_array(archive, "text").tobytes()
+        except Exception:  # a damaged file may raise anything
+            return b""
+
     def finished(self, ranges: Iterable[CaseRange]) -> Iterator[tuple[CaseRange, Batch]]:
         """Yield each of these ranges that the store holds, with its batch."""
         for case_range in ranges:
@@ -150,6 +162,11 @@ class StoredBatches(LazySequence[Batch]):
         """Return the number of batches."""
         return len(self._ranges)
 
+    def texts(self, as_text: AsText) -> Iterator[bytes]:
+        """Yield the text of each batch; `as_text` formats those that have none."""
+        for number, case_range in enumerate(self._ranges):
+            yield self._store.text(case_range) or as_text(self.one(number))
+
     def one(self, number: int) -> Batch:
         """Return one batch."""
         if number < len(self._in_memory):
@@ -197,8 +214,7 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     """
     with zipfile.ZipFile(BytesIO(content)) as archive:
         header, status, numbers, text = (
-            np.load(BytesIO(archive.read(f"{name}.npy")))  # whole: its checksum is verified
-            for name in ("header", "status", "numbers", "text")
+            read_array(archive, name) for name in ("header", "status", "numbers", "text")
         )
     words, n = json.loads(header.tobytes()), case_range.end - case_range.begin
     if (words["sweep"], words["first"], len(status)) != (sweep, case_range.first, n):
@@ -209,6 +225,12 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
     over = {int(i): OverSeeds(**fields) for i, fields in words["over"].items()}
     columns = points, tuple(words["names"]), numbers, status
     return Batch(case_range.first, scenario.label, *columns, notes, over, text.tobytes())
+
+
+def read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    """Return an array of an archive, whose checksum is verified before it is interpreted."""
+    array: NDArray[Any] = np.load(BytesIO(archive.read(f"{name}.npy")))
+    return array
 
 
 # Identity of a computation: only the same one may be resumed.
