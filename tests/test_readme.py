@@ -241,7 +241,9 @@ def test_every_metric_and_every_key_of_the_schema_is_explained():
 
 
 def test_example_of_a_key_is_a_value_of_its_kind_of_block():
-    examples = {(one.word, one.where): one.example for one in entries() if one.kind == KEY}
+    keys = {one.word for one in entries() if one.kind == KEY}
+    found = [one for word in keys for one in explain(word)]
+    examples = {(one.word, one.where): one.example for one in found if one.kind == KEY}
     for word, kind, example in (
         ("class", "standard", "excitation.class=EM3"),
         ("class", "road", "excitation.class=B"),

@@ -7,6 +7,7 @@ commands from tables of the manual.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -16,9 +17,8 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import pages
 from drysim.metrics.table import FIT_METRICS, METRICS
-from drysim.scenario import schema
 from drysim.scenario.reading import TAG_KEYS
-from drysim.study.gallery import list_scenarios
+from drysim.study.gallery import SCHEMA_FILE, folder, list_scenarios
 from drysim.units import closest_match
 from drysim.yaml_document import dump, read_document
 
@@ -161,7 +161,10 @@ FIT_WARNINGS = {
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return the meanings of all words; a symbol with another meaning has that one only."""
+    """Return the meanings of all words; a symbol with another meaning has that one only.
+
+    Keys have no example: `explain` reads the gallery for those that it returns.
+    """
     found = tuple(_entries())
     known = {one.word for one in found}
     return found + tuple(one for one in _symbols() if one.word not in known)
@@ -253,7 +256,7 @@ def explain(word: str) -> list[Entry]:
         found = [one for one in entries() if one.word.lower() == word.lower()]
     if not found and not word.startswith("-"):
         found = explain(f"--{word}")
-    return found
+    return [_with_example(one) for one in found]
 
 
 def closest_word(word: str) -> str | None:
@@ -303,10 +306,7 @@ def keys() -> Iterator[Entry]:
         )
         defaults = list(dict.fromkeys(one.default for one in same))
         default = defaults[0] if len(defaults) == 1 else "depends on the kind"
-        example = _gallery_example(
-            same[0].word, [kind for names in kinds.values() for kind in names]
-        )
-        yield same[0]._replace(where=where, default=default, example=example)
+        yield same[0]._replace(where=where, default=default)
 
 
 @cache
@@ -336,15 +336,20 @@ def _gallery() -> dict[tuple[str, str], str]:
     return found
 
 
-def _gallery_example(word: str, kinds: Sequence[str]) -> str:
-    """Return an example of a key of a block of some kinds from the gallery; empty without."""
-    examples = _gallery()
+def _with_example(entry: Entry) -> Entry:
+    """Return an entry, that of a key with an example from the gallery if it has one."""
+    if entry.kind != KEY:
+        return entry
+    word, examples = entry.word, _gallery()
+    places = [place.partition(": ") for place in entry.where.split("; ")]
+    kinds = [kind for *_, names in places for kind in names.split(", ")]
     value = next((examples[word, kind] for kind in kinds if (word, kind) in examples), None)
     if value is None or len(value) > MAX_EXAMPLE_LENGTH:
-        return ""
+        return entry
     if "[]" in word or "." not in word:
-        return f"{word.rpartition('.')[2]}: {value}"
-    return f"--set {word}={value}" if " " not in value else f'--set "{word}={value}"'
+        return entry._replace(example=f"{word.rpartition('.')[2]}: {value}")
+    setting = f"{word}={value}" if " " not in value else f'"{word}={value}"'
+    return entry._replace(example=f"--set {setting}")
 
 
 NOTES_HEADING = "Notes\n-----"
@@ -361,7 +366,8 @@ def blocks() -> tuple[Block, ...]:
 
 
 def _blocks() -> Iterator[Block]:
-    root = schema()
+    # As `make schema` has written it: generating it would take half a second.
+    root = json.loads((folder() / SCHEMA_FILE).read_text(encoding="utf-8"))
     yield Block("", "", "", tuple(_block_entries(root, root, "", "", deep=False)))
     for key, field in root["properties"].items():
         for suffix, block in _inner_blocks(root, field):

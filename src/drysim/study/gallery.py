@@ -17,6 +17,9 @@ from drysim.yaml_document import read_document
 
 SUFFIX = ".yaml"
 
+SCHEMA_FILE = "scenario.schema.json"
+"""JSON schema of scenario files, beside them for editors."""
+
 HARD_FOLDER = "hard"
 """Folder of the hard cases: scenes that are difficult to compute."""
 
