@@ -8,6 +8,7 @@ exit code.
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import sys
 import traceback
@@ -45,6 +46,9 @@ COMMANDS: tuple[Callable[..., int], ...] = (
     manual, explain,
 )  # fmt: skip
 """In the order of the help: what a new user needs first comes first."""
+
+GC_THRESHOLD = 1_000_000
+"""Allocations between two garbage collections; at most about 100 MB of garbage."""
 
 BUG_NOTICE = """
 This is a bug in drysim. Please report it on the project's page, with the lines above, the
@@ -145,10 +149,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def command() -> NoReturn:
-    """Run the command `drysim` and end the process, which needs no orderly teardown."""
+    """Run the command `drysim` and end the process.
+
+    A process of one command has little garbage to collect while it loads the compiler, and
+    needs no orderly teardown at its end: skipping both saves a fifth of the time of a small
+    sweep.
+    """
     os.environ.setdefault(ENGINE_VARIABLE, AUTO)
     process.set_environment()
     process.keep_memory()
+    gc.set_threshold(GC_THRESHOLD, 20, 20)
     install_signal_handlers()
     allow_processes()
     code = main()
