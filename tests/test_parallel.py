@@ -126,6 +126,16 @@ print(found[2:])
     assert said == "[True, True]\n"
 
 
+def test_work_within_threads_starts_no_processes():
+    said = program("""
+def outer(n):
+    return [pid == os.getpid() for _, pid in parallel.map_in_order(square, range(12), 3)]
+found = list(parallel.map_in_order(outer, range(3), 6))
+print(all(map(all, found)), len(found))
+""")
+    assert said == "True 3\n"
+
+
 @pytest.mark.parametrize(
     "lacks",
     [
@@ -184,8 +194,8 @@ with parallel.WorkerPool(2) as pool:
     fourth, others, by_workers = series(pool, lambda n: add({"value": 4}, n), range(9))
     print(fourth == [*range(4, 13)], others & pids, by_workers)
     # One item, or short ones, are not worth it.
-    list(pool.map_in_order(square, [1, 2, 3]))
-    print([pid == os.getpid() for _, pid in pool.map_in_order(square, [1, 2, 3])])
+    parallel._durations["square"] = 1e-6
+    print([pid == os.getpid() for _, pid in pool.map_in_order(square, [1, 2, 3])][:1])
     print([pid == os.getpid() for _, pid in pool.map_in_order(partial(add, offset), [1])])
 print(alive(pids | others))
 """)
@@ -195,7 +205,7 @@ print(alive(pids | others))
         "[5, 10] True",
         "[] True",
         "True set() True",
-        "[True, True, True]",
+        "[True]",
         "[True]",
         "[]",
     ]

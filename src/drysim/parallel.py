@@ -21,6 +21,7 @@ from functools import lru_cache, partial
 from io import BytesIO
 from math import ceil
 from numbers import Integral
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from drysim.errors import SolverError, UsageError
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+MAX_FIRST_ITEMS = 4
+"""Most items that are worked on by threads before processes are forked: more threads would
+wait for the interpreter lock."""
 
 QUEUED_PER_WORKER = 2
 """Submitted items per worker: one in progress and one queued, so that no worker runs idle."""
@@ -89,7 +94,7 @@ def map_in_order(
 
 
 class WorkerPool:
-    """Workers that are kept for several series of items.
+    """Workers that are kept for several series of items, one series at a time.
 
     Parameters
     ----------
@@ -128,10 +133,11 @@ class WorkerPool:
         function : callable
             Must be safe to call from several threads, and not rely on what other calls change.
         items : iterable
-            Consumed as threads become free, or at once.
+            Consumed as threads become free, or at once. Those of a later series must be such
+            that `pickle` can copy them.
         shared : sequence of object
             Objects that the functions of all series refer to. Each worker process has its own
-            from the start; all else is copied to it with every series but the first.
+            from the start; all else is copied to it with every chunk of a later series.
 
         Yields
         ------
@@ -147,12 +153,13 @@ class WorkerPool:
         -----
         Closing the generator cancels the queued items. Running items in threads are waited for
         at most `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the
-        process alive; worker processes are killed.
+        process alive; worker processes are killed, and the next series has new ones.
         """
         if self.workers == 1:
             yield from map(function, items)
             return
-        if not _forks:
+        # A fork copies the locks that other threads hold: work within a thread starts none.
+        if not _forks or current_thread() is not main_thread():
             yield from map_in_threads(function, items, self.workers)
             return
         sequence, done = items if isinstance(items, Sequence) else list(items), 0
@@ -162,9 +169,9 @@ class WorkerPool:
         if name not in _durations and self._executor is None:
             # These load the kernels that all need, and tell how long an item takes. A few long
             # ones are done by now: threads serve them as well.
-            first = sequence[: self.workers]
+            first = sequence[: min(self.workers, MAX_FIRST_ITEMS)]
             for result, duration in map_in_threads(
-                partial(timed, function), first, self.workers
+                partial(timed, function), first, len(first) or 1
             ):
                 _durations[name] = max(duration, _durations.get(name, 0.0))
                 yield result
@@ -293,6 +300,7 @@ class WorkerPool:
         for process in self._processes:
             process.kill()
             process.join()
+        self._processes = []
         if executor is not None:
             # Not cancelled: it fails on cancelled futures when its workers are gone.
             executor.shutdown(wait=False)

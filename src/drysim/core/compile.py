@@ -109,7 +109,7 @@ def kernel_of(function: Kernel, **options: Any) -> Kernel:
 
 
 class CompiledKernel:
-    """Kernel that numba gets to know when it is first called, from Python or by another kernel.
+    """Kernel that numba wraps when it is first called, from Python or by another kernel.
 
     A command calls few of the many: of those that only their code in the cache calls, numba
     needs to know nothing.

@@ -542,7 +542,7 @@ _kept_values: dict[int, dict[Any, Any]] = {}
 
 
 def keep_values(motion: Sines | Samples) -> None:
-    """Have `recall_for` keep values for a base motion whose samples will not change."""
+    """Enable caching in `recall_for` for a base motion whose samples will not change."""
     u_dd = motion.u_dd if isinstance(motion, Samples) else None
     if isinstance(u_dd, np.ndarray) and id(u_dd) not in _kept_values:
         _kept_values[id(u_dd)] = {}
@@ -554,7 +554,7 @@ def recall_for(motion: Samples, compute: Callable[..., T], *arguments: Any) -> T
     values = _kept_values.get(id(motion.u_dd))
     if values is None:
         return compute(motion, *arguments)
-    key = compute, id(motion.u), motion.dt, *arguments
+    key = compute, id(motion.u), motion.dt, motion.mean_squares, *arguments
     if key not in values and len(values) >= MAX_KEPT_VALUES:
         values.clear()
     # The value is kept with u, whose identity is part of the key.

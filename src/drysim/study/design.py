@@ -877,7 +877,7 @@ def flat_region(result: DesignResult, found: Evaluations) -> Region | None:
 def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     """Return where the optimum may be, at 95 %, from several seeds.
 
-    None of few seeds, of few designs, and where the metrics of some seeds are not known.
+    None if there are too few seeds or designs, or if a metric is unknown for some seed.
 
     Notes
     -----
@@ -915,8 +915,8 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
         return None
     take = np.mean if design.conditions.take == MEAN else np.max
     error = abs(take(earlier, axis=-1) - take(at_points[:, 0], axis=-1))
-    # Interpolants are linear in the values. The matrix bounds the memory to that of one seed,
-    # but rounding in it grows with the closeness of the points: it takes small values only.
+    # Interpolants are linear in the values, so that a matrix interpolates any of them. Rounding
+    # in it grows with the closeness of the points: it takes small values only.
     deviations = series - means[..., None]
     beyond, used = np.zeros((len(points), seeds)), np.zeros(len(points))
     for i, limit in enumerate(limits, 1):

@@ -1274,19 +1274,19 @@ def fit_law(
     SolverError
         If no start can be solved.
     """
-    starts = model.starts()
+    starts, shared = model.starts(), (model.motion, model.measurement)  # by all laws
     first = LeastSquares.starting_from(model, end, starts[0])
     closed = [start / first.scale for start in starts]
     if first.predict(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
-    candidates = [*closed, *pool.map_in_order(first.coarse, closed, (model,))]
+    candidates = [*closed, *pool.map_in_order(first.coarse, closed, shared)]
     costs = list(map(first.cost, candidates))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
     found = []
-    for one in pool.map_in_order(first.fine, likely, (model,)):
+    for one in pool.map_in_order(first.fine, likely, shared):
         found.append(one)
         finished(1)
     _, x = min(found, key=lambda one: one[0])

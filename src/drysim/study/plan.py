@@ -86,8 +86,8 @@ from drysim.units import ByDirection
 from drysim.wording import Point
 
 MIN_ORBIT_RANGES = 32
-"""Ranges into which periodic orbits are divided at least, so that none of several workers waits
-for the last one."""
+"""Least number of ranges of periodic orbits, so that no worker waits for the last one; fewer if
+they would hold less than `MIN_ORBITS`."""
 
 MIN_ORBITS, MAX_ORBITS, MANY_ORBITS = 512, 4096, 65_536
 """Orbits per range: 512 are some 10 ms of work, beside which what Python does for a range takes

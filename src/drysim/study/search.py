@@ -42,7 +42,7 @@ SEED = 1
 """Seed of the Latin hypercube and of the candidates."""
 
 STARTS_PER_KEY = 8
-"""Starting points per dimension, rounded up to a power of two."""
+"""Starting points per dimension."""
 
 GAP_SHARES = (0.5, 0.1, 0.02, 0.0)
 """Distance of each new point of a round from all others, as a share of the largest gap."""
@@ -217,10 +217,11 @@ def search(
         Largest number of evaluations.
     """
     random, objectives = np.random.default_rng(SEED), len(least)
-    starts = 1 << (STARTS_PER_KEY * dimensions - 1).bit_length()
-    found = evaluate(
-        Points("latin", starts, dimensions, SEED).at(np.arange(min(starts, limit)))
-    )
+    starts = STARTS_PER_KEY * dimensions
+    points = Points("latin", starts, dimensions, SEED).at(np.arange(starts))
+    # The first few fill the box as well, if there are to be no more.
+    order = spread_points(points, np.full(starts, np.inf), starts)
+    found = evaluate(points[order[:limit]])
     rounds = 0
     while len(found.points) < limit:
         surrogate = Surrogate.of(found, least)
@@ -228,7 +229,7 @@ def search(
         distances = nearest(points, found.points)
         promised = np.inf
         if surrogate is None:
-            chosen = spread_points(points, distances)
+            chosen = spread_points(points, distances, len(GAP_SHARES))
         else:
             predicted = surrogate.at(points)
             choose = next_points if objectives == 1 else next_of_front
@@ -297,10 +298,10 @@ def nearest(points: Floats, others: Floats) -> Floats:
     return np.asarray(KDTree(others).query(points)[0])
 
 
-def spread_points(points: Floats, distances: Floats) -> NDArray[np.int64]:
-    """Return points as far as possible from all others, as many as in a round."""
+def spread_points(points: Floats, distances: Floats, count: int) -> NDArray[np.int64]:
+    """Return `count` points, each as far as possible from all others before it."""
     chosen: list[int] = []
-    for _ in GAP_SHARES:
+    for _ in range(count):
         chosen.append(int(np.argmax(distances)))
         distances = distances_with(distances, points, chosen[-1])
     return np.array(chosen)
