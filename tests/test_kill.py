@@ -167,18 +167,18 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     assert main([*words, "whole"]) == 0
     from drysim.study import sweep
 
-    whole = sweep.solve_range
+    whole = sweep.solve_and_format
 
     def mortal(case_range, **rest):
         if case_range.first > 45:
             raise death
         return whole(case_range, **rest)
 
-    monkeypatch.setattr(sweep, "solve_range", mortal)
+    monkeypatch.setattr(sweep, "solve_and_format", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
     assert output.resumable_parts(Path("out"))
-    monkeypatch.setattr(sweep, "solve_range", whole)
+    monkeypatch.setattr(sweep, "solve_and_format", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()
