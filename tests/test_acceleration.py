@@ -317,7 +317,7 @@ def test_a_swept_shock_shows_its_response_spectra(scenario):
     assert table.best.result.endswith("m/s²")
     titles = [axes.get_title(loc="left") for axes in draw_stroke(table).axes]
     assert "|ẍ|" in titles[0]
-    assert "x_r" in titles[1]
+    assert "xᵣ" in titles[1]
 
 
 def test_the_spectrum_without_friction_is_that_of_a_linear_mount(scenario):
@@ -351,10 +351,10 @@ def test_spectra_are_a_sweep_of_the_natural_frequency_with_a_picture_of_their_ow
     assert (draw_stroke(table), draw_spectra(plain)) == (None, None)
     acceleration, stroke = draw_spectra(table).axes
     assert "|ẍ|" in acceleration.get_title(loc="left")
-    assert "x_r" in stroke.get_title(loc="left")
+    assert "xᵣ" in stroke.get_title(loc="left")
     for axes in acceleration, stroke:
         assert axes.get_xscale() == "log"
-        assert "f_0" in axes.get_xlabel()
+        assert "f₀" in axes.get_xlabel()
 
 
 def test_a_spectrum_of_a_record_shows_the_peak_acceleration(scenario, tmp_path):
