@@ -76,8 +76,11 @@ def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
     This is for commands: the figure is not used any more, nor are matplotlib's docstrings.
     """
     with picture_style():
+        import_matplotlib()
+        from matplotlib import artist
+
         # Lists of properties for its docstrings take matplotlib a third of its import.
-        import_matplotlib().artist.kwdoc = lambda artist: ""
+        artist.kwdoc = lambda artist: ""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         if (figure := draw()) is None:
