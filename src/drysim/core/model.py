@@ -549,11 +549,11 @@ def keep_values(motion: Sines | Samples) -> None:
         finalize(u_dd, _kept_values.pop, id(u_dd), None).atexit = False
 
 
-def recall_for(motion: Samples, compute: Callable[..., T], *arguments: Any) -> T:
+def recall_for(motion: Sines | Samples, compute: Callable[..., T], *arguments: Any) -> T:
     """Return `compute(motion, *arguments)`, computed once if values of the motion are kept."""
-    values = _kept_values.get(id(motion.u_dd))
-    if values is None:
+    if not isinstance(motion, Samples) or id(motion.u_dd) not in _kept_values:
         return compute(motion, *arguments)
+    values = _kept_values[id(motion.u_dd)]
     key = compute, id(motion.u), motion.dt, motion.mean_squares, *arguments
     if key not in values and len(values) >= MAX_KEPT_VALUES:
         values.clear()

@@ -106,10 +106,7 @@ def weighted_accelerations(
         return None
     running = max_running_rms(mass, dt, periodic)
     grid = dt, len(response), part.start, part.stop
-    if isinstance(motion, Samples):
-        base_a_w, base_dose = recall_for(motion, weighted_base, *grid, name, periodic)
-    else:
-        base_a_w, base_dose = weighted_base(motion, *grid, name, periodic)
+    base_a_w, base_dose = recall_for(motion, weighted_base, *grid, name, periodic)
     return Weighted(
         k * rms(mass),
         k * base_a_w,
