@@ -24,7 +24,7 @@ from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, PlottedMetric, save_picture, stroke_metric
+from drysim.plots.style import T_A, T_X, plotted, save_picture
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -773,14 +773,14 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_metric(0.01)])
+    figure = sweep_plots.draw_quantiles(table(GRID), [plotted("x_r_peak", 0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
 
 def test_only_ratios_are_compared_with_one_over_many_cases(table):
-    acceleration = PlottedMetric("aₓ [m/s²]", "a_x")
-    metrics = [*BOTH, acceleration, stroke_metric(0.01)]
+    acceleration = plotted("a_x")
+    metrics = [*BOTH, acceleration, plotted("x_r_peak", 0.01)]
     panels = sweep_plots.draw_quantiles(table(GRID), metrics).axes[::2]
     for metric, panel in zip(metrics, panels, strict=True):
         assert panel.get_title("left").endswith(metric.symbol)
@@ -791,7 +791,7 @@ def test_only_ratios_are_compared_with_one_over_many_cases(table):
 def test_numbers_beside_a_map_are_within_the_picture(table):
     small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
     rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
-    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_metric(2e-7)])
+    figure = sweep_plots.draw_quantiles(table(rms, small), [plotted("x_r_peak", 2e-7)])
     figure.draw_without_rendering()
     _, mapped = figure.axes
     (bar,) = mapped.child_axes
@@ -1155,4 +1155,18 @@ def test_numbers_below_a_single_case_do_not_touch(tmp_path):
     ],
 )
 def test_only_whole_words_are_typeset_as_symbols(text, typeset):
-    assert style.typeset(text) == typeset
+    assert wording.typeset(text) == typeset
+
+
+@pytest.mark.parametrize(
+    ("name", "greatest", "symbol"),
+    [
+        ("T_a", 2.0, "Tₐ [–]"),
+        ("x_r_peak", 0.02, "peak |xᵣ| [mm]"),
+        ("x_r_rms", 0.02, "x_r_rms [mm]"),
+        ("stuck_share", 0.5, "stuck [%]"),
+        ("VDV", 2.0, "VDV [m/s^1.75]"),
+    ],
+)
+def test_a_metric_is_drawn_with_its_symbol_and_shown_unit(name, greatest, symbol):
+    assert plotted(name, greatest).symbol == symbol

@@ -67,7 +67,60 @@ def format_number(
     else:
         mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
         text = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
-    return f"{text} {unit}" if unit not in ("", "-", "–") else text
+    return with_unit(text, unit)
+
+
+def format_range(
+    low: float | str | None,
+    high: float | str | None,
+    unit: str = "",
+    digits: int = SIGNIFICANT_DIGITS,
+) -> str:
+    """Return a range or interval; one value if both ends read the same.
+
+    Parameters
+    ----------
+    low, high : float or str or None
+        Ends, as numbers or as text; None for an end that is not known.
+    unit : str, optional
+        Unit of both, as in `format_number`.
+    digits : int, optional
+        Significant digits of numbers.
+
+    Returns
+    -------
+    str
+        E.g. `1 to 2 Hz`, `at least 1 Hz`, `at most 2 Hz`.
+    """
+    first, last = (format_number(end, digits=digits) for end in (low, high))
+    if low is None and high is None:
+        return UNKNOWN
+    if high is None:
+        words = f"at least {first}"
+    elif low is None:
+        words = f"at most {last}"
+    else:
+        words = first if first == last else f"{first} to {last}"
+    return with_unit(words, unit)
+
+
+def with_unit(words: str, unit: str) -> str:
+    """Return text followed by a unit; empty or a dash for none."""
+    return f"{words} {unit}" if unit not in ("", "-", "–") else words
+
+
+def format_deviation(deviation: float, half_width: float | None = None, digits: int = 3) -> str:
+    """Return a relative deviation [-] in percent with its sign, of a mean with its interval.
+
+    Returns
+    -------
+    str
+        E.g. `+84 %`, `-1.20 ± 0.35 %`.
+    """
+    sign = "+" if deviation >= 0 else ""
+    if half_width:
+        return sign + format_interval(100 * deviation, 100 * half_width, "%")
+    return sign + format_number(100 * deviation, "%", digits)
 
 
 class LengthUnit(NamedTuple):
@@ -162,6 +215,22 @@ def format_unit(unit: str) -> str:
     superscripts = {"2": "²", "3": "³"}
     unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: superscripts[digit[0]], unit)
     return "" if unit == "-" else unit.replace("*", "·")
+
+
+SUBSCRIPTS = str.maketrans("012ehkmnoprstuvxa", "₀₁₂ₑₕₖₘₙₒₚᵣₛₜᵤᵥₓₐ")
+"""The letters and digits of indices that are characters of their own; f and w are not."""
+
+
+def typeset(text: str) -> str:
+    """Lower the indices of T_a, x_r and the like; those of F_fk and a_w stay as they are.
+
+    x_r_min is no symbol.
+    """
+    return re.sub(
+        r"\b([A-Za-zσ])_([012aehkmnoprstuvx]+)\b",
+        lambda symbol: symbol[1] + symbol[2].translate(SUBSCRIPTS),
+        text,
+    )
 
 
 # Cleaning of records.

@@ -16,9 +16,9 @@ from drysim.console.summaries import (
     show_summary,
 )
 from drysim.metrics.table import HOURLY_STROKE
+from drysim.metrics.text import format_metric
 from drysim.scenario.design import WORST
 from drysim.study.design import DesignResult, Variant, keys_at_bounds, limits_of, number_of
-from drysim.study.outcome import format_metric
 from drysim.study.statistics import max_seeds
 from drysim.study.table import hourly_stroke_used
 from drysim.wording import (

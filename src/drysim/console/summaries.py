@@ -26,9 +26,9 @@ from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
 from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, UNITS, WEIGHTING
+from drysim.metrics.text import format_metric
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import asks_for_peak_acceleration, common_period
-from drysim.study.outcome import format_metric
 from drysim.study.table import HourlyStroke, hourly_stroke_used
 from drysim.wording import (
     describe_limits,

@@ -35,6 +35,7 @@ from drysim.metrics.stroke import (
     impacts,
     path_measures,
 )
+from drysim.wording import format_unit, typeset
 
 Metrics = Mapping[str, float | int | None]
 """Values by name, None where unknown; read-only."""
@@ -248,6 +249,9 @@ WEIGHTING = Need("weighted", "a weighting", ("measure.direction", "measure.weigh
 EXPOSURE = Need("exposure", "an exposure a day", ("measure.exposure",))
 NEEDS = LIMITS, STOPS, ORBIT, WEIGHTING, EXPOSURE
 
+PEAK_STROKE = "x_r_peak"
+"""Metric that is the stroke."""
+
 STROKE_USED = "stroke_used"
 """Metric by which the stroke limit is judged."""
 
@@ -280,6 +284,8 @@ class Metric(NamedTuple):
     """What the metric is not known without."""
     kind: str = ""
     """SHARE, SIGNED, COUNT, or ""."""
+    short_label: str = ""
+    """Label, if it is not the name."""
     by_side: bool = False
     """Whether the metric is of one side of the stroke; tables have it only where the sides are
     told apart."""
@@ -289,6 +295,21 @@ class Metric(NamedTuple):
     """Whether tables also have its confidence interval, where it is a mean over seeds."""
     with_quantiles: bool = False
     """Whether its quantiles over the cases are in drysim.json."""
+
+    @property
+    def label(self) -> str:
+        """Label in summaries and headings, e.g. `peak |x_r|`."""
+        return self.short_label or self.name
+
+    @property
+    def symbol(self) -> str:
+        """Label in pictures, with lowered indices."""
+        return typeset(self.label)
+
+    @property
+    def shown(self) -> str:
+        """Unit in text and pictures, for `wording.display_unit`; empty for a plain number."""
+        return "%" if self.kind == SHARE else format_unit(self.unit)
 
 
 METRICS = (
@@ -303,8 +324,9 @@ METRICS = (
            with_quantiles=True),
     Metric("x_r_rms", "m", "RMS relative displacement, mean included",
            lambda m: m.x_r, in_tables=True, with_interval=True),
-    Metric("x_r_peak", "m", "stroke: largest |x_r| in the window and its ring-down",
-           lambda m: m.peak, in_tables=True, with_interval=True, with_quantiles=True),
+    Metric(PEAK_STROKE, "m", "stroke: largest |x_r| in the window and its ring-down",
+           lambda m: m.peak, short_label="peak |x_r|", in_tables=True, with_interval=True,
+           with_quantiles=True),
     Metric("x_r_max", "m", "largest x_r in the window and its ring-down, at least 0",
            lambda m: m.highest, kind=SIGNED, by_side=True),
     Metric("x_r_min", "m", "smallest x_r in the window and its ring-down, at most 0",
@@ -313,7 +335,7 @@ METRICS = (
            "between the grid points too, both sides of a jump included, rigid impacts not (a "
            "fixed-step approach knows its grid points only); for base motion in samples and "
            "a constant normal force, not under stribeck, dahl, lugre and leuven",
-           lambda m: m.x_dd_peak),
+           lambda m: m.x_dd_peak, short_label="peak |ẍ|"),
     Metric("v_r_rms", "m/s", "RMS relative velocity", lambda m: sqrt(m.totals.v2 / m.length)),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known", lambda m: m.u),
     Metric(STROKE_USED, "-", "largest |x_r| over the stroke limit, settling included; of "
@@ -324,11 +346,11 @@ METRICS = (
            (LIMITS,), in_tables=True),
     Metric("stuck_share", "-", "share of the window in which the mass is at rest relative to "
            "the base, stuck by dry friction or pressed against a rigid stop",
-           lambda m: m.totals.stuck / m.length, kind=SHARE, in_tables=True, with_interval=True,
-           with_quantiles=True),
+           lambda m: m.totals.stuck / m.length, kind=SHARE, short_label="stuck",
+           in_tables=True, with_interval=True, with_quantiles=True),
     Metric("chatter_share", "-", "share of the window with two sign changes of v_r within "
            "four steps",
-           lambda m: m.chatter, kind=SHARE, in_tables=True),
+           lambda m: m.chatter, kind=SHARE, short_label="chatter", in_tables=True),
     Metric("violations", "-", "how often |x_r| reaches the stroke limit, settling included",
            lambda m: m.excursions.up + m.excursions.down, (LIMITS,), COUNT, in_tables=True),
     Metric("violations_up", "-", "how often x_r reaches the upper limit, settling included",
@@ -349,7 +371,7 @@ METRICS = (
     Metric(HOURLY_STROKE, "m", "stroke exceeded once an hour if noise or record "
            "continues as in the window: extrapolated from the tail of its peaks (Weibull, "
            "exponent 2), at most the position of rigid stops; unknown below 150 half cycles",
-           lambda m: m.hourly),
+           lambda m: m.hourly, short_label="hourly peak"),
     Metric(HOURLY_STROKES_BY_SIDE[0], "m", "x_r exceeded once an hour, extrapolated as "
            "stroke_once_an_hour from the peaks of this side",
            lambda m: m.hourly_by_side[0], by_side=True),
@@ -363,9 +385,9 @@ METRICS = (
     Metric("contacts_down", "-", "contacts with the lower end stop in the window",
            lambda m: m.impacts.down, (STOPS,), COUNT, by_side=True),
     Metric("impact_speed", "m/s", "largest |v_r| at a contact in the window",
-           lambda m: m.impacts.speed, (STOPS,)),
+           lambda m: m.impacts.speed, (STOPS,), short_label="impact speed"),
     Metric("stop_force_peak", "N", "largest force between mass and bumper",
-           lambda m: m.impacts.force, (STOPS,)),
+           lambda m: m.impacts.force, (STOPS,), short_label="peak force"),
     Metric("impulse_peak", "N·s", "largest impulse of an impact on a rigid stop",
            lambda m: m.impacts.impulse, (STOPS,)),
     Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k",
@@ -381,7 +403,8 @@ METRICS = (
     Metric("MTVV", "m/s2", "largest running RMS of a_w, linear over 1 s",
            lambda m: m.weighted.running, (WEIGHTING,)),
     Metric("crest_factor", "-", "largest |a_w| over its RMS, of the mass",
-           lambda m: ratio(m.weighted.peak, m.weighted.a_w), (WEIGHTING,)),
+           lambda m: ratio(m.weighted.peak, m.weighted.a_w), (WEIGHTING,),
+           short_label="crest factor"),
     Metric("A_8", "m/s2", "daily exposure A(8): a_w √(exposure/8 h), with the exposure a day "
            "that is stated",
            lambda m: m.weighted.a_w * sqrt(m.exposure / DAY_OF_WORK), (WEIGHTING, EXPOSURE)),

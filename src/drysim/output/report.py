@@ -34,6 +34,7 @@ from drysim.console.summaries import SummaryRow
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
 from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
+from drysim.metrics.text import format_metric_ranges, format_metrics
 from drysim.output.folder import (
     AGAIN_HINT,
     MARKER,
@@ -50,7 +51,7 @@ from drysim.study.compare import Comparison
 from drysim.study.design import DesignResult
 from drysim.study.ensemble import Ensemble
 from drysim.study.fit import FitResult
-from drysim.study.outcome import Outcome, format_metric_ranges, format_metrics
+from drysim.study.outcome import Outcome
 from drysim.study.regimes import RegimeMap
 from drysim.study.table import Table
 from drysim.wording import format_count, format_number

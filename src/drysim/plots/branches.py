@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from drysim.metrics.table import PEAK_STROKE
 from drysim.plots import style
 from drysim.plots.style import (
-    PEAK_STROKE,
     T_A,
     PlottedMetric,
     Style,
     axis_label,
+    plotted,
     set_ticks,
     set_title,
-    stroke_metric,
 )
 from drysim.study.branches import (
     Branch,
@@ -53,8 +53,8 @@ OWN_STYLE: Style = {"color": "0.45", "linewidth": 1.0, "linestyle": (0, (1, 2)),
 
 def draw(result: BranchesResult) -> Figure:
     """Draw the branches of a scenario."""
-    peak = max((float(one.metrics["x_r_peak"].max()) for one in result.branches), default=0.0)
-    panels = (T_A, stroke_metric(peak))
+    peak = max((float(one.metrics[PEAK_STROKE].max()) for one in result.branches), default=0.0)
+    panels = (T_A, plotted(PEAK_STROKE, peak))
     figure, grid = style.panel_grid(len(panels), 1, PANEL_HEIGHT * len(panels))
     axes: list[Axes] = []
     for i, metric in enumerate(panels):

@@ -19,21 +19,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim.approach.solution import Floats
-from drysim.metrics.table import UNITS
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.metrics.text import format_metric
 from drysim.plots import style
 from drysim.plots.style import (
-    A_W,
-    IMPACT_SPEED,
-    PEAK_STROKE,
-    STOP_FORCE,
-    T_A,
-    T_X,
-    X_DD,
     Style,
     axis_label,
+    plotted,
     set_axis,
     set_ticks,
-    stroke_metric,
 )
 from drysim.plots.sweep import BEST_STYLE, EMPTY_COLOR
 from drysim.scenario.axes import KeyRange
@@ -44,12 +38,10 @@ from drysim.study.design import (
     evaluations_of,
     keys_at_bounds,
 )
-from drysim.study.outcome import format_metric
 from drysim.study.search import Surrogate
 from drysim.wording import (
     describe_clean_up,
     format_count,
-    format_unit,
     join_words,
     short_key,
 )
@@ -73,9 +65,6 @@ of negative ones is as far above the median."""
 
 LEVELS, SHOWN_SHARE = 20, 0.98
 """Levels of a map, and the share of the admissible values between them."""
-
-SYMBOLS = {one.name: one.symbol for one in (T_X, T_A, X_DD, A_W, IMPACT_SPEED, STOP_FORCE)}
-"""Labels of objectives that have a symbol, with units."""
 
 ADMISSIBLE_STYLE: Style = {
     "linestyle": "none", "marker": "o", "markersize": 4.5, "color": "#1f4e79",
@@ -137,7 +126,8 @@ def heading(result: DesignResult) -> style.Heading:
     if shown is not None:
         values = zip(result.design.minimise, shown.objectives, result.half_widths, strict=True)
         found = ", ".join(
-            f"{heading_name(name)} {format_metric(name, x, half)}" for name, x, half in values
+            f"{METRICS_BY_NAME[name].label} {format_metric(name, x, half)}"
+            for name, x, half in values
         )
         best = result.shown_name if result.best else "no design keeps all limits; the closest"
         words = f"{best}: {found} at {result.place(shown)}"
@@ -156,19 +146,11 @@ def heading(result: DesignResult) -> style.Heading:
     return style.make_heading(source, words, "", "; ".join([*parts, base]))
 
 
-def heading_name(name: str) -> str:
-    """Return the name of a metric in a heading, which typesets symbols."""
-    return {PEAK_STROKE: "peak |x_r|", X_DD.name: "peak |ẍ|"}.get(name, name)
-
-
 def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
     """Return the displayed units of an objective per SI unit, and the label of its axis."""
-    if name == PEAK_STROKE:
-        greatest = max(x for x in values_of(result, name) if x == x)
-        metric = stroke_metric(greatest)
-        return metric.scale, metric.symbol
-    words = f"{style.typeset(name)} [{format_unit(UNITS[name]) or '–'}]"
-    return 1.0, SYMBOLS.get(name, words)
+    greatest = max((x for x in values_of(result, name) if x == x), default=0.0)
+    metric = plotted(name, greatest)
+    return metric.scale, metric.symbol
 
 
 def values_of(result: DesignResult, name: str) -> Floats:

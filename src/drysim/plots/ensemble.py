@@ -9,8 +9,10 @@ import numpy as np
 
 from drysim import wording
 from drysim.approach.solution import Floats
+from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
+from drysim.metrics.text import format_metric
 from drysim.plots import response, style
-from drysim.plots.style import PEAK_STROKE, SEAT, T_A, PlottedMetric, Style, stroke_metric
+from drysim.plots.style import PlottedMetric, Style, plotted
 from drysim.study.ensemble import Ensemble
 from drysim.study.statistics import QUANTILES, Statistic, stopping_rule, student_t
 
@@ -36,13 +38,11 @@ INTERVAL_STYLE: Style = {
 }  # fmt: skip
 QUANTILE_STYLE: Style = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
 
-HEADING_RESULTS = (
-    ("T_a", "T_a", ""),
-    ("SEAT", "SEAT", ""),
-    ("peak |x_r|", "x_r_peak", "m"),
-    ("stuck", "stuck_share", "%"),
-)
-"""Name, metric and unit of the results in the heading."""
+DRAWN_METRICS = ("T_a", "SEAT", PEAK_STROKE)
+"""Metrics with panels of their own, besides that of the stopping rule."""
+
+HEADING_METRICS = (*DRAWN_METRICS, "stuck_share")
+"""Metrics in the heading."""
 
 
 def draw(result: Ensemble) -> Figure:
@@ -66,13 +66,10 @@ def draw(result: Ensemble) -> Figure:
 
 def _shown_metrics(result: Ensemble) -> Iterator[PlottedMetric]:
     """Return the drawn metrics: the main ones and that of the stopping rule."""
-    greatest = result.statistics[PEAK_STROKE]
-    main = (T_A, SEAT, stroke_metric(greatest.greatest[0] if greatest else 0.0))
-    yield from (one for one in main if result.statistics[one.name])
     until = stopping_rule(result.scenario)
-    others = {metric.name for metric in main}
-    if until and until.metric not in others and result.statistics[until.metric]:
-        yield PlottedMetric(until.metric, until.metric)
+    for name in dict.fromkeys((*DRAWN_METRICS, *([until.metric] if until else []))):
+        if statistic := result.statistics[name]:
+            yield plotted(name, statistic.greatest[0])
 
 
 def _draw_distribution(
@@ -145,15 +142,14 @@ def _heading(result: Ensemble) -> style.Heading:
     """Return the heading: main results and seeds, then the scene."""
     until = stopping_rule(result.scenario)
     found = [
-        f"{name} {_format_mean(one, unit)}"
-        for name, metric, unit in HEADING_RESULTS
-        if (one := result.statistics[metric]) is not None
+        f"{METRICS_BY_NAME[name].label} {_format_mean(name, statistic)}"
+        for name in HEADING_METRICS
+        if (statistic := result.statistics[name]) is not None
     ]
     seeds = f"seeds {wording.describe_seeds(result.seeds, until)}"
     return style.response_heading(result.shown, f"{', '.join(found)}; {seeds}")
 
 
-def _format_mean(found: Statistic, unit: str) -> str:
-    """Format a mean with its confidence interval, in a unit suited to the largest value."""
-    scale, sign = wording.display_unit(unit, found.greatest[0])
-    return wording.format_interval(found.mean * scale, (found.half_width or 0.0) * scale, sign)
+def _format_mean(name: str, found: Statistic) -> str:
+    """Return a mean with its confidence interval, in a unit suited to the largest value."""
+    return format_metric(name, found.mean, found.half_width, found.greatest[0])

@@ -31,6 +31,7 @@ from drysim.core.model import (
     acceleration_at,
     has_friction,
 )
+from drysim.metrics.table import PEAK_STROKE
 from drysim.plots import style
 from drysim.plots.style import Style, set_title
 from drysim.study.outcome import Outcome
@@ -113,7 +114,7 @@ def _draw_interval(
 
 def _stroke_unit(outcome: Outcome) -> LengthUnit:
     """Return the unit of x_r, the same as that of its peak in the summary."""
-    return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
+    return wording.length_unit(outcome.metrics[PEAK_STROKE] or 0.0)
 
 
 def _settling_time(outcome: Outcome) -> float:

@@ -25,10 +25,12 @@ import numpy as np
 from drysim import wording
 from drysim.errors import DrysimError
 from drysim.interrupt import deferred_interrupt
+from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
+from drysim.metrics.text import format_labelled, format_metric_ranges
 from drysim.scenario.axes import FILE_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.study.compare import FREQUENCY_KEY, Comparison, describe_coinciding
-from drysim.study.outcome import Outcome, format_metric_ranges
+from drysim.study.outcome import Outcome
 from drysim.study.statistics import OK, Row
 from drysim.study.table import Table
 
@@ -357,10 +359,6 @@ def tick_label(x: float) -> str:
 # Metrics in panels of many cases.
 
 
-PEAK_STROKE = "x_r_peak"
-"""The metric whose display unit depends on its size."""
-
-
 class PlottedMetric(NamedTuple):
     """A metric as it is drawn in a panel."""
 
@@ -368,12 +366,12 @@ class PlottedMetric(NamedTuple):
     """Symbol with unit."""
     name: str
     """Name of the metric."""
-    scale: float = 1.0
+    scale: float
     """Displayed value over the value in SI units."""
-    title: str = ""
+    title: str
     """Name in the panel title."""
-    unit: str = ""
-    """Displayed unit, if it is needed outside of `symbol`."""
+    unit: str
+    """Displayed unit."""
 
     def of(self, row: Row) -> float | None:
         """Return the displayed value of a row, or None where it is unknown."""
@@ -388,25 +386,34 @@ class PlottedMetric(NamedTuple):
     @property
     def full_title(self) -> str:
         """Title of a panel: name and symbol."""
-        return f"{self.title} {self.symbol}"
+        return f"{self.title} {self.symbol}".lstrip()
 
 
-T_X = PlottedMetric("Tₓ [–]", "T_x", title="relative displacement transmissibility")
-T_A = PlottedMetric("Tₐ [–]", "T_a", title="acceleration transmissibility")
-X_DD = PlottedMetric("peak |ẍ| [m/s²]", "x_dd_peak", title="acceleration:")
-SEAT = PlottedMetric("SEAT [–]", "SEAT", title="weighted transmissibility")
+PANEL_TITLES = {
+    "T_x": "relative displacement transmissibility",
+    "T_a": "acceleration transmissibility",
+    "SEAT": "weighted transmissibility",
+    "a_w": "weighted acceleration",
+    "x_dd_peak": "acceleration:",
+    "impact_speed": "end stops:",
+    "stop_force_peak": "end stops:",
+    PEAK_STROKE: "stroke:",
+}
+"""What the title of a panel says before the symbol of the metric."""
+
+
+def plotted(name: str, greatest: float = 0.0) -> PlottedMetric:
+    """Return a metric with its symbol, a length in a unit suited to the greatest value [m]."""
+    metric = METRICS_BY_NAME[name]
+    scale, unit = wording.display_unit(metric.shown, greatest)
+    symbol = f"{metric.symbol} [{unit or '–'}]"
+    return PlottedMetric(symbol, name, scale, PANEL_TITLES.get(name, ""), unit)
+
+
+T_X, T_A, SEAT, A_W = map(plotted, ("T_x", "T_a", "SEAT", "a_w"))
 RATIOS = (T_X, T_A, SEAT)
 """Metrics that are 1 where the mass moves as the base does."""
-A_W = PlottedMetric("a_w [m/s²]", "a_w", title="weighted acceleration")
-IMPACT_SPEED = PlottedMetric("impact speed [m/s]", "impact_speed", title="end stops:")
-STOP_FORCE = PlottedMetric("peak force [N]", "stop_force_peak", title="end stops:")
-
-
-def stroke_metric(greatest: float) -> PlottedMetric:
-    """Return the peak of |x_r| in a unit suited to the largest of all peaks [m]."""
-    unit = wording.length_unit(greatest)
-    symbol = f"peak |xᵣ| [{unit.symbol}]"
-    return PlottedMetric(symbol, PEAK_STROKE, unit.units_per_metre, "stroke:", unit.symbol)
+X_DD, IMPACT_SPEED, STOP_FORCE = map(plotted, ("x_dd_peak", "impact_speed", "stop_force_peak"))
 
 
 # Heading of a picture: title, scene and main results.
@@ -517,7 +524,7 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
     In `results` and `scene` x_r and the like are typeset as symbols; `base` is drawn as it is,
     behind the scene.
     """
-    lines = (typeset(results), f"{typeset(scene)}; {base}".removeprefix("; "))
+    lines = (wording.typeset(results), f"{wording.typeset(scene)}; {base}".removeprefix("; "))
     shown = (fit_line(wording.sanitise(line)) for line in lines if line)
     return Heading(fit_title(scenario.name), tuple(shown))
 
@@ -563,12 +570,12 @@ def _main_results(outcome: Outcome) -> str:
     peak = metrics[PEAK_STROKE]
     limit = f" (limit {wording.describe_limits(stroke.limits, peak)})" if stroke else ""
     parts = [
-        f"{name} {wording.format_number(metrics[name], unit)}"
-        for name, unit in (("T_a", ""), ("SEAT", ""), ("a_w", "m/s²"), ("T_x", ""))
+        format_labelled(name, metrics[name])
+        for name in ("T_a", "SEAT", "a_w", "T_x")
         if metrics[name] is not None
     ]
-    parts.append(f"peak |x_r| {wording.format_length(peak)}{limit}")
-    parts.append(f"stuck {wording.format_percent(metrics['stuck_share'])}")
+    parts.append(f"{format_labelled(PEAK_STROKE, peak)}{limit}")
+    parts.append(format_labelled("stuck_share", metrics["stuck_share"]))
     if metrics["contacts"]:
         parts.append(f"stops hit {metrics['contacts']}×")
     elif metrics["violations"]:
@@ -600,19 +607,3 @@ def text_width(text: str, **font: Any) -> float:
 
     properties: Any = FontProperties(**{"size": HEADING_SIZE, **font})
     return float(text_to_path.get_text_width_height_descent(text, properties, ismath=False)[0])
-
-
-SUBSCRIPTS = str.maketrans("012ehkmnoprstuvxa", "₀₁₂ₑₕₖₘₙₒₚᵣₛₜᵤᵥₓₐ")
-"""The letters and digits of indices that are characters of their own; f and w are not."""
-
-
-def typeset(text: str) -> str:
-    """Lower the indices of T_a, x_r and the like; those of F_fk and a_w stay as they are.
-
-    x_r_min is no symbol.
-    """
-    return re.sub(
-        r"\b([A-Za-zσ])_([012aehkmnoprstuvx]+)\b",
-        lambda symbol: symbol[1] + symbol[2].translate(SUBSCRIPTS),
-        text,
-    )

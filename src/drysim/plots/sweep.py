@@ -33,12 +33,12 @@ from numpy.typing import NDArray
 
 from drysim import wording
 from drysim.approach.solution import Floats
+from drysim.metrics.table import PEAK_STROKE
 from drysim.plots import response, style
 from drysim.plots.style import (
     A_W,
     FORCE_LABEL,
     IMPACT_SPEED,
-    PEAK_STROKE,
     RATIOS,
     SEAT,
     STOP_FORCE,
@@ -52,11 +52,11 @@ from drysim.plots.style import (
     axis_label,
     column_count,
     is_lowest,
+    plotted,
     set_axis,
     set_ticks,
     set_title,
     spans_decade,
-    stroke_metric,
 )
 from drysim.scenario.axes import (
     DIRECTION_KEY,
@@ -127,7 +127,7 @@ def draw_spectra(table: Table) -> Figure | None:
 def _draw_peaks(table: Table) -> Figure:
     """Return the figure of peak stroke and, if asked for, of peak acceleration."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
-    peak = stroke_metric(ends.get(PEAK_STROKE, (0.0, 0.0))[1])
+    peak = plotted(PEAK_STROKE, ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     shown = asks_for_peak_acceleration(table.scenario) and X_DD.name in ends
     accelerations = [X_DD] * shown
     if needs_quantiles(table):

@@ -18,13 +18,14 @@ from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
+from drysim.metrics.text import format_metrics
 from drysim.parallel import map_in_order, worker_count
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
-from drysim.study.outcome import Outcome, Result, count_verdicts, format_metrics, format_repr
+from drysim.study.outcome import Outcome, Result, count_verdicts, format_repr
 from drysim.study.plan import CaseRange
 from drysim.study.run import MotionCache
 from drysim.study.statistics import (

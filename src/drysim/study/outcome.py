@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
@@ -10,22 +10,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
 from drysim.metrics.table import UNITS
-from drysim.wording import (
-    display_unit,
-    format_count,
-    format_interval,
-    format_length,
-    format_number,
-    format_unit,
-    join_words,
-    length_unit,
-)
+from drysim.metrics.text import format_metrics
+from drysim.wording import format_count, format_number, format_unit, join_words
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
-    from drysim.metrics.table import Metrics, Values
+    from drysim.metrics.table import Values
     from drysim.scenario.model import Scenario
 
 
@@ -121,41 +113,6 @@ class Outcome(Result):
 
 
 # One-line representations for notebooks and debuggers.
-
-KEY_RATIOS = ("T_a", "SEAT", "T_x")
-"""Ratios shown beside the stroke, where they are known."""
-
-
-def format_metrics(metrics: Metrics) -> str:
-    """Return the most important metrics as text."""
-    known = [
-        f"{name} {format_number(metrics[name])}"
-        for name in KEY_RATIOS
-        if metrics.get(name) is not None
-    ]
-    return ", ".join([*known, f"peak |x_r| {format_length(metrics.get('x_r_peak'))}"])
-
-
-def format_metric(name: str, value: float, half_width: float | None = None) -> str:
-    """Return a metric with its unit, lengths in a suitable one, and its interval over seeds."""
-    factor, unit = display_unit(format_unit(UNITS[name]), value)
-    width = None if half_width is None else factor * half_width
-    return format_interval(factor * value, width, unit)
-
-
-def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
-    """Return the ranges of the same metrics as text, from (least, greatest) in SI by name."""
-    parts = [f"{name} {_format_range(ends[name])}" for name in KEY_RATIOS if name in ends]
-    if "x_r_peak" in ends:
-        low, high = ends["x_r_peak"]
-        factor, sign = length_unit(high)
-        parts.append(f"peak |x_r| {_format_range((low * factor, high * factor))} {sign}")
-    return ", ".join(parts)
-
-
-def _format_range(ends: tuple[float, float]) -> str:
-    low, high = (format_number(end, digits=3) for end in ends)
-    return low if low == high else f"{low} to {high}"
 
 
 def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]) -> str:

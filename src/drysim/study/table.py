@@ -28,12 +28,12 @@ from drysim.metrics.table import (
     UNITS,
     Metrics,
 )
+from drysim.metrics.text import format_metric_ranges
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
     Result,
     count_verdicts,
-    format_metric_ranges,
     format_repr,
     html_table,
 )

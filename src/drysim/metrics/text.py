@@ -1,0 +1,69 @@
+"""Metrics as text: values in their shown units, intervals over seeds, ranges over cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE, SHARE, Metrics
+from drysim.wording import (
+    SIGNIFICANT_DIGITS,
+    UNKNOWN,
+    display_unit,
+    format_interval,
+    format_number,
+    format_percent,
+    format_range,
+)
+
+KEY_RATIOS = ("T_a", "SEAT", "T_x")
+"""Ratios shown beside the stroke, where they are known."""
+
+RANGE_DIGITS = 3
+"""Significant digits of the ends of a range."""
+
+
+def format_metric(
+    name: str, value: float, half_width: float | None = None, greatest: float | None = None
+) -> str:
+    """Return a metric with its interval over seeds, in a unit that suits the greatest value."""
+    factor, unit = display_unit(METRICS_BY_NAME[name].shown, greatest or value)
+    width = None if half_width is None else factor * half_width
+    return format_interval(factor * value, width, unit)
+
+
+def format_value(name: str, value: float | None, digits: int = SIGNIFICANT_DIGITS) -> str:
+    """Return a metric in its shown unit; a share of time as by `format_percent`."""
+    metric = METRICS_BY_NAME[name]
+    if value is None:
+        return UNKNOWN
+    if metric.kind == SHARE:
+        return format_percent(value)
+    factor, unit = display_unit(metric.shown, value)
+    return format_number(factor * value, unit, digits)
+
+
+def format_labelled(name: str, value: float | None) -> str:
+    """Return label and value of a metric, e.g. `peak |x_r| 17.26 mm`."""
+    return f"{METRICS_BY_NAME[name].label} {format_value(name, value)}"
+
+
+def format_metrics(metrics: Metrics) -> str:
+    """Return the most important metrics."""
+    known = [name for name in KEY_RATIOS if metrics.get(name) is not None]
+    return ", ".join(format_labelled(name, metrics.get(name)) for name in (*known, PEAK_STROKE))
+
+
+def format_metric_range(name: str, ends: tuple[float, float]) -> str:
+    """Return the range of a metric over cases, in the unit of its greatest value."""
+    low, high = ends
+    factor, unit = display_unit(METRICS_BY_NAME[name].shown, high)
+    return format_range(factor * low, factor * high, unit, RANGE_DIGITS)
+
+
+def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
+    """Return the ranges of the most important metrics, from (least, greatest) by name."""
+    return ", ".join(
+        f"{METRICS_BY_NAME[name].label} {format_metric_range(name, ends[name])}"
+        for name in (*KEY_RATIOS, PEAK_STROKE)
+        if name in ends
+    )
