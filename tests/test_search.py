@@ -168,3 +168,15 @@ def test_interpolation_matrix_times_values_is_their_interpolant():
     matrix, found = (interpolate(points, one, others) for one in (np.eye(30), values))
     assert matrix @ values == pytest.approx(found, abs=1e-9)
     assert interpolate(points[:3], values[:3], others) is None
+
+
+@pytest.mark.parametrize("dimensions", [1, 3])
+def test_interpolant_is_that_of_scipy(dimensions):
+    from scipy.interpolate import RBFInterpolator
+
+    random = np.random.default_rng(2)
+    layers = np.stack([random.permutation(40) for _ in range(dimensions)], axis=1)
+    points, others = (layers + 0.5) / 40, random.random((50, dimensions))
+    values = random.normal(size=(40, 2))
+    expected = RBFInterpolator(points, values, kernel="cubic")(others)
+    assert interpolate(points, values, others) == pytest.approx(expected, abs=1e-9)

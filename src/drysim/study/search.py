@@ -26,15 +26,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.scenario.sampling import Design as Points
-
-if TYPE_CHECKING:
-    from scipy.interpolate import RBFInterpolator
 
 Floats = NDArray[np.float64]
 
@@ -76,6 +73,9 @@ FRONT_REACH = 1.1
 
 MIN_OBJECTIVE = 1e-12
 """Objective below which gains are absolute."""
+
+MAX_DISTANCES = 1 << 14
+"""Most distances between points that are computed together: they stay in the cache."""
 
 
 class Evaluations(NamedTuple):
@@ -143,40 +143,68 @@ The points that it returns may be moved a little, such as to round values.
 class Surrogate:
     """Interpolants of the objectives and the constraints.
 
+    Cubic radial basis functions of the distances from the points, and a linear function. The
+    import of `scipy.interpolate` alone would take as long as a hundred motions of a minute.
+
     Attributes
     ----------
-    interpolate : RBFInterpolator
+    points : ndarray, shape (n, dimensions)
+        Where the values are known; no two are equal.
+    weights : ndarray, shape (n + 1 + dimensions, objectives + constraints)
+        Factors of the radial functions, and of the linear one.
     objectives : int
         Number of objectives, which come first.
     least : sequence of float
         Least possible value of each objective; none without.
     """
 
-    interpolate: RBFInterpolator
+    points: Floats
+    weights: Floats
     objectives: int
     least: Sequence[float] = ()
 
     @classmethod
     def of(cls, found: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:
         """Return the interpolants of evaluations; None if there are too few."""
-        from scipy.interpolate import RBFInterpolator
-
         points, first = np.unique(found.points[found.known], axis=0, return_index=True)
-        if len(points) < points.shape[1] + 2:
+        count, dimensions = points.shape
+        if count < dimensions + 2:
             return None
-        if np.linalg.matrix_rank(points - points[0]) < points.shape[1]:
+        if np.linalg.matrix_rank(points - points[0]) < dimensions:
             return None  # the points are on a line or in a plane
         values = np.hstack(found[1:])[found.known][first]
-        interpolate = RBFInterpolator(points, values, kernel="cubic")
-        return cls(interpolate, found.objectives.shape[1], least)
+        # The radial functions together hold no linear function: their sum and first moments
+        # are zero.
+        system = np.zeros((count + 1 + dimensions,) * 2)
+        system[:count] = basis(points, points)
+        system[count:, :count] = system[:count, count:].T
+        padded = np.zeros((len(system), values.shape[1]))
+        padded[:count] = values
+        weights = np.asarray(np.linalg.solve(system, padded), dtype=np.float64)
+        return cls(points, weights, found.objectives.shape[1], least)
 
     def at(self, points: Floats) -> Evaluations:
         """Return the interpolated values at points."""
-        values = self.interpolate(points)
+        parts = np.array_split(points, 1 + len(points) * len(self.points) // MAX_DISTANCES)
+        values = np.concatenate([basis(part, self.points) @ self.weights for part in parts])
         objectives, constraints = np.split(values, [self.objectives], axis=1)
         if self.least:
             objectives = np.maximum(objectives, self.least)
         return Evaluations(points, objectives, constraints)
+
+
+def basis(points: Floats, centres: Floats) -> Floats:
+    """Return the cubes of the distances of points from centres, a one and the coordinates."""
+    squares = squared_distances(points, centres)
+    return np.hstack([squares * np.sqrt(squares), np.ones((len(points), 1)), points])
+
+
+def squared_distances(points: Floats, others: Floats) -> Floats:
+    """Return the squared distance of each point from each of others, shape (n, m)."""
+    squares = np.zeros((len(points), len(others)))
+    for one, other in zip(points.T, others.T, strict=True):
+        squares += np.square(one[:, None] - other)
+    return squares
 
 
 def interpolate(points: Floats, values: Floats, others: Floats) -> Floats | None:
@@ -293,9 +321,9 @@ def candidates(random: np.random.Generator, found: Evaluations, objectives: int)
 
 def nearest(points: Floats, others: Floats) -> Floats:
     """Return the distance of each point from the nearest of others."""
-    from scipy.spatial import KDTree
-
-    return np.asarray(KDTree(others).query(points)[0])
+    parts = np.array_split(points, 1 + len(points) * len(others) // MAX_DISTANCES)
+    least = [squared_distances(part, others).min(axis=1) for part in parts]
+    return np.asarray(np.sqrt(np.concatenate(least)))
 
 
 def spread_points(points: Floats, distances: Floats, count: int) -> NDArray[np.int64]:
