@@ -15,6 +15,7 @@ from drysim.metrics.comfort import (
     DIRECTIONS,
     WEIGHTINGS,
     apply_weighting,
+    fast_length,
     max_running_rms,
     weighting_gain,
 )
@@ -169,6 +170,13 @@ def test_end_of_a_series_does_not_reach_round_to_its_beginning():
     series = np.zeros(4000)
     series[-100:] = 1.0
     assert np.abs(apply_weighting(series, 2.5e-3, "Wk")[:3000]).max() < 1e-4
+
+
+def test_fast_length_is_that_of_scipy():
+    from scipy.fft import next_fast_len
+
+    for least in [*range(1, 2000), 24_600, 8_008_000, 1_000_000_001]:
+        assert fast_length(least) == next_fast_len(least, real=True)
 
 
 def test_running_rms_finds_the_second_of_a_burst():

@@ -7,6 +7,7 @@ They act on the mean acceleration in each step, which `metrics.spectra` uses as 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -154,14 +155,23 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
     zeros for `PADDING_TIME`, so that the filter's response to its end does not wrap around to
     its beginning.
     """
-    from scipy import fft
-
     n = len(means)
-    length = n if periodic else fft.next_fast_len(n + math.ceil(PADDING_TIME / dt), real=True)
-    spectrum = fft.rfft(means, length)
+    length = n if periodic else fast_length(n + math.ceil(PADDING_TIME / dt))
+    spectrum = np.fft.rfft(means, length)
     # Once for all series of a length.
     spectrum *= recall(length, gain_at_lines, name, length, dt)
-    return np.asarray(fft.irfft(spectrum, length)[:n], dtype=np.float64)
+    return np.asarray(np.fft.irfft(spectrum, length)[:n], dtype=np.float64)
+
+
+@lru_cache(maxsize=1)
+def fast_length(least: int) -> int:
+    """Return the smallest length of at least `least` without prime factors above 5.
+
+    The FFT of such a length is fast. `scipy.fft` has this function, but its import takes as
+    long as a hundred such transforms.
+    """
+    odd: list[int] = [3**i * 5**j for i in range(20) for j in range(14)]
+    return min(factor << (-(-least // factor) - 1).bit_length() for factor in odd)
 
 
 def gain_at_lines(name: str, length: int, dt: float) -> Complexes:
