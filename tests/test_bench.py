@@ -490,7 +490,7 @@ def test_every_point_of_a_swept_hard_case_counts(tmp_path):
      ("x_r_rms", 51.0, "x_r ×52"), ("x_r_rms", 1e9, "blows up")],
 )  # fmt: skip
 def test_deviation_is_spoken(metric, off, words):
-    assert hard_cases.format_deviation(metric, off) == words
+    assert hard_cases.describe_deviation(metric, off) == words
 
 
 def test_dry_run_of_the_hard_cases_names_them_all(drysim):

@@ -230,8 +230,8 @@ def test_SEAT_that_deviates_is_named_where_T_a_agrees(scene: Path) -> None:
 @pytest.mark.parametrize(
     ("others", "chatter", "beyond", "within"),
     [
-        ({"peak |x_r|": 0.01, "SEAT": -0.02}, 0.0, "", "peak |x_r| +1 %, SEAT -2 %"),
-        ({"peak |x_r|": 0.3, "SEAT": -0.02}, 0.0, "peak |x_r| +30 %", "SEAT -2 %"),
+        ({"x_r_peak": 0.01, "SEAT": -0.02}, 0.0, "", "peak |x_r| +1 %, SEAT -2 %"),
+        ({"x_r_peak": 0.3, "SEAT": -0.02}, 0.0, "peak |x_r| +30 %", "SEAT -2 %"),
         ({}, 0.02, "chatter 2 %", ""),
         ({}, 0.01, "", ""),
     ],

@@ -15,7 +15,7 @@ from seat import rows_of
 
 import drysim as package
 from drysim.console import terminal
-from drysim.console.many import show_ensemble
+from drysim.console.many import ensemble_rows, show_ensemble
 from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw
 from drysim.scenario.blocks import SEED_KEY
@@ -577,3 +577,10 @@ def test_quantile_of_students_t_is_that_of_scipy():
     degrees = np.arange(1, MAX_CLOSED_FORM + 3)
     found = [student_t(count) for count in degrees.tolist()]
     assert found == pytest.approx(stats.t.ppf(0.975, degrees), rel=1e-12)
+
+
+def test_metric_of_the_stopping_rule_is_shown_with_its_unit(noisy):
+    until = {"metric": "x_r_rms", "half_width": 0.5}
+    result = run(load(noisy, {SEEDS: 6, UNTIL: until}))
+    [row] = [row for row in ensemble_rows(result) if row.name == "x_r_rms"]
+    assert row.value.endswith(" mm")

@@ -206,3 +206,33 @@ def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
     assert wording.describe_case({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
     assert wording.describe_axis(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
     assert wording.describe_axis(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "text"),
+    [
+        (1.0, 2.5, "Hz", "1 to 2.5 Hz"),
+        (1.0, 1.00001, "Hz", "1 Hz"),
+        (0.25, 0.5, "-", "0.25 to 0.5"),
+        (1.0, None, "Hz", "at least 1 Hz"),
+        (None, 2.0, "", "at most 2"),
+        (None, None, "Hz", "not known"),
+        ("below 0.1 %", "5 %", "", "below 0.1 % to 5 %"),
+    ],
+)
+def test_a_range_is_written_by_its_ends(low, high, unit, text):
+    assert wording.format_range(low, high, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("deviation", "half_width", "text"),
+    [
+        (0.84, None, "+84 %"),
+        (-0.012345, None, "-1.23 %"),
+        (0.0, None, "+0 %"),
+        (12.345, None, "+1234 %"),
+        (-0.012, 0.0035, "-1.20 ± 0.35 %"),
+    ],
+)
+def test_a_deviation_has_its_sign(deviation, half_width, text):
+    assert wording.format_deviation(deviation, half_width) == text

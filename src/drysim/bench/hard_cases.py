@@ -22,7 +22,7 @@ from drysim.scenario.load import load
 from drysim.study import gallery
 from drysim.study.case import assemble, prepare
 from drysim.study.run import MotionCache
-from drysim.wording import format_number
+from drysim.wording import format_deviation, format_number
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -36,8 +36,8 @@ NO_CHECKS = "no checks"
 TOLERANCE = 0.01
 """Largest accepted deviation of T_a, RMS and peak of x_r [-]: negligible in practice."""
 
-COMPARED_METRICS = ("T_a", "x_r_peak", "x_r_rms")
-"""Metrics that are compared with those of the exact approach."""
+COMPARED_METRICS = {"T_a": "T_a", "x_r_peak": "peak", "x_r_rms": "x_r"}
+"""Metrics that are compared with those of the exact approach, and their short labels."""
 
 FACTOR_ABOVE, BLOW_UP_ABOVE = 10.0, 1e6
 """Deviations above which a factor is printed instead of per cent, and "blows up" [-]."""
@@ -115,7 +115,7 @@ def judge(
     if not worst or abs(deviations[worst]) <= TOLERANCE:
         return HardCaseResult(name, HELD, "", deviations, *found)
     return HardCaseResult(
-        name, WRONG, format_deviation(worst, deviations[worst]), deviations, *found
+        name, WRONG, describe_deviation(worst, deviations[worst]), deviations, *found
     )
 
 
@@ -145,14 +145,14 @@ def largest_deviations(
     return worst
 
 
-def format_deviation(metric: str, deviation: float) -> str:
-    """Format a deviation, e.g. `T_a +84 %`."""
-    label = metric.replace("x_r_peak", "peak").replace("x_r_rms", "x_r")
+def describe_deviation(metric: str, deviation: float) -> str:
+    """Return the deviation of a metric, e.g. `T_a +84 %`."""
+    label = COMPARED_METRICS[metric]
     if deviation > BLOW_UP_ABOVE:
         return "blows up"
     if deviation > FACTOR_ABOVE:
         return f"{label} ×{format_number(1.0 + deviation, digits=2)}"
-    return f"{label} {'+' if deviation > 0.0 else ''}{format_number(100.0 * deviation, '%', 2)}"
+    return f"{label} {format_deviation(deviation, digits=2)}"
 
 
 @dataclass(frozen=True, eq=False)

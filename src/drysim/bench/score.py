@@ -19,7 +19,7 @@ from drysim.approach.stick_slip import ExactApproach, StickSlip, Viscous
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.core.model import Samples
 from drysim.errors import SolverError
-from drysim.wording import format_number
+from drysim.wording import format_deviation, format_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -250,7 +250,7 @@ def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> st
         if worst <= limit:
             return word
     how = (
-        f"T_a {100 * T_a:+.2g} %"
+        f"T_a {format_deviation(T_a, digits=2)}"
         if abs(T_a) >= off
         else f"x_r {format_number(100 * off, '%', 2)}"
     )

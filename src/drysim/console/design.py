@@ -16,7 +16,7 @@ from drysim.console.summaries import (
     show_summary,
 )
 from drysim.metrics.table import HOURLY_STROKE
-from drysim.metrics.text import format_metric
+from drysim.metrics.text import format_metric, label_of
 from drysim.scenario.design import WORST
 from drysim.study.design import DesignResult, Variant, keys_at_bounds, limits_of, number_of
 from drysim.study.statistics import max_seeds
@@ -25,7 +25,9 @@ from drysim.wording import (
     describe_axis,
     describe_case,
     format_count,
+    format_deviation,
     format_number,
+    format_range,
     format_unit,
     join_words,
     short_key,
@@ -37,8 +39,8 @@ if TYPE_CHECKING:
 VALUE_WIDTH = 17
 """Width of the values."""
 
-MIN_CHANGE = 0.01
-"""Relative change below which a variant counts as unchanged [%]."""
+MIN_CHANGE = 1e-4
+"""Relative change below which a variant counts as unchanged [-]."""
 
 SHOWN_OF_FRONT = {
     "knee": "knee of the front",
@@ -117,7 +119,7 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
                 continue
             low, high = region.ends[one.key]
             if low is None or low != high or one.key not in bounds:
-                remarks.append(f"{label}: {format_ends(low, high)}")
+                remarks.append(f"{label}: {describe_region(low, high)}")
         if one.key in bounds:
             remarks.append(f"at its {bounds[one.key]} bound")
         text = format_number(shown.values[one.key], unit)
@@ -140,15 +142,14 @@ def best_rows(result: DesignResult) -> Iterator[SummaryRow]:
         yield SummaryRow("binding", str(limit), f"{least} without this limit")
 
 
-def format_ends(low: float | None, high: float | None) -> str:
-    """Return the ends of a range, of which one may be unknown."""
+def describe_region(low: float | None, high: float | None) -> str:
+    """Return the ends of the range of a key, of which those that seeds leave open are None."""
     if low is None and high is None:
         return "not known from these seeds"
     if low is None or high is None:
-        known, how = (high, "or less") if low is None else (low, "or more")
-        assert known is not None, "one end is known"
-        return f"{format_number(known)} {how} (more seeds decide)"
-    return f"{format_number(low)} to {format_number(high)}"
+        other = "lower" if low is None else "upper"
+        return f"{format_range(low, high)}, {other} end not known from these seeds"
+    return format_range(low, high)
 
 
 def hourly_rows(result: DesignResult) -> Iterator[SummaryRow]:
@@ -161,7 +162,7 @@ def hourly_rows(result: DesignResult) -> Iterator[SummaryRow]:
         if (block := result.scenario.stroke) is not None:
             used = max(hourly_stroke_used(one, block.limits) for one in metrics)
             remark = f"{describe_hourly_use(used)}; {remark}"
-        yield SummaryRow("hourly peak", wording.format_length(stroke), remark)
+        yield SummaryRow(label_of(HOURLY_STROKE), wording.format_length(stroke), remark)
 
 
 def front_rows(result: DesignResult) -> Iterator[SummaryRow]:
@@ -194,8 +195,8 @@ def describe_variant(result: DesignResult, variant: Variant) -> tuple[str, str]:
         return "–", variant.candidate.status
     remarks = []
     if least:
-        change = 100.0 * (value - least) / abs(least)
-        words = f"{'+' * (change > 0.0)}{format_number(change, '%', 2)}"
+        change = (value - least) / abs(least)
+        words = format_deviation(change, digits=2)
         remarks.append(words if abs(change) >= MIN_CHANGE else "unchanged")
     if variant.candidate.excess and not variant.candidate.is_admissible:
         worst = max(range(len(result.limits)), key=variant.candidate.excess.__getitem__)

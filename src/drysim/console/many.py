@@ -7,7 +7,7 @@ number of cases or seeds without values. Every case is checked against its own s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,7 +27,8 @@ from drysim.console.summaries import (
     show_warnings,
 )
 from drysim.console.terminal import NO_VALUE, print_line, print_table, stderr, stdout, wrap
-from drysim.metrics.table import HOURLY_STROKE
+from drysim.metrics.table import HOURLY_STROKE, METRICS_BY_NAME, PEAK_STROKE, SHARE
+from drysim.metrics.text import KEY_RATIOS, format_metric_range, format_value, label_of
 from drysim.scenario.axes import EXTREME_KEY
 from drysim.scenario.model import asks_for_peak_acceleration
 from drysim.study import compare, run
@@ -38,10 +39,12 @@ from drysim.study.warnings import describe_seeds_beyond
 from drysim.wording import (
     display_unit,
     format_count,
+    format_deviation,
     format_interval,
     format_length,
     format_number,
     format_percent,
+    format_range,
 )
 
 if TYPE_CHECKING:
@@ -57,23 +60,15 @@ if TYPE_CHECKING:
 ENSEMBLE_VALUE_WIDTH = 22
 """Columns of the values."""
 
-MAIN_METRICS = (
-    ("T_a", "T_a", ""),
-    ("SEAT", "SEAT", ""),
-    ("a_w", "a_w", "m/s²"),
-    ("T_x", "T_x", ""),
-    ("peak |x_r|", "x_r_peak", "m"),
-    ("hourly peak", HOURLY_STROKE, "m"),
-    ("stuck", "stuck_share", "%"),
-)
-"""Label, metric and unit of the rows."""
+MAIN_METRICS = ("T_a", "SEAT", "a_w", "T_x", PEAK_STROKE, HOURLY_STROKE, "stuck_share")
+"""Metrics with a row of their own, besides that of the stopping rule."""
 
-END_STOP_METRICS = (
-    ("impact_speed", "m/s", "at up to"),
-    ("stop_force_peak", "N", "force up to"),
-    ("impulse_peak", "N·s", "impulse up to"),
-)
-"""Metric, unit and wording of the severity of end-stop impacts."""
+END_STOP_METRICS = {
+    "impact_speed": "at up to",
+    "stop_force_peak": "force up to",
+    "impulse_peak": "impulse up to",
+}
+"""Metrics of the severity of end-stop impacts, and the words before their values."""
 
 MIN_QUANTILE_SEEDS = 13
 """Least number of seeds for which the 5 % and 95 % quantiles differ from the extremes."""
@@ -104,22 +99,19 @@ def ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
 def ensemble_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     """Yield the main metrics, and the metric of the stopping rule."""
     until = stopping_rule(ensemble.scenario)
-    rows, good = list(MAIN_METRICS), sum(row.status == OK for row in ensemble.rows)
-    peak = ensemble.statistics["x_r_peak"]
+    good = sum(row.status == OK for row in ensemble.rows)
+    peak = ensemble.statistics[PEAK_STROKE]
     peak_scale = peak.greatest[0] if peak else 0.0
-    if until and until.metric not in {metric for _, metric, _ in MAIN_METRICS}:
-        rows.append((until.metric, until.metric, ""))
-    for name, metric, given in rows:
-        found = ensemble.statistics[metric]
-        decides = until is not None and metric == until.metric
+    for name in dict.fromkeys((*MAIN_METRICS, *([until.metric] if until else []))):
+        metric, found = METRICS_BY_NAME[name], ensemble.statistics[name]
+        decides = until is not None and name == until.metric
         # A mean over only some of the seeds is biased: omitted here, but kept in drysim.json.
         if found is not None and (decides or found.seeds == good):
-            scale, unit = display_unit(given, found.greatest[0], peak_scale)
+            scale, unit = display_unit(metric.shown, found.greatest[0], peak_scale)
             width = None if found.half_width is None else found.half_width * scale
             words = format_interval(found.mean * scale, width, unit)
-            yield SummaryRow(
-                name, words, "; ".join(_describe_scatter(ensemble, metric, found, scale, unit))
-            )
+            scatter = _describe_scatter(ensemble, name, found, scale, unit)
+            yield SummaryRow(metric.label, words, "; ".join(scatter))
     yield from _limit_rows(ensemble)
     residual = ensemble.statistics["energy_residual"]
     if residual:
@@ -136,14 +128,14 @@ def _describe_scatter(
     low, high = (found.quantiles[at] * scale for at in (0, -1))
     if format_number(low) != format_number(high):
         which = "90 % of" if found.seeds >= MIN_QUANTILE_SEEDS else f"all {found.seeds}"
-        yield f"{which} seeds: {format_number(low)} to {format_number(high, unit)}"
+        yield f"{which} seeds: {format_range(low, high, unit)}"
     if found.seeds < len(ensemble.rows):
         yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
     used, stroke = ensemble.statistics.get("stroke_used"), ensemble.scenario.stroke
     if metric == HOURLY_STROKE and stroke is not None and not ensemble.scenario.stops:
         hourly = hourly_stroke_used(ensemble.metrics, stroke.limits)
         yield f"mean {describe_hourly_use(hourly)}"
-    if metric == "x_r_peak" and used:
+    if metric == PEAK_STROKE and used:
         share, seed = used.greatest
         yield f"largest with seed {seed}, {format_percent(share)} of the stroke limit"
 
@@ -154,11 +146,11 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
     if beyond:
         seeds, how = format_count(beyond, "seed"), [f"of {len(ensemble.rows)}"]
         name, value = "limit", f"exceeded for {seeds}"
-        for metric, unit, words in END_STOP_METRICS:
+        for metric, words in END_STOP_METRICS.items():
             if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
                 greatest, seed = found.greatest
                 name, value = "stops hit", seeds
-                how.append(f"{words} {format_number(greatest, unit)} with seed {seed}")
+                how.append(f"{words} {format_value(metric, greatest)} with seed {seed}")
         yield SummaryRow(name, value, ", ".join(how), "bold red")
 
 
@@ -166,9 +158,6 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[SummaryRow]:
 
 TABLE_VALUE_WIDTH = 20
 """Columns of the values."""
-
-RANGE_DIGITS = 3
-"""Significant digits of the ends of a range."""
 
 MAX_NAMED_CURVES = 4
 """Curves whose isolation frequency is listed one by one."""
@@ -195,7 +184,7 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     scenario, axes, own = table.scenario, table.axes, _main_tally(table)
     varied = [axis.key for axis in axes]
     plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
-    peak = own.greatest("x_r_peak")
+    peak = own.greatest(PEAK_STROKE)
     yield from wording.describe_scene(scenario, plant, law, varied, own.shared, peak)
     yield "base", base.describe_cases(table.motion, varied, table.records)
     same = not any(key.startswith("excitation.") for key in varied)
@@ -227,12 +216,9 @@ def _main_tally(table: Table) -> Tally:
 def table_rows(table: Table) -> Iterator[SummaryRow]:
     """Yield the main metrics."""
     own = _main_tally(table)
-    for metric in ("T_a", "SEAT", "T_x"):
-        if ends := own.extremes.get(metric):
-            values = format_range(
-                *(format_number(end.value, digits=RANGE_DIGITS) for end in ends)
-            )
-            yield SummaryRow(metric, values, describe_extent(table, own, metric))
+    for metric in KEY_RATIOS:
+        if metric in own.extremes:
+            yield _range_row(table, own, metric)
             yield from widest_interval_row(table.axes, own.seeds, metric)
     # If the frequency is sampled together with other keys, there are no curves over it.
     over_frequency = any(
@@ -241,10 +227,8 @@ def table_rows(table: Table) -> Iterator[SummaryRow]:
     )
     if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
         yield _isolation_row(table, compare.isolation_limits(table.own))
-    if asks_for_peak_acceleration(table.scenario) and (ends := own.extremes.get("x_dd_peak")):
-        low, high = (format_number(end.value, digits=RANGE_DIGITS) for end in ends)
-        values = f"{format_range(low, high)} m/s²"
-        yield SummaryRow("peak |ẍ|", values, describe_extent(table, own, "x_dd_peak"))
+    if asks_for_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
+        yield _range_row(table, own, "x_dd_peak")
     yield from stroke_rows(table, own)
     yield from _hysteresis_rows(table)
     yield from _jump_rows(table)
@@ -253,13 +237,21 @@ def table_rows(table: Table) -> Iterator[SummaryRow]:
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
             remark = describe_extent(table, own, "stuck_share")
-        yield SummaryRow(
-            "stuck", format_range(*(format_percent(end.value) for end in ends)), remark
-        )
+        low, high = (format_value("stuck_share", end.value) for end in ends)
+        yield SummaryRow(label_of("stuck_share"), format_range(low, high), remark)
     if ends := own.extremes.get("energy_residual"):
         residual = format_number(ends[1].value, digits=2)
         yield SummaryRow("energy", f"residual at most {residual}")
     yield from _failure_rows(table)
+
+
+def _range_row(table: Table, own: Tally, metric: str) -> SummaryRow:
+    """Return the range of a metric over the cases, and where its ends are."""
+    return SummaryRow(
+        label_of(metric),
+        format_metric_range(metric, own.ends[metric]),
+        describe_extent(table, own, metric),
+    )
 
 
 def widest_interval_row(
@@ -313,7 +305,7 @@ def _hysteresis_rows(table: Table) -> Iterator[SummaryRow]:
     where = wording.describe_case(widest.point, table.axes)
     yield SummaryRow(
         "hysteresis",
-        f"{format_range(format_number(low), format_number(high))} {unit}".rstrip(),
+        format_range(low, high, unit),
         f"T_a {up} up against {down} down at {where}",
     )
 
@@ -346,25 +338,20 @@ def _swept_jump_rows(table: Table) -> Iterator[SummaryRow]:
         below, above = jump.below.metrics["T_a"], jump.above.metrics["T_a"]
         return 0.0 if below is None or above is None else abs(below - above)
 
-    ends = (pick(jump.value for jump in table.jumps) for pick in (min, max))
-    at = format_range(*(format_number(end, digits=7) for end in ends))
+    low, high = (pick(jump.value for jump in table.jumps) for pick in (min, max))
     largest = max(table.jumps, key=size)
     place = wording.describe_case(largest.point, table.axes)
     count = wording.format_count(len(table.jumps), "jump")
     words = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
-    yield SummaryRow("jumps", f"at {at}", words)
+    yield SummaryRow("jumps", f"at {format_range(low, high, digits=7)}", words)
 
 
 MAX_NAMED_JUMPS = 6
 """Jumps that are listed one by one."""
 
 
-JUMPING_METRICS: tuple[tuple[str, str, Callable[[float | None], str]], ...] = (
-    ("T_a", "T_a", lambda value: format_number(value, digits=5)),
-    ("peak |x_r|", "x_r_peak", format_length),
-    ("stuck", "stuck_share", format_percent),
-)
-"""Label and metric of what is said of a jump, and how its values are written."""
+JUMPING_METRICS = {"T_a": 5, PEAK_STROKE: 4, "stuck_share": 3}
+"""Metrics of both sides of a jump, and their significant digits."""
 
 
 def describe_jump(jump: Jump) -> str:
@@ -372,10 +359,13 @@ def describe_jump(jump: Jump) -> str:
     if jump.below.status != jump.above.status:
         return f"{jump.below.status} below, {jump.above.status} above"
     parts = []
-    for label, metric, words in JUMPING_METRICS:
-        below, above = (words(row.metrics.get(metric)) for row in (jump.below, jump.above))
+    for metric, digits in JUMPING_METRICS.items():
+        below, above = (
+            format_value(metric, row.metrics.get(metric), digits)
+            for row in (jump.below, jump.above)
+        )
         if below != above:
-            parts.append(f"{label} from {below} to {above}")
+            parts.append(f"{label_of(metric)} from {below} to {above}")
     return ", ".join(parts)
 
 
@@ -385,10 +375,13 @@ def _best_rows(table: Table) -> Iterator[SummaryRow]:
         least, style = "", ""
         if best.row is None:
             style = "bold red"
-            ends = _main_tally(table).extremes.get("x_r_peak")
+            ends = _main_tally(table).extremes.get(PEAK_STROKE)
             if ends and best.kind == "case":
                 where = describe_place(table, ends[0])
-                least = f"; the least peak |x_r| is {format_length(ends[0].value)} {where}"
+                least = (
+                    f"; the least {label_of(PEAK_STROKE)} is "
+                    f"{format_length(ends[0].value)} {where}"
+                )
         yield SummaryRow(name, best.result, best.describe(table.axes, least), style)
 
 
@@ -403,7 +396,7 @@ def _describe_answer(table: Table) -> str:
 
 def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
     """Yield the greatest stroke and by how much the limit is exceeded."""
-    ends, used = own.extremes.get("x_r_peak"), own.extremes.get("stroke_used")
+    ends, used = own.extremes.get(PEAK_STROKE), own.extremes.get("stroke_used")
     if ends is None:
         return
     peak, share = ends[1], format_percent(ends[1].row.metrics.get("stroke_used"))
@@ -414,9 +407,9 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
             f"{share} of the stroke limit, by {format_length(reached, peak.value)} while "
             "settling, "
         )
-    same = is_constant(own, "x_r_peak") and not (used and not is_constant(own, "stroke_used"))
-    where = describe_extent(table, own, "x_r_peak") if same else describe_place(table, peak)
-    yield SummaryRow("peak |x_r|", format_length(peak.value), f"{remark}{where}")
+    same = is_constant(own, PEAK_STROKE) and not (used and not is_constant(own, "stroke_used"))
+    where = describe_extent(table, own, PEAK_STROKE) if same else describe_place(table, peak)
+    yield SummaryRow(label_of(PEAK_STROKE), format_length(peak.value), f"{remark}{where}")
     # If the limit is swept, another case may use a greater share of its own.
     if used and format_percent(used[1].value) != share:
         most = format_percent(used[1].value)
@@ -427,8 +420,9 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[SummaryRow]:
         cases, remark = format_count(own.beyond, "case"), f"of {own.cases}, "
         if table.scenario.stops and (speed := own.extremes.get("impact_speed")):
             name, value = "stops hit", cases
-            fastest = format_number(speed[1].value, "m/s")
-            remark += f"at up to {fastest}, {describe_place(table, speed[1])}"
+            words = END_STOP_METRICS["impact_speed"]
+            fastest = format_value("impact_speed", speed[1].value)
+            remark += f"{words} {fastest}, {describe_place(table, speed[1])}"
         else:
             name, value = "limit", f"exceeded in {cases}"
             remark += _describe_violation(table, own)
@@ -482,11 +476,6 @@ def describe_place(table: Table, extreme: Extreme) -> str:
     return f"at {wording.describe_case(extreme.row.point, table.axes)}"
 
 
-def format_range(low: str, high: str) -> str:
-    """Return a range; one value if both ends read the same."""
-    return low if low == high else f"{low} to {high}"
-
-
 def _describe_incomplete(done: int, every: int, thing: str) -> str:
     """Describe interrupted work, e.g. `incomplete: 3 of 20 seeds`."""
     return f"incomplete: {done} of {format_count(every, thing)}"
@@ -511,24 +500,14 @@ def show_interrupted(kept: int, what: str, folder: Path) -> None:
 COMPARISON_VALUE_WIDTH = 11
 """Least width of the approach names in the rows of the worst deviations [columns]."""
 
-T_A_DIGITS, OTHER_DIGITS = 4, 3
-"""Significant digits of T_a, by which approaches are compared, and of the rest."""
+COMPARISON_METRICS = {
+    "T_a": 4, "SEAT": 3, "a_w": 3, "T_x": 3, PEAK_STROKE: 3, "stuck_share": 3,
+    "chatter_share": 3,
+}  # fmt: skip
+"""Metrics in the columns, and their significant digits; approaches are compared by T_a."""
 
-LENGTH_METRIC = "x_r_peak"
-"""The metric shown in the unit of length that suits the greatest value of its column."""
-
-OPTIONAL_COMPARISON_COLUMNS = ("a_w m/s²", "T_x", "chatter %", "peak |x_r|")
+OPTIONAL_COMPARISON_METRICS = ("a_w", "T_x", "chatter_share", PEAK_STROKE)
 """Columns that a narrow terminal omits, in this order."""
-
-COMPARISON_METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
-    ("T_a", "T_a", lambda value: format_number(value, digits=T_A_DIGITS)),
-    ("SEAT", "SEAT", lambda value: format_number(value, digits=OTHER_DIGITS)),
-    ("a_w m/s²", "a_w", lambda value: format_number(value, digits=OTHER_DIGITS)),
-    ("T_x", "T_x", lambda value: format_number(value, digits=OTHER_DIGITS)),
-    ("peak |x_r|", LENGTH_METRIC, lambda value: format_number(value, digits=OTHER_DIGITS)),
-    ("stuck %", "stuck_share", lambda value: _shorten_percentage(format_percent(value))),
-    ("chatter %", "chatter_share", lambda value: _shorten_percentage(format_percent(value))),
-)
 
 
 def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
@@ -536,9 +515,8 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     console, table = stdout(), comparison.table
     show_title(console, table.scenario)
     show_scene(console, comparison_scene(comparison))
-    print_table(
-        console, comparison_columns(comparison), ("approach",), OPTIONAL_COMPARISON_COLUMNS
-    )
+    optional = [label_of(name) for name in OPTIONAL_COMPARISON_METRICS]
+    print_table(console, comparison_columns(comparison), ("approach",), optional)
     if table.axes and (places := list(worst_rows(comparison))):
         show_rows(console, places, max(COMPARISON_VALUE_WIDTH, *map(len, table.tallies)) + 1)
     show_verdicts(console, table.checks, table.axes, comparison.yardstick)
@@ -577,50 +555,36 @@ def comparison_columns(comparison: Comparison) -> list[list[str]]:
     """Return the table by columns, header first, without columns that have no value."""
     table = comparison.table
     rows = table.tallies
-    found = [_metric_column(table, *metric) for metric in COMPARISON_METRICS]
+    found = [_metric_column(table, *metric) for metric in COMPARISON_METRICS.items()]
     worst = _worst_deviations(comparison)
-    off = [_format_deviation(worst[name]) if name in worst else NO_VALUE for name in rows]
+    off = [
+        format_deviation(worst[name].value, worst[name].half_width)
+        if name in worst
+        else NO_VALUE
+        for name in rows
+    ]
     known = [column for column in found if set(column[1:]) != {NO_VALUE}]
     return [["approach", *rows], *known[:1], ["deviation", *off], *known[1:]]
 
 
-def _metric_column(
-    table: Table, heading: str, metric: str, words: Callable[[float], str]
-) -> list[str]:
-    """Return the column of a metric, header first."""
-    ends = [own.ends.get(metric) for own in table.tallies.values()]
-    factor, sign = 1.0, ""
-    if metric == LENGTH_METRIC:
-        factor, sign = wording.length_unit(
-            max((high for _, high in filter(None, ends)), default=0.0)
-        )
-    return [
-        f"{heading} {sign}".strip(),
-        *(_format_metric_range(each, factor, words) for each in ends),
-    ]
+def _metric_column(table: Table, name: str, digits: int) -> list[str]:
+    """Return the column of a metric, header with the unit first."""
+    metric = METRICS_BY_NAME[name]
+    ends = [own.ends.get(name) for own in table.tallies.values()]
+    greatest = max((high for _, high in filter(None, ends)), default=0.0)
+    factor, unit = wording.display_unit(metric.shown, greatest)
 
+    def cell(value: float) -> str:
+        if metric.kind != SHARE:
+            return format_number(value * factor, digits=digits)
+        percentage = format_percent(value).removesuffix(" %")
+        return percentage.replace("below ", "<").replace("above ", ">")
 
-def _format_metric_range(
-    ends: tuple[float, float] | None, factor: float, words: Callable[[float], str]
-) -> str:
-    """Return the range of a metric over the cases."""
-    if ends is None:
-        return NO_VALUE
-    low, high = (words(end * factor) for end in ends)
-    return low if low == high else f"{low}–{high}"
-
-
-def _shorten_percentage(words: str) -> str:
-    """Return a percentage without its sign, for a column whose header has it."""
-    return words.removesuffix(" %").replace("below ", "<").replace("above ", ">")
-
-
-def _format_deviation(worst: Deviation) -> str:
-    """Return a deviation in percent, of a mean with its half-width."""
-    if not worst.half_width:
-        return f"{worst.value * 100:+.3g} %"
-    sign = "+" if worst.value >= 0 else ""
-    return sign + format_interval(100 * worst.value, 100 * worst.half_width, "%")
+    cells = []
+    for pair in ends:
+        low, high = (NO_VALUE, NO_VALUE) if pair is None else map(cell, pair)
+        cells.append(low if low == high else f"{low}–{high}")
+    return [wording.with_unit(metric.label, unit), *cells]
 
 
 def _worst_deviations(comparison: Comparison) -> dict[str, Deviation]:

@@ -25,8 +25,20 @@ from drysim.core.model import EndStops
 from drysim.errors import WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check, Verdict
-from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, UNITS, WEIGHTING
-from drysim.metrics.text import format_metric
+from drysim.metrics.table import (
+    EXPOSURE,
+    HOURLY_STROKE,
+    METRICS,
+    PEAK_STROKE,
+    UNITS,
+    WEIGHTING,
+)
+from drysim.metrics.text import (
+    format_labelled,
+    format_metric,
+    format_value,
+    label_of,
+)
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.scenario.model import asks_for_peak_acceleration, common_period
 from drysim.study.table import HourlyStroke, hourly_stroke_used
@@ -36,8 +48,8 @@ from drysim.wording import (
     format_length,
     format_number,
     format_percent,
+    format_range,
     format_times_by_side,
-    format_unit,
 )
 
 if TYPE_CHECKING:
@@ -94,7 +106,7 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was solved, and how."""
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
-    peak = outcome.metrics["x_r_peak"]
+    peak = outcome.metrics[PEAK_STROKE]
     yield from wording.describe_scene(scenario, response.plant, response.law, peak=peak)
     yield "base", scenario.excitation.describe(response.motion)
     yield from clean_up_lines(wording.describe_clean_up(response.motion, response.law))
@@ -149,10 +161,10 @@ def _describe_window(outcome: Outcome) -> str:
 def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     """Yield the main metrics."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
-    a_x, a_u = format_number(metrics["a_x"], "m/s²"), format_number(metrics["a_u"], "m/s²")
-    yield SummaryRow("T_a", format_number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
+    a_x, a_u = (format_value(name, metrics[name]) for name in ("a_x", "a_u"))
+    yield _metric_value_row(metrics, "T_a", f"mass {a_x} RMS, base {a_u} RMS")
     yield from _comfort_rows(outcome)
-    peak = metrics["x_r_peak"]
+    peak = metrics[PEAK_STROKE]
     x_r, u = format_length(metrics["x_r_rms"], peak), format_length(metrics["u_rms"], peak)
     excitation = outcome.scenario.excitation
     advice = ""
@@ -164,9 +176,7 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     ):
         high_pass = excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
         advice = f"; it needs a high-pass: {high_pass}"
-    yield SummaryRow(
-        "T_x", format_number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{advice}"
-    )
+    yield _metric_value_row(metrics, "T_x", f"x_r {x_r} RMS, base displacement {u}{advice}")
     used = format_percent(metrics["stroke_used"])
     limit = ""
     if stroke:
@@ -174,12 +184,11 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         if (reached := metrics["stroke_suffices"] or 0.0) > (peak or 0.0):
             limit += f", by {format_length(reached, peak)} while settling"
         if stroke.limits.up != stroke.limits.down:
-            ends = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
-            limit = f"x_r from {' to '.join(ends)}; {limit}"
+            low, high = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
+            limit = f"x_r from {format_range(low, high)}; {limit}"
     if metrics["x_dd_peak"] is not None and asks_for_peak_acceleration(outcome.scenario):
-        value = format_number(metrics["x_dd_peak"], "m/s²")
-        yield SummaryRow("peak |ẍ|", value, "both sides of every jump included")
-    yield SummaryRow("peak |x_r|", format_length(peak), limit)
+        yield _metric_value_row(metrics, "x_dd_peak", "both sides of every jump included")
+    yield _metric_value_row(metrics, PEAK_STROKE, limit)
     if metrics[HOURLY_STROKE] is not None:
         yield _hourly_stroke_row(outcome, peak)
     if outcome.response.law.stops is not None:
@@ -190,17 +199,22 @@ def run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
         count = format_times_by_side(metrics, "violations", stroke.limits)
         yield SummaryRow("limit", f"exceeded {count},", when, "bold red")
     events = format_count(len(outcome.response.events), "event")
-    yield SummaryRow("stuck", format_percent(metrics["stuck_share"]), events)
+    yield _metric_value_row(metrics, "stuck_share", events)
     residual = format_number(metrics["energy_residual"], digits=2)
     yield SummaryRow("energy", f"residual {residual}")
     if (error := outcome.response.numerics.error) is not None:
         what = "estimated error of x_r, relative to its peak"
         yield SummaryRow("error", format_number(error, digits=2), what)
     if (exponent := outcome.response.numerics.lyapunov) is not None:
-        interval = f"{format_number(exponent.low)} to {format_number(exponent.high)}"
+        interval = format_range(exponent.low, exponent.high)
         over = f"95 % interval {interval} over {format_count(exponent.periods, 'period')}"
         rate = format_number(exponent.value, "1/s")
         yield SummaryRow("lyapunov", rate, f"{exponent.verdict}; {over}")
+
+
+def _metric_value_row(metrics: Metrics, name: str, remark: str) -> SummaryRow:
+    """Return a row with the label and the value of a metric."""
+    return SummaryRow(label_of(name), format_value(name, metrics[name]), remark)
 
 
 COMFORT_ROWS = ("SEAT", "SEAT_VDV", "VDV", "a_w", "MTVV", "crest_factor")
@@ -212,26 +226,20 @@ def _comfort_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     metrics, weights = outcome.metrics, outcome.scenario.measure.weights
     if weights is None or metrics["a_w"] is None:
         return
-    SEAT, dose = format_number(metrics["SEAT"]), format_number(metrics["VDV"], "m/s^1.75")
-    yield SummaryRow("SEAT", SEAT, f"SEAT_VDV {format_number(metrics['SEAT_VDV'])}, VDV {dose}")
+
+    def listed(*names: str) -> str:
+        return ", ".join(format_labelled(name, metrics[name]) for name in names)
+
+    yield _metric_value_row(metrics, "SEAT", listed("SEAT_VDV", "VDV"))
     how = f"{weights[0]}, k {format_number(weights[1])}"
-    highest, crest = (
-        format_number(metrics["MTVV"], "m/s²"),
-        format_number(metrics["crest_factor"]),
-    )
-    yield SummaryRow(
-        "a_w",
-        format_number(metrics["a_w"], "m/s²"),
-        f"{how}; MTVV {highest}, crest factor {crest}",
-    )
+    yield _metric_value_row(metrics, "a_w", f"{how}; {listed('MTVV', 'crest_factor')}")
     for metric in METRICS:
         value = metrics[metric.name]
         if WEIGHTING in metric.needs and metric.name not in COMFORT_ROWS and value is not None:
-            text = format_number(value, format_unit(metric.unit))
             about, exposure = metric.about.partition(":")[0], outcome.scenario.measure.exposure
             if EXPOSURE in metric.needs and exposure is not None:
                 about += f" for {format_number(exposure / 3600, 'h')} a day"
-            yield SummaryRow(metric.name, text, about)
+            yield _metric_value_row(metrics, metric.name, about)
 
 
 def _hourly_stroke_row(outcome: Outcome, peak: float | None) -> SummaryRow:
@@ -245,7 +253,7 @@ def _hourly_stroke_row(outcome: Outcome, peak: float | None) -> SummaryRow:
         used = hourly_stroke_used(outcome.metrics, block.limits)
         how = f"{describe_hourly_use(used, peak)}; {how}"
         style = "bold red" if used.share > 1.0 else style
-    return SummaryRow("hourly peak", format_length(stroke, peak), how, style)
+    return SummaryRow(label_of(HOURLY_STROKE), format_length(stroke, peak), how, style)
 
 
 def describe_hourly_use(used: HourlyStroke, peak: float | None = None) -> str:
@@ -259,14 +267,14 @@ def _end_stop_rows(metrics: Metrics, stops: EndStops) -> Iterator[SummaryRow]:
     if not metrics["contacts"]:
         yield SummaryRow("end stops", "not hit")
         return
-    impact = f"at up to {format_number(metrics['impact_speed'], 'm/s')}, "
+    impact = f"at up to {format_value('impact_speed', metrics['impact_speed'])}, "
     if metrics["stop_force_peak"] is None:
-        impact += f"{format_number(metrics['impulse_peak'], 'N·s')}"
+        impact += format_value("impulse_peak", metrics["impulse_peak"])
     else:
-        impact += f"force up to {format_number(metrics['stop_force_peak'], 'N')}"
+        impact += f"force up to {format_value('stop_force_peak', metrics['stop_force_peak'])}"
     lost = ""
     if (metrics["energy_stops"] or 0.0) > NEGLIGIBLE_LOSS * abs(metrics["energy_input"] or 0.0):
-        lost = f"; energy dissipated {format_number(metrics['energy_stops'], 'J')}"
+        lost = f"; energy dissipated {format_value('energy_stops', metrics['energy_stops'])}"
     times = format_times_by_side(metrics, "contacts", stops.limits)
     yield SummaryRow("stops hit", times, impact + lost, "bold red")
 

@@ -113,15 +113,10 @@ SYMBOL_ROW = re.compile(r"^\| ([^`|]+) \| ([^|]*) \| ((?:[^|]|(?<=\\)\|)+) \|$",
 """A row of the table of symbols: symbols, units, meaning."""
 
 TERMS = {
-    "peak |x_r|": "x_r_peak",
-    "peak |ẍ|": "x_dd_peak",
-    "hourly peak": "stroke_once_an_hour",
-    "stuck": "stuck_share",
-    "chatter": "chatter_share",
+    **{metric.label: metric.name for metric in METRICS if metric.label != metric.name},
     "limit": "violations",
     "stops hit": "contacts",
     "energy": "energy_residual",
-    "crest factor": "crest_factor",
     "friction +10 %": "friction ±10 %",
     "friction -10 %": "friction ±10 %",
     "stiffness +10 %": "stiffness ±10 %",
@@ -175,7 +170,8 @@ def _entries() -> Iterator[Entry]:
     for name, member in APPROACHES_BY_NAME.items():
         text = " ".join((member.__doc__ or "").split())
         yield Entry(name, APPROACH, text, example=EXAMPLES[APPROACH].format(word=name))
-    for name, unit, about, *_ in (*METRICS, *FIT_METRICS):
+    for metric in (*METRICS, *FIT_METRICS):
+        name, unit, about = metric.name, metric.unit, metric.about
         text = about[0].upper() + about[1:] + "."
         limit = "1e-9" if name in ("energy_residual", "law_residual") else "1"
         example = EXAMPLES[METRIC].format(word=name, limit=limit, unit=unit)

@@ -22,6 +22,11 @@ RANGE_DIGITS = 3
 """Significant digits of the ends of a range."""
 
 
+def label_of(name: str) -> str:
+    """Return the label of a metric, e.g. `peak |x_r|`."""
+    return METRICS_BY_NAME[name].label
+
+
 def format_metric(
     name: str, value: float, half_width: float | None = None, greatest: float | None = None
 ) -> str:
@@ -44,7 +49,7 @@ def format_value(name: str, value: float | None, digits: int = SIGNIFICANT_DIGIT
 
 def format_labelled(name: str, value: float | None) -> str:
     """Return label and value of a metric, e.g. `peak |x_r| 17.26 mm`."""
-    return f"{METRICS_BY_NAME[name].label} {format_value(name, value)}"
+    return f"{label_of(name)} {format_value(name, value)}"
 
 
 def format_metrics(metrics: Metrics) -> str:
@@ -63,7 +68,7 @@ def format_metric_range(name: str, ends: tuple[float, float]) -> str:
 def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
     """Return the ranges of the most important metrics, from (least, greatest) by name."""
     return ", ".join(
-        f"{METRICS_BY_NAME[name].label} {format_metric_range(name, ends[name])}"
+        f"{label_of(name)} {format_metric_range(name, ends[name])}"
         for name in (*KEY_RATIOS, PEAK_STROKE)
         if name in ends
     )

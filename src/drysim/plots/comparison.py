@@ -322,7 +322,7 @@ def draw_bars(
                 row.approach != result.yardstick and (off := result.deviation(row)) is not None
             ):
                 value = 100.0 * off
-                words = f"{value:+.3g} %"
+                words = wording.format_deviation(off)
             else:
                 continue
             color = line_styles[row.approach]["color"]

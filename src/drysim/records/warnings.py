@@ -43,6 +43,7 @@ from drysim.records.options import (
     RecordedMotion,
 )
 from drysim.units import conversion_factor
+from drysim.wording import format_deviation
 
 STANDARD_GRAVITY = conversion_factor("g", "m/s²")
 """Acceleration of 1 g [m/s²]."""
@@ -272,7 +273,7 @@ def resampling_warnings(
     remedy = "`by: spline` loses less; " if by == "line" else ""
     sentence = (
         f"{record.named}: resampling by {METHODS.get(by, by)} changed the RMS by "
-        f"{(after / before - 1) * 100:+.2g} %: {UNDERSAMPLED}; "
+        f"{format_deviation(after / before - 1, digits=2)}: {UNDERSAMPLED}; "
         f"{remedy}{_low_pass_hint(record, SPLINE_CORNER / resampled.numbers['step_before'])}"
     )
     yield WarningMessage("record-lost", sentence, {"rms_before": before, "rms_after": after})

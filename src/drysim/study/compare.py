@@ -22,6 +22,8 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.solution import FIXED_STEP, Response
 from drysim.approach.stick_slip import ExactApproach
 from drysim.errors import SolverError, UsageError, WarningMessage
+from drysim.metrics.table import PEAK_STROKE
+from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
@@ -37,6 +39,7 @@ from drysim.wording import (
     Point,
     describe_cases,
     describe_range,
+    format_deviation,
     format_number,
     format_percent,
     join_words,
@@ -392,8 +395,8 @@ MAX_LISTED_CASES = 5
 """Number of cases up to which each is listed if they are not adjacent."""
 
 
-JUDGED_METRICS = (("x_r_peak", "peak |x_r|"), ("SEAT", "SEAT"))
-"""Metrics besides T_a in which two approaches have to agree, with their labels."""
+JUDGED_METRICS = (PEAK_STROKE, "SEAT")
+"""Metrics besides T_a in which two approaches have to agree."""
 
 SMALL_PEAK = 0.05
 """Peaks |x_r| are compared relative to at least this share of the largest of the reference."""
@@ -410,7 +413,7 @@ class Judgement(NamedTuple):
     T_a: tuple[float, float | None] | None
     """Deviation of T_a and half-width, as by `relative_deviation`."""
     others: Mapping[str, float]
-    """Deviation of the other judged metrics by label, where both are known [-]."""
+    """Deviation of the other judged metrics by name, where both are known [-]."""
     chatter: float
     """Share of the time in which the approach chatters [-]."""
 
@@ -425,16 +428,16 @@ class Judgement(NamedTuple):
 def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
     """Yield how an approach compares with the reference at each point."""
     ends = comparison.table.tallies[comparison.yardstick].ends
-    least = {"x_r_peak": SMALL_PEAK * ends.get("x_r_peak", (0.0, 0.0))[1]}
+    least = {PEAK_STROKE: SMALL_PEAK * ends.get(PEAK_STROKE, (0.0, 0.0))[1]}
     for row, other in comparison.pairs(name):
         others = {}
-        for metric, label in JUDGED_METRICS:
+        for metric in JUDGED_METRICS:
             own, theirs = row.metrics.get(metric), other.metrics.get(metric)
             scale = max(theirs or 0.0, least.get(metric, 0.0))
-            if not scale and metric == "x_r_peak":  # the reference never moves
+            if not scale and metric == PEAK_STROKE:  # the reference never moves
                 scale = static_deflection(comparison.table.scenario, row)
             if own is not None and theirs is not None and scale:
-                others[label] = (own - theirs) / scale
+                others[metric] = (own - theirs) / scale
         yield Judgement(
             row if len(row.point) >= len(other.point) else other,
             relative_deviation(row, other),
@@ -455,13 +458,13 @@ def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[
     Chatter counts as a deviation.
     """
     beyond, within = [], []
-    for _, label in JUDGED_METRICS:
-        known = [one for one in judged if label in one.others]
+    for metric in JUDGED_METRICS:
+        known = [one for one in judged if metric in one.others]
         if not known:
             continue
-        worst = max(known, key=lambda one: abs(one.others[label]))
-        words = f"{label} {format_deviation(worst.others[label])}"
-        if abs(worst.others[label]) > AGREEMENT_TOLERANCE:
+        worst = max(known, key=lambda one: abs(one.others[metric]))
+        words = f"{label_of(metric)} {format_deviation(worst.others[metric])}"
+        if abs(worst.others[metric]) > AGREEMENT_TOLERANCE:
             beyond.append(f"{words}{format_at(worst.row, axes)}")
         else:
             within.append(words)
@@ -505,7 +508,7 @@ def _key_ranges(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
     return {key: (min(column), max(column)) for key, column in columns.items()}
 
 
-MOTION_METRICS = ("T_a", "x_r_rms", "x_r_peak")
+MOTION_METRICS = ("T_a", "x_r_rms", PEAK_STROKE)
 """Metrics by which curves are distinguished."""
 
 METRIC_TOLERANCE = 1e-6
@@ -736,8 +739,3 @@ def describe_frictionless(comparison: Comparison) -> Iterator[str]:
     if frictionless and exact and format_number(frictionless) != format_number(exact):
         without, dry = format_number(frictionless), format_number(exact)
         yield f"without dry friction T_a would be {without} instead of {dry}"
-
-
-def format_deviation(value: float) -> str:
-    """Return a deviation in percent with its sign."""
-    return f"{100 * value:+.3g} %"

@@ -62,11 +62,7 @@ from drysim.study.statistics import (
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
 from drysim.study.warnings import hourly_stroke_warnings
-from drysim.wording import (
-    Point,
-    describe_point,
-    format_number,
-)
+from drysim.wording import Point, describe_point, format_deviation, format_number
 
 if TYPE_CHECKING:
     from drysim.study.store import Store
@@ -671,7 +667,7 @@ class Study:
             for change in (CHANGE, -CHANGE) if keys else ():
                 factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
                 changed = {key: value * factors.get(key, 1.0) for key, value in best.items()}
-                points[f"{name} {100 * change:+.0f} %"] = changed
+                points[f"{name} {format_deviation(change)}"] = changed
         units = {key: known[key].unit for key in best}
         for (name, point), rows in zip(
             points.items(), self.rows(scenario, units, [*points.values()]), strict=True
