@@ -91,8 +91,9 @@ MAX_CORNERS = 256
 AT_BOUND = 1e-3
 """Distance from a bound, as a share of the range, up to which a key is at its bound."""
 
-MIN_SEEDS, RESAMPLES, RESAMPLES_AT_ONCE = 5, 400, 10
-"""Seeds from which they are resampled, number of resamples, and how many are in memory."""
+MIN_SEEDS, RESAMPLES, POINTS_AT_ONCE = 5, 400, 100
+"""Seeds from which they are resampled, number of resamples, and points that are resampled
+together."""
 
 NEAR_WIDTHS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 NEAR_COUNT = 1000
@@ -915,34 +916,35 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     # Interpolants are linear in the values, so that a matrix interpolates any of them. Rounding
     # in it grows with the closeness of the points: it takes small values only.
     deviations = series - means[..., None]
-    beyond, used = np.zeros((len(points), seeds)), np.zeros(len(points))
-    for i, limit in enumerate(limits, 1):
-        if limit == EVERY_SEED:  # it holds with each seed, so it is judged before resampling
-            for seed in range(seeds):
-                values = at_points[:, i] + matrix @ deviations[:, i, :, seed]
-                beyond[:, seed] = ~limit.holds(values).all(axis=1)
-                used = np.maximum(used, values.max(axis=1) / limit.limit)
+    # Points come last from here on: maxima over the few conditions are then fast.
+    at_points, matrix = np.moveaxis(at_points, 0, -1), matrix.T
     drawn = np.random.default_rng(SEED).integers(seeds, size=(RESAMPLES, seeds))
-    weights = np.array([np.bincount(each, minlength=seeds) / seeds for each in drawn]).T
-    lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
-    for part in np.split(weights, RESAMPLES // RESAMPLES_AT_ONCE, axis=1):
-
-        def resample(metric: int, part: Floats = part) -> Floats:
-            """Return the values of a metric, shape (points, conditions, resamples)."""
-            change: Floats = np.tensordot(matrix, deviations[:, metric] @ part, 1)
-            return at_points[:, metric, :, None] + change
-
-        holds = beyond @ part == 0.0
+    weights = np.array([np.bincount(each, minlength=seeds) / seeds for each in drawn])
+    resampled, used = np.empty((RESAMPLES, len(points))), np.zeros(len(points))
+    for begin in range(0, len(points), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        # Shapes (metrics, conditions, 1 or seeds, points).
+        centres = at_points[..., None, part]
+        changes = np.tensordot(deviations, matrix[:, part], (0, 0))
+        holds = np.ones((RESAMPLES, centres.shape[-1]), dtype=bool)
         for i, limit in enumerate(limits, 1):
-            if limit != EVERY_SEED:
-                holds &= limit.holds(resample(i)).all(axis=1)
-        for reached in np.where(holds, take(resample(0), axis=1), np.inf).T:
-            least = int(np.argmin(reached))
-            if np.isfinite(reached[least]):
-                near = reached <= reached[least] + error[least] + error
-                lows.append(points[near].min(axis=0))
-                highs.append(points[near].max(axis=0))
-                optimal[least] = True
+            if limit == EVERY_SEED:  # judged with each seed, so before resampling
+                values = centres[i] + changes[i]
+                beyond = ~limit.holds(values).all(axis=0)
+                holds &= weights @ beyond == 0.0
+                used[part] = np.maximum(used[part], values.max(axis=(0, 1)) / limit.limit)
+            else:
+                holds &= limit.holds(centres[i] + weights @ changes[i]).all(axis=0)
+        objectives = take(centres[0] + weights @ changes[0], axis=0)
+        resampled[:, part] = np.where(holds, objectives, np.inf)
+    lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
+    for reached in resampled:
+        least = int(np.argmin(reached))
+        if np.isfinite(reached[least]):
+            near = reached <= reached[least] + error[least] + error
+            lows.append(points[near].min(axis=0))
+            highs.append(points[near].max(axis=0))
+            optimal[least] = True
     if not lows:
         return None
     widening = student_t(seeds - 1) / NORMAL_95
@@ -954,8 +956,8 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     kept = np.ones(len(points), dtype=bool)
     for i, limit in enumerate(limits, 1):
         if limit != EVERY_SEED:
-            kept &= limit.holds(at_points[:, i]).all(axis=1)
-    objective = np.where(kept, take(at_points[:, 0], axis=-1), np.inf)
+            kept &= limit.holds(at_points[i]).all(axis=0)
+    objective = np.where(kept, take(at_points[0], axis=0), np.inf)
     return without_unknown_ends(region, vary, points, objective, used)
 
 
