@@ -25,7 +25,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import takewhile
-from math import exp, inf, isclose, isfinite, isnan, isqrt, log, nan, sqrt
+from math import inf, isclose, isfinite, isnan, isqrt, nan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -84,7 +84,15 @@ from drysim.study.statistics import (
     Row,
     as_batches,
 )
-from drysim.study.table import RATIO_KEY, BestCase, Table, is_admissible, stroke_limits
+from drysim.study.table import (
+    RATIO_KEY,
+    BestCase,
+    Table,
+    bin_values,
+    is_admissible,
+    log_bins,
+    stroke_limits,
+)
 from drysim.system import relative_path
 from drysim.wording import Point
 
@@ -989,11 +997,10 @@ other keys."""
 CASES_PER_CELL = 4
 """Average number of random samples per cell of a map, so that few cells are empty."""
 
-BINS_PER_E = 256
-"""Histogram bins per factor of e of a metric: finer than the width of a line."""
+COUNTED_RANGE = np.array([1e-9, 1e6])
+"""Range of a metric in a histogram; values outside count in the first or last bin."""
 
-LOG_RANGE = (log(1e-9), log(1e6))
-"""Range of ln(metric); values outside count in the first or last bin."""
+FIRST_BIN, LAST_BIN = log_bins(COUNTED_RANGE).tolist()
 
 TAIL_SHARE = 1e-3
 """Tail probability of an unbounded distribution at the end of its axis [-]."""
@@ -1027,8 +1034,7 @@ class Histogram:
 
     def __post_init__(self) -> None:
         """Allocate empty counts."""
-        width = int((LOG_RANGE[1] - LOG_RANGE[0]) * BINS_PER_E) + 2
-        self.counts = np.zeros((len(self.along), width), dtype=np.int64)
+        self.counts = np.zeros((len(self.along), LAST_BIN - FIRST_BIN + 2), dtype=np.int64)
         size = len(self.along) * (len(self.across) if self.across else 0)
         self.sums, self.cell_counts = np.zeros(size), np.zeros(size, dtype=np.int64)
 
@@ -1040,11 +1046,8 @@ class Histogram:
         if x is None or not known.any():
             return
         values, at = values[known], self.along.find(x[known])
-        width = self.counts.shape[1]
-        with np.errstate(divide="ignore"):
-            logs = np.log(values)
-        place = np.clip((logs - LOG_RANGE[0]) * BINS_PER_E + 1, 0, width - 1).astype(np.int64)
-        np.add.at(self.counts, (at, place), 1)
+        bins = log_bins(np.clip(values, *COUNTED_RANGE)) - FIRST_BIN + 1
+        np.add.at(self.counts, (at, np.where(values < COUNTED_RANGE[0], 0, bins)), 1)
         y = batch.points.get(self.across.axis.key) if self.across else None
         if self.across is not None and y is not None:
             cell = at * len(self.across) + self.across.find(y[known])
@@ -1056,9 +1059,7 @@ class Histogram:
         below = np.cumsum(self.counts, axis=1)
         total = below[:, -1]
         at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
-        values = np.array(
-            [0.0 if k == 0 else exp(LOG_RANGE[0] + (k - 0.5) / BINS_PER_E) for k in at]
-        )
+        values = np.where(at == 0, 0.0, bin_values(at - 1 + FIRST_BIN))
         return np.where(total > 0, values, np.nan)
 
     def quantile_curve(self, level: float) -> Floats:

@@ -822,6 +822,18 @@ class SeedSummary:
 BINS_PER_E_FOLD = 256
 """Bins per factor e: the error of a quantile is at most 0.2 % of its value."""
 
+
+def log_bins(values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the bin of each positive value, of which each is wider by a constant factor."""
+    bins: NDArray[np.int64] = np.floor(np.log(values) * BINS_PER_E_FOLD).astype(np.int64)
+    return bins
+
+
+def bin_values(bins: Any) -> Any:
+    """Return the value at the centre of bins of `log_bins`."""
+    return np.exp((bins + 0.5) / BINS_PER_E_FOLD)
+
+
 QUANTILE_LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Levels of the quantiles over cases [-]."""
 
@@ -844,7 +856,7 @@ class Quantiles:
         above = values[values > 0.0]
         self._not_positive += len(values) - len(above)
         if len(above):
-            bins = np.floor(np.log(above) * BINS_PER_E_FOLD).astype(np.int64)
+            bins = log_bins(above)
             counts = np.bincount(bins - (first := int(bins.min())))
             held = np.flatnonzero(counts)
             found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
@@ -871,4 +883,4 @@ class Quantiles:
         yield min(self._low, 0.0), below
         for at in sorted(self._counts):
             below += self._counts[at]
-            yield float(np.exp((at + 0.5) / BINS_PER_E_FOLD)), below
+            yield float(bin_values(at)), below
