@@ -7,6 +7,7 @@ block forever. What Linux, macOS and Windows do differently is decided here and 
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import stat
 import sys
@@ -172,6 +173,12 @@ def open_regular_file(path: Path) -> Iterator[BufferedReader]:
     with open(path, "rb", opener=_open_nonblocking) as stream:
         _require_regular_file(os.fstat(stream.fileno()))  # it may have been replaced since
         yield stream
+
+
+def file_sha256(path: Path) -> str:
+    """Return the SHA-256 (hex) of a regular file; raises like `file_size`."""
+    with open_regular_file(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def file_signature(file: Path | int) -> FileSignature:

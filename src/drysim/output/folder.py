@@ -38,6 +38,7 @@ from drysim.forced_exit import at_forced_exit, no_forced_exit
 from drysim.output.sidecar import FORMAT_VERSION, Provenance, json_text
 from drysim.system import (
     exchange_folders,
+    file_sha256,
     flush_to_disk,
     is_path_too_long,
     lock_folder,
@@ -169,7 +170,7 @@ def write_folder(
         for writer in writers:
             writer(result, locked.partial)
         files = {
-            path.relative_to(locked.partial).as_posix(): _sha256(path)
+            path.relative_to(locked.partial).as_posix(): file_sha256(path)
             for path in result_files(locked.partial)
         }
         fields = to_fields(result, Provenance(command, exit_code, files))
@@ -206,11 +207,6 @@ def result_files(partial: Path) -> list[Path]:
         for path in candidates
         if RESULT_FILES.fullmatch(path.relative_to(partial).as_posix())
     )
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 # The lock on a folder, from before the work until its result is in place.
@@ -686,7 +682,7 @@ def _is_edited(file: Path, marker: dict[str, Any]) -> bool:
     """Whether the scenario of a result was edited since drysim wrote it."""
     files = marker.get("files")
     written = files.get(file.name) if isinstance(files, dict) else None
-    return written is not None and file.is_file() and str(written) != _sha256(file)
+    return written is not None and file.is_file() and str(written) != file_sha256(file)
 
 
 def _existing_parent(target: Path) -> Path:

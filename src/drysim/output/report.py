@@ -15,6 +15,7 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Sized
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -54,6 +55,7 @@ from drysim.study.fit import FitResult
 from drysim.study.outcome import Outcome
 from drysim.study.regimes import RegimeMap
 from drysim.study.table import Table
+from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
 from drysim.yaml_document import dump
 
@@ -821,13 +823,9 @@ def note_on_files(folder: Path, fields: Fields) -> Note:
 
 def sha256_of(file: Path) -> str:
     """Return the SHA-256 of a file, empty if it cannot be read."""
-    if not file.is_file():  # a pipe or a device may never end
-        return ""
-    try:
-        with file.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
-        return ""
+    with suppress(NotARegularFile, OSError):
+        return file_sha256(file)
+    return ""
 
 
 def changed_inputs(fields: Fields, again: Fields) -> str:
