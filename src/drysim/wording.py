@@ -307,8 +307,7 @@ def describe_axis(axis: AxisLike) -> str:
         if len(values) > MAX_SCANNED_VALUES
         else (min(values), max(values))
     )
-    low, high = format_number(ends[0]), format_number(ends[1], unit)
-    return f"{axis.key} {low} to {high} ({len(values)} values)"
+    return f"{axis.key} {format_range(*ends, unit)} ({len(values)} values)"
 
 
 def format_distinct(values: Sequence[float]) -> list[str]:
@@ -348,8 +347,7 @@ def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[AxisL
     """Return the range of some cases, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
     units = {axis.key: format_unit(axis.unit) for axis in axes}
     return ", ".join(
-        f"{short_key(key, units)} {f'{format_number(low)} to ' * (low < high)}"
-        f"{format_number(high, units.get(key, ''))}"
+        f"{short_key(key, units)} {format_range(low, high, units.get(key, ''))}"
         for key, (low, high) in ends.items()
     )
 
@@ -621,6 +619,6 @@ def _describe_force_record(force_record: NormalForceRecord, varied: bool) -> str
     files = ", ".join(sanitise(source.file) for source in force_record.inputs)
     if varied:
         return f"F_N recorded ({files})"
-    ends = float(force_record.relative.min()), float(force_record.relative.max())
-    low, high = (format_number(force_record.mean * share, digits=3) for share in ends)
-    return f"F_N {low} to {high} N ({files})"
+    relative, mean = force_record.relative, force_record.mean
+    low, high = mean * float(relative.min()), mean * float(relative.max())
+    return f"F_N {format_range(low, high, 'N', 3)} ({files})"

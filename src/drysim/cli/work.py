@@ -18,6 +18,7 @@ from drysim.wording import (
     describe_clean_up,
     format_count,
     format_number,
+    format_range,
     format_unit,
     join_words,
 )
@@ -317,7 +318,7 @@ def plan_fields(case: Case, folder: Path) -> dict[str, object]:
 def plan_sentences(case: Case) -> list[str]:
     """Return the plan as text: time steps and window, base motion, cleaning of a record."""
     begin, end = case.window
-    span = f"{format_number(begin, 's')} to {format_number(end, 's')}"
+    span = format_range(begin, end, "s")
     over = "one repetition of the periodic orbit" if case.period else span
     kind, steps = case.scenario.excitation.kind, describe_clean_up(case.motion, case.law)
     return [

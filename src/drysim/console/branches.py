@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drysim import wording
 from drysim.console.summaries import SummaryRow, show_summary
+from drysim.metrics.table import PEAK_STROKE
 from drysim.study.branches import (
     GRAZING,
     Branch,
@@ -19,6 +20,7 @@ from drysim.wording import (
     format_count,
     format_length,
     format_number,
+    format_range,
     format_unit,
     join_words,
 )
@@ -67,11 +69,9 @@ def branch_rows(result: BranchesResult) -> Iterator[SummaryRow]:
     for one in result.branches:
         words = [describe_branch(one), describe_stability(result, one)]
         if not one.is_locked:
-            T_a, peak = one.metrics["T_a"], float(one.metrics["x_r_peak"].max())
-            low, high = (
-                format_number(float(value), digits=4) for value in (T_a.min(), T_a.max())
-            )
-            words[1] += f", T_a {low} to {high}, stroke up to {format_length(peak)}"
+            T_a, peak = one.metrics["T_a"], float(one.metrics[PEAK_STROKE].max())
+            span = format_range(float(T_a.min()), float(T_a.max()))
+            words[1] += f", T_a {span}, stroke up to {format_length(peak)}"
         else:
             words[1] += ", T_a 1"
         yield SummaryRow(f"branch {one.number}", result.interval(one.values), "; ".join(words))
@@ -105,7 +105,7 @@ def bifurcation_rows(result: BranchesResult) -> Iterator[SummaryRow]:
         for counts, name in ((one.stops, "stops"), (one.contacts, "contacts")):
             before, after = map(format_number, counts)
             if one.kind == GRAZING and before != after:
-                remarks.append(f"{before} to {after} {name} per period")
+                remarks.append(f"{format_range(before, after)} {name} per period")
         value = format_number(one.value, format_unit(result.axis.unit), 10)
         yield SummaryRow(one.kind, value, "; ".join(remarks))
     if len(result.bifurcations) > MAX_SHOWN:

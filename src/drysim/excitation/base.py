@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from drysim.core.model import RecordSummary, Samples, Sines, without_rest
 from drysim.units import Block, InvalidValue, Quantity
-from drysim.wording import format_number, format_percent
+from drysim.wording import format_number, format_percent, format_range
 
 Floats = NDArray[np.float64]
 
@@ -152,9 +152,7 @@ class PeriodicMotion(ExcitationBase):
 
 def _format_band(motion: Sines) -> str:
     """Return the frequency of a sine, or the range of several."""
-    low, high = min(motion.f), max(motion.f)
-    one = format_number(high, "Hz")
-    return one if low == high else f"{format_number(low)} to {one}"
+    return format_range(min(motion.f), max(motion.f), "Hz")
 
 
 def _rms_of_sines(motion: Sines) -> float:

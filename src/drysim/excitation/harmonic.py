@@ -24,7 +24,7 @@ from drysim.excitation.base import (
 )
 from drysim.excitation.random import coarse_step_warnings
 from drysim.units import Acceleration, Angle, Block, Frequency, InvalidValue, Quantity
-from drysim.wording import format_number
+from drysim.wording import format_number, format_range
 
 
 class Rest(ExcitationBase):
@@ -189,7 +189,7 @@ class Chirp(FiniteMotion):
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return the frequency range and the scale."""
-        band = f"{format_number(self.first)} to {format_number(self.last, 'Hz')}, "
+        band = f"{format_range(self.first, self.last, 'Hz')}, "
         return ("" if {"from", "to"} & {*varied} else band) + self.scale
 
     def cycles(self, share: Floats) -> Floats:

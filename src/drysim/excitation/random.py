@@ -48,7 +48,7 @@ from drysim.units import (
     did_you_mean,
     format_value,
 )
-from drysim.wording import format_number
+from drysim.wording import format_number, format_range
 
 Density = Callable[[Floats], Floats]
 
@@ -447,8 +447,7 @@ class Psd(RandomMotion):
         """Return the band."""
         if any(key.startswith("points") for key in varied):
             return ""
-        low, high = self.band
-        return f"{format_number(low)} to {format_number(high, 'Hz')}"
+        return format_range(*self.band, "Hz")
 
     def sample(self, step: float) -> Samples:
         """Return the base acceleration on a grid, with its displacement."""

@@ -12,7 +12,7 @@ from drysim.core.model import (
 )
 from drysim.excitation.base import ExcitationBase, describe_grid
 from drysim.records.options import LARGE_MEAN, RecordedMotion
-from drysim.wording import format_count, format_number, sanitise
+from drysim.wording import format_count, format_number, format_range, sanitise
 
 
 class RecordKind(ExcitationBase):
@@ -62,8 +62,7 @@ class Record(RecordedMotion, RecordKind):
         units = {"duration": "s"} | ({"rms": "m/s² RMS"} if {*varied} <= {"file"} else {})
         for name, unit in units.items():
             values = [getattr(one, name) for one in records]
-            low, high = format_number(min(values)), format_number(max(values))
-            words += f", {f'{low} to ' * (low != high)}{high} {unit}"
+            words += f", {format_range(min(values), max(values), unit)}"
         return words
 
     def summarise(self, motion: Samples) -> RecordSummary:

@@ -36,6 +36,7 @@ from drysim.study.fit import (
     FitResult,
     Parameter,
     Profile,
+    format_profile_interval,
 )
 from drysim.study.statistics import NORMAL_95
 from drysim.wording import (
@@ -427,7 +428,11 @@ def draw_profiles(result: FitResult) -> Figure:
     for i, one in enumerate(notes):
         axes = figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
-        unknown = f"not determined: {one.note}" if one.note else f"95 %: {describe_ends(one)}"
+        unknown = (
+            f"not determined: {one.note}"
+            if one.note
+            else f"95 %: {format_profile_interval(one, 1, format_unit(one.unit))}"
+        )
         draw_note(axes, exact if one.deviation else unknown)
     for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
         value = format_interval(one.value, half_width(one), format_unit(one.unit))
@@ -480,27 +485,12 @@ def draw_profile(axes: Axes, one: Parameter, profile: Profile, first: bool) -> N
     axes.set_xlim(left, right)
     least = float(profile.rise.min())  # below 0 where fits with another value are better
     axes.set_ylim(max(1.1 * least, -HIGHEST_RISE) - 0.25, HIGHEST_RISE)
-    axes.set_xlabel(f"95 %: {describe_ends(one)}", loc="left")
+    axes.set_xlabel(
+        f"95 %: {format_profile_interval(one, 1, format_unit(one.unit))}", loc="left"
+    )
     axes.locator_params(axis="x", nbins=5)
     if first:
         axes.set_ylabel("rise / noise variance [–]")
-
-
-def describe_ends(one: Parameter) -> str:
-    """Return the interval by the profile, with as many digits as tell its ends apart."""
-    unit, deviation = format_unit(one.unit), one.deviation or abs(one.value)
-    digits = 2 + max(1, ceil(np.log10(max(abs(one.value), deviation) / deviation)))
-    low, high = (
-        None if end is None else format_number(end, digits=digits)
-        for end in (one.profile_low, one.profile_high)
-    )
-    if low is not None and high is not None:
-        words = f"{low} to {high}"
-    elif low is None and high is None:
-        return "no bound"
-    else:
-        words = f"at most {high}" if low is None else f"at least {low}"
-    return f"{words} {unit}" if unit not in ("", "-", "–") else words
 
 
 def profile_curve(one: Parameter, profile: Profile, x: Floats) -> tuple[Floats, Floats]:

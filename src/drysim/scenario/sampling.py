@@ -32,7 +32,7 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.wording import format_number
+from drysim.wording import format_number, format_range
 
 Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -239,9 +239,7 @@ class Uniform:
 
     def describe(self, unit: str) -> str:
         """Return a short text with parameters in a unit."""
-        return (
-            f"{format_number(self.low)} to {format_number(self.high, unit)}{', log' * self.log}"
-        )
+        return f"{format_range(self.low, self.high, unit)}{', log' * self.log}"
 
 
 @dataclass(frozen=True)
@@ -312,7 +310,7 @@ class Triangular:
 
     def describe(self, unit: str) -> str:
         """Return a short text with parameters in a unit."""
-        ends = f"{format_number(self.low)} to {format_number(self.high, unit)}"
+        ends = format_range(self.low, self.high, unit)
         return f"triangular, {ends}, mode {format_number(self.mode, unit)}"
 
 

@@ -58,7 +58,14 @@ from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.run import observe_window
 from drysim.study.sweep import describe_numerics
-from drysim.wording import format_count, format_length, format_number, format_unit, join_words
+from drysim.wording import (
+    format_count,
+    format_length,
+    format_number,
+    format_range,
+    format_unit,
+    join_words,
+)
 from drysim.yaml_document import KeyPath
 
 if TYPE_CHECKING:
@@ -272,7 +279,8 @@ class BranchesResult(Result):
 
     def interval(self, values: Floats) -> str:
         """Return the smallest and the largest of some values of the key as text."""
-        return f"{self.place(float(values.min()))} to {self.place(float(values.max()))}"
+        unit = format_unit(self.axis.unit)
+        return format_range(float(values.min()), float(values.max()), unit, 6)
 
     def __repr__(self) -> str:
         """Return the number of branches in one line."""
@@ -900,18 +908,12 @@ def describe_branch(branch: Branch) -> str:
     if branch.is_locked:
         return "locked from rest"
     counted = [
-        f"{describe_range(counts)} {name}"
+        f"{format_range(float(counts.min()), float(counts.max()))} {name}"
         for counts, name in ((branch.stops, "stops"), (branch.contacts, "contacts"))
         if counts.any()
     ]
     words = f"{' and '.join(counted)} per period" if counted else "no stops"
     return f"{branch.kind}, {words}"
-
-
-def describe_range(values: Floats) -> str:
-    """Return the smallest and the largest of some numbers, e.g. `0 to 2`."""
-    low, high = (format_number(float(value)) for value in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"
 
 
 def describe_motions(result: BranchesResult) -> str:

@@ -68,7 +68,7 @@ from drysim.study.fit_model import (
 from drysim.study.outcome import Result, format_repr, html_table
 from drysim.study.starting_values import STILL_NOISE, integrate, noise_level, remove_drift
 from drysim.study.statistics import NORMAL_95
-from drysim.wording import format_number, format_unit, join_words
+from drysim.wording import format_number, format_range, format_unit, join_words
 
 Mask = NDArray[np.bool_]
 
@@ -408,19 +408,19 @@ class FitResult(Result):
         )
 
 
-def format_profile_interval(one: Parameter, more: int = 0) -> str:
-    """Return the profile interval of a parameter, to the digits in which its ends differ."""
-    ends = one.profile_low, one.profile_high
-    digits = 4
-    if ends[0] is not None and ends[1] is not None and ends[0] != ends[1]:
-        share = max(abs(end) for end in ends if end is not None) / (ends[1] - ends[0])
-        digits = min(max(digits, 2 + more + len(f"{share:.0f}")), 12)
-    low, high = (None if end is None else format_number(end, digits=digits) for end in ends)
-    if low is not None and high is not None:
-        return f"{low} to {high}"
-    if low is not None:
-        return f"at least {low}"
-    return "not determined" if high is None else f"at most {high}"
+def format_profile_interval(one: Parameter, more: int = 0, unit: str = "") -> str:
+    """Return the profile interval of a parameter, to the digits in which its ends differ.
+
+    Where one end is not known, the digits are those of an interval by the deviation.
+    """
+    ends, digits = (one.profile_low, one.profile_high), 4
+    width = 2.0 * NORMAL_95 * (one.deviation or 0.0)
+    if one.profile_low is not None and one.profile_high is not None:
+        width = one.profile_high - one.profile_low
+    largest = max((abs(end) for end in ends if end is not None), default=0.0)
+    if width > 0.0:
+        digits = min(max(digits, 2 + more + len(f"{largest / width:.0f}")), 12)
+    return format_range(*ends, unit, digits)
 
 
 # Least squares over the samples whose mode does not change

@@ -42,7 +42,7 @@ from drysim.study.plan import CaseRanges, solve_range
 from drysim.study.run import MotionCache
 from drysim.study.statistics import OK, Row
 from drysim.study.table import JUMP_METRICS, RATIO_KEY, Jump
-from drysim.wording import format_number
+from drysim.wording import format_number, format_range
 
 FIRST_VALUES, MAX_VALUES = 33, 600
 """Number of evenly spaced values of the ratio, and of all values that are solved at most."""
@@ -150,8 +150,8 @@ def at_points(
     scenario: Scenario, points: Sequence[Mapping[str, Any]], values: Sequence[float]
 ) -> Scenario:
     """Return the scenario with a sweep over points with values of the ratio."""
-    low, high = (format_number(value, digits=7) for value in (values[0], values[-1]))
-    words = f"anywhere from {low} to {high} ({len(values)} values solved)"
+    ends = format_range(values[0], values[-1], digits=7)
+    words = f"anywhere from {ends} ({len(values)} values solved)"
     axes = [
         Axis(axis.key, axis.unit, tuple(point[axis.key] for point in points), group="zip")
         for axis in scenario.sweep

@@ -61,7 +61,7 @@ from drysim.study.warnings import (
     table_interval_warnings,
     table_stroke_warnings,
 )
-from drysim.wording import format_number
+from drysim.wording import format_range
 
 if TYPE_CHECKING:
     from drysim.study.cluster import ClusterClient
@@ -324,10 +324,8 @@ def solve_swept_interval(
                 batches.append(Batch.of(first, [one.extreme(at, which) for one, at in found]))
             finished(least[-1])
             covered += block
-    low, high = map(
-        format_number, (scenario.static_interval.low, scenario.static_interval.high)
-    )
-    words = f"least and greatest over {RATIO_KEY} {low} to {high}"
+    ends = scenario.static_interval
+    words = f"least and greatest over {RATIO_KEY} {format_range(ends.low, ends.high)}"
     extremes = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=words)
     swept = scenario.copy_with({"sweep": (*scenario.sweep, extremes)})
     rows = Rows([*least, *greatest])
