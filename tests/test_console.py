@@ -19,6 +19,7 @@ from seat import SEAT
 
 import drysim as package
 from drysim import wording
+from drysim.cli import COMPILING_MESSAGE, announce_compilation
 from drysim.console import many, problems, summaries
 from drysim.console import terminal as console_terminal
 from drysim.console.summaries import SummaryRow, show_rows
@@ -682,6 +683,14 @@ def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
     with console_terminal.progress(3, "cases") as advance:
         advance()
     assert screen.getvalue() == ""
+
+
+def test_compilation_is_said_at_a_terminal_only(capsys, monkeypatch):
+    announce_compilation()
+    assert capsys.readouterr() == ("", "")
+    screen = terminal(monkeypatch)
+    announce_compilation()
+    assert screen.getvalue() == f"{COMPILING_MESSAGE}\n"
 
 
 def test_interrupt_gives_the_terminal_back(monkeypatch):

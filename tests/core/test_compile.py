@@ -258,6 +258,23 @@ def test_numba_gets_to_know_only_the_kernels_that_a_command_calls() -> None:
     assert done.returncode == 0, done.stderr
 
 
+ANNOUNCED = """
+from drysim.core import compile, fixed_step
+compile.before_compiling(lambda: print("compiling"))
+fixed_step.regularised_sign(1, 1.0, 1.0)
+fixed_step.regularised_sign(1.0, 1.0, 1.0)
+"""
+
+
+def test_compilation_is_announced_once_and_not_if_the_kernel_is_cached(tmp_path: Path) -> None:
+    environment = {
+        **os.environ, "DRYSIM_ENGINE": "compiled", "XDG_CACHE_HOME": str(tmp_path)
+    }  # fmt: skip
+    words = [sys.executable, "-c", ANNOUNCED]
+    printed = [subprocess.check_output(words, env=environment, text=True) for _ in range(2)]
+    assert printed == ["compiling\n", ""]
+
+
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.
 
 

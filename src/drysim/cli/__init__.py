@@ -29,7 +29,7 @@ from drysim.cli.process import (
     stdout_error,
     tolerate_closed_pipe,
 )
-from drysim.core.compile import AUTO, ENGINE_VARIABLE
+from drysim.core.compile import AUTO, ENGINE_VARIABLE, before_compiling
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
@@ -69,8 +69,28 @@ class InterruptibleGroup(TyperGroup):
             raise
 
 
+COMPILING_MESSAGE = "compiling the solver: up to a minute, once on this machine"
+
+
+def announce_compilation() -> None:
+    """Tell a user at a terminal that kernels are being compiled."""
+    from drysim.console import terminal
+
+    if sys.stderr.isatty():
+        terminal.print_stderr(COMPILING_MESSAGE)
+
+
 class MetavarCommand(TyperCommand):
-    """Command whose help shows an argument as its metavar: `FILE`, not `{FILE} <str>`."""
+    """Command that says, unless it is quiet, that it compiles kernels.
+
+    Its help shows an argument as its metavar: `FILE`, not `{FILE} <str>`.
+    """
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        if not ctx.params.get("quiet"):
+            before_compiling(announce_compilation)
+        return super().invoke(ctx)
 
     def get_params(self, ctx: Any) -> Any:
         """Return the parameters, without the types of arguments in the help."""

@@ -276,6 +276,15 @@ def box_named_tuples_without_python() -> None:
     _boxers.functions[types.NamedUniTuple] = box_named_tuple
 
 
+BEFORE_COMPILING: list[Callable[[], None]] = []
+"""What is called before the first kernel is compiled, and then removed."""
+
+
+def before_compiling(announce: Callable[[], None]) -> None:
+    """Have a function called once, if a kernel has to be compiled because none is cached."""
+    BEFORE_COMPILING[:] = [announce]
+
+
 def is_compiling() -> bool:
     """Return whether a kernel is being compiled now, which must not be interrupted."""
     lock = sys.modules.get("numba.core.compiler_lock")
@@ -502,6 +511,13 @@ def kernel_cache_class() -> Any:
             return str(self._folder.path) if self._folder is not None else ""
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
+            """Return a kernel; None, whereupon numba compiles it, if there is no sound one."""
+            kernel = self._read(sig, target_context)
+            while kernel is None and BEFORE_COMPILING:
+                BEFORE_COMPILING.pop()()
+            return kernel
+
+        def _read(self, sig: Any, target_context: Any) -> Any:
             """Return a kernel, or None if there is no undamaged one.
 
             numba's own cache refreshes the context first: half a second for what only the
