@@ -691,6 +691,10 @@ def test_compilation_is_said_at_a_terminal_only(capsys, monkeypatch):
     screen = terminal(monkeypatch)
     announce_compilation()
     assert screen.getvalue() == f"{COMPILING_MESSAGE}\n"
+    screen = terminal(monkeypatch)
+    monkeypatch.setenv("TERM", "dumb")  # as in the manual, whose screens are those of any run
+    announce_compilation()
+    assert screen.getvalue() == ""
 
 
 def test_interrupt_gives_the_terminal_back(monkeypatch):

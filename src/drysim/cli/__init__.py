@@ -76,7 +76,7 @@ def announce_compilation() -> None:
     """Tell a user at a terminal that kernels are being compiled."""
     from drysim.console import terminal
 
-    if sys.stderr.isatty():
+    if terminal.shows_progress():
         terminal.print_stderr(COMPILING_MESSAGE)
 
 

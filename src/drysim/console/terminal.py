@@ -265,7 +265,7 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
         `advance(n=1)` counts finished items, from any thread. It does nothing where no bar is
         shown.
     """
-    if quiet or not sys.stderr.isatty() or stderr().is_dumb_terminal:
+    if quiet or not shows_progress():
         yield _ignore_advance
         return
     bar = _ProgressBar(total, label, blocks)
@@ -274,6 +274,11 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
             yield bar.advance
     finally:
         bar.stop()
+
+
+def shows_progress() -> bool:
+    """Return whether stderr is a terminal that can draw."""
+    return sys.stderr.isatty() and not stderr().is_dumb_terminal
 
 
 def _ignore_advance(n: int = 1) -> None:
