@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
@@ -306,6 +307,53 @@ def test_session_of_python_forks_no_process():
     assert not parallel._forks
     found = parallel.map_in_order(lambda n: (n, os.getpid()), range(5), 2)
     assert list(found) == [(n, os.getpid()) for n in range(5)]
+
+
+def sizes_of_chunks(items, duration, workers):
+    """Return the sizes of chunks of half a second, by an executor that does them at once."""
+    sizes = []
+
+    def submit(some):
+        sizes.append(len(some))
+        future = Future()
+        future.set_result((list(some), duration))
+        return future
+
+    chunks = list(parallel.completed(submit, range(items), lambda: workers, 0.5))
+    assert sorted(item for chunk in chunks for item in chunk.results) == [*range(items)]
+    return sizes
+
+
+def test_chunks_grow_as_long_as_they_are_short_and_shrink_towards_the_end():
+    assert sizes_of_chunks(40, 0.1, 1) == [1, 2, 4, 5, 5, 5, 5, 5, 5, 3]
+    assert sizes_of_chunks(9, 1.0, 2) == [1] * 9
+    sizes = sizes_of_chunks(1000, 1e-6, 4)
+    assert sizes[:4] == sizes[-4:] == [1] * 4
+    assert len(sizes) < 70
+    assert all(size <= max(1, (1000 - sum(sizes[:k])) // 4) for k, size in enumerate(sizes))
+
+
+def test_first_item_that_fails_decides_whichever_fails_first():
+    futures = []
+
+    def submit(some):
+        futures.append(Future())
+        return futures[-1]
+
+    def capacity():
+        # They end one by one, the last one first.
+        number = [future.done() for future in futures].count(False) - 1
+        if number > 0:
+            futures[number].set_exception(ValueError(number))
+        elif number == 0:
+            futures[0].set_result((["zero"], 0.1))
+        return 3
+
+    chunks, results = parallel.completed(submit, range(9), capacity), []
+    with pytest.raises(ValueError, match="1"):
+        results.extend(chunk.results for chunk in chunks)
+    assert results == [["zero"]]
+    assert len(futures) == 3
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True, "2"])

@@ -1,4 +1,7 @@
-"""Parallel work: a function applied to items in order, by worker processes or by threads.
+"""Parallel work: a function applied to items by threads, processes or other machines.
+
+`completed` hands items to any executor in chunks, and takes the results as they come. A
+`WorkerPool` has the workers of this machine; `study.cluster` has those of others.
 
 Kernels run without the interpreter lock. What is done between them needs it, so that threads
 use few processors: hardly two for the seeds of a short motion. A command on Linux therefore
@@ -15,14 +18,14 @@ import reprlib
 import signal
 import sys
 import time
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from functools import lru_cache, partial
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
+from functools import lru_cache
 from io import BytesIO
 from math import ceil
 from numbers import Integral
 from threading import current_thread, main_thread
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
 
 from drysim.errors import SolverError, UsageError
 from drysim.system import processor_count
@@ -39,7 +42,7 @@ MAX_FIRST_ITEMS = 4
 wait for the interpreter lock."""
 
 QUEUED_PER_WORKER = 2
-"""Submitted items per worker: one in progress and one queued, so that no worker runs idle."""
+"""Submitted chunks per worker: one in progress and one queued, so that no worker runs idle."""
 
 SHUTDOWN_TIMEOUT = 0.25
 """Longest wait for running items after the results are no longer needed [s]."""
@@ -49,14 +52,12 @@ MIN_TIME_PER_WORKER = 0.03
 20 ms on copies of memory that it shares at first."""
 
 MIN_CHUNK_TIME = 0.01
-"""Work that is handed out at a time [s], beside which handing it out takes little time."""
+"""Work that is handed to a process at a time [s], beside which handing it out takes little
+time."""
 
 CHECK_INTERVAL = 1.0
-"""Time between two checks of the workers while a result is awaited [s]: an executor does not
-notice that one was killed while it handed over a large result."""
-
-CHUNKS_PER_WORKER = 4
-"""Least number of chunks for each worker, so that none waits long for the last one."""
+"""Longest time between two checks of the workers [s]: an executor does not notice that one was
+killed while it handed over a large result."""
 
 
 def worker_count(workers: int | None) -> int:
@@ -133,8 +134,8 @@ class WorkerPool:
         function : callable
             Must be safe to call from several threads, and not rely on what other calls change.
         items : iterable
-            Consumed as threads become free, or at once. Those of a later series must be such
-            that `pickle` can copy them.
+            Consumed at once by several workers. Those of a later series must be such that
+            `pickle` can copy them.
         shared : sequence of object
             Objects that the functions of all series refer to. Each worker process has its own
             from the start; all else is copied to it with every chunk of a later series.
@@ -146,6 +147,8 @@ class WorkerPool:
 
         Raises
         ------
+        Exception
+            That of the first item that fails, after the results of all items before it.
         SolverError
             When a worker process ended early, as for lack of memory.
 
@@ -155,73 +158,78 @@ class WorkerPool:
         at most `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the
         process alive; worker processes are killed, and the next series has new ones.
         """
-        if self.workers == 1:
-            yield from map(function, items)
-            return
+        with closing(self._completed(function, as_sequence(items), shared)) as chunks:
+            yield from in_order(chunks)
+
+    def map_unordered(
+        self,
+        function: Callable[[Item], Result],
+        items: Iterable[Item],
+        shared: Sequence[object] = (),
+    ) -> Generator[tuple[Item, Result], None, None]:
+        """Yield every item with `function(item)` as they are done; see `map_in_order`."""
+        sequence = as_sequence(items)
+        with closing(self._completed(function, sequence, shared)) as chunks:
+            for chunk in chunks:
+                done = sequence[chunk.begin : chunk.begin + len(chunk.results)]
+                yield from zip(done, chunk.results, strict=True)
+
+    def _completed(
+        self, function: Callable[[Any], Any], items: Sequence[Any], shared: Sequence[object]
+    ) -> Generator[Chunk, None, None]:
+        """Yield chunks of items with their results, as they are done."""
         # A fork copies the locks that other threads hold: work within a thread starts none.
-        if not _forks or current_thread() is not main_thread():
-            yield from map_in_threads(function, items, self.workers)
+        if self.workers == 1 or not _forks or current_thread() is not main_thread():
+            yield from completed_in_threads(function, items, self.workers)
             return
-        sequence, done = items if isinstance(items, Sequence) else list(items), 0
+        done = 0
         name = getattr(
             getattr(function, "func", function), "__qualname__", type(function).__name__
         )
         if name not in _durations and self._executor is None:
             # These load the kernels that all need, and tell how long an item takes. A few long
             # ones are done by now: threads serve them as well.
-            first = sequence[: min(self.workers, MAX_FIRST_ITEMS)]
-            for result, duration in map_in_threads(
-                partial(timed, function), first, len(first) or 1
-            ):
-                _durations[name] = max(duration, _durations.get(name, 0.0))
-                yield result
-            done = len(first)
-        while (count := self._processes_for(name, len(sequence) - done)) < 2:
-            if done == len(sequence):
+            done = min(self.workers, MAX_FIRST_ITEMS, len(items))
+            for chunk in completed_in_threads(function, items[:done], done):
+                _durations[name] = max(chunk.duration, _durations.get(name, 0.0))
+                yield chunk
+        while (count := self._processes_for(name, len(items) - done)) < 2:
+            if done == len(items):
                 return
-            result, _durations[name] = timed(function, sequence[done])
-            yield result
+            for chunk in completed_here(function, items, range(done, done + 1)):
+                _durations[name] = chunk.duration
+                yield chunk
             done += 1
-        later = self._pickled(function)
+        pickled = self._pickled(function)
         if self._executor is None:
             try:
-                self._fork(lambda number: function(sequence[number]), count, shared)
+                self._fork(lambda number: function(items[number]), count, shared)
             except (OSError, RuntimeError, NotImplementedError):
                 # No process, thread or semaphore.
                 self._kill()
-                yield from (function(sequence[k]) for k in range(done, len(sequence)))
+                yield from completed_here(function, items, range(done, len(items)))
                 return
         # The first series is known to the workers, its items by their numbers.
-        known = range(len(sequence)) if later is None else sequence
-        yield from self._in_processes(name, known, done, later)
+        known = range(len(items)) if pickled is None else items
+        yield from self._in_processes(name, pickled, known, done)
 
     def _in_processes(
-        self, name: str, items: Sequence[Any], done: int, later: bytes | None
-    ) -> Generator[Any, None, None]:
-        """Yield the results of the items that are not done."""
+        self, name: str, pickled: bytes | None, items: Sequence[Any], done: int
+    ) -> Generator[Chunk, None, None]:
+        """Yield chunks of the items that are not done."""
         from concurrent.futures.process import BrokenProcessPool
 
-        executor, count, size = self._executor, len(self._processes), 1
-        assert executor is not None, "processes were forked"
-        most = -(-(len(items) - done) // (CHUNKS_PER_WORKER * count))
-
-        def chunks(end: int) -> Iterator[Chunk]:
-            """Yield what is handed out at a time."""
-            while end < len(items):
-                begin, end = end, min(end + size, len(items))
-                yield items[begin:end], later
-
-        handed_out = work_on, chunks(done), count, deque[Any]()
+        assert self._executor is not None, "processes were forked"
+        submit = self._executor.submit
+        chunks = completed(
+            lambda some: submit(work_in_process, pickled, some),
+            items, self._capacity, MIN_CHUNK_TIME, done,
+        )  # fmt: skip
         try:
-            for results, duration in results_in_order(
-                executor, *handed_out, self._require_workers
-            ):
-                _durations[name] = duration
-                # Items may differ: chunks grow only as long as those that are done are short.
-                enough = ceil(MIN_CHUNK_TIME / max(duration, 1e-9))
-                size = max(min(2 * len(results), enough, most), 1)
-                done += len(results)
-                yield from results
+            for chunk in chunks:
+                _durations[name] = chunk.duration
+                done += len(chunk.results)
+                yield chunk
         except BrokenProcessPool as fault:
             raise SolverError(
                 "a worker process ended early, perhaps for lack of memory",
@@ -230,6 +238,20 @@ class WorkerPool:
         finally:
             if done < len(items):
                 self._kill()
+
+    def _capacity(self) -> int:
+        """Return how many chunks may be in progress.
+
+        Raises
+        ------
+        BrokenProcessPool
+            Unless all worker processes are alive.
+        """
+        from concurrent.futures.process import BrokenProcessPool
+
+        if not all(process.is_alive() for process in self._processes):
+            raise BrokenProcessPool
+        return QUEUED_PER_WORKER * len(self._processes)
 
     def _processes_for(self, name: str, items: int) -> int:
         """Return for how many processes so many items are enough work."""
@@ -287,13 +309,6 @@ class WorkerPool:
             self._processes = [one for one in active_children() if one not in others]
             signal.pthread_sigmask(signal.SIG_SETMASK, signals)
 
-    def _require_workers(self) -> None:
-        """Raise an error unless all worker processes are alive."""
-        from concurrent.futures.process import BrokenProcessPool
-
-        if not all(process.is_alive() for process in self._processes):
-            raise BrokenProcessPool
-
     def _kill(self) -> None:
         """Kill the worker processes that are left."""
         executor, self._executor = self._executor, None
@@ -310,68 +325,141 @@ _durations: dict[str, float] = {}
 """Time that the latest item took, by the name of the function [s]."""
 
 
-def timed(function: Callable[[Item], Result], item: Item) -> tuple[Result, float]:
-    """Return `function(item)` and the time that it takes [s]."""
-    begin = time.monotonic()
-    return function(item), time.monotonic() - begin
+# Chunks of items, and their results.
 
 
-def map_in_threads(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int
-) -> Generator[Result, None, None]:
-    """Yield `function(item)` for every item, in order; as `map_in_order`, but by threads."""
-    if threads == 1:
-        yield from map(function, items)
+class Chunk(NamedTuple):
+    """Consecutive items that were worked on at once."""
+
+    begin: int
+    """Number of the first item."""
+    size: int
+    results: list[Any]
+    """Of every item; empty if the workers were lost."""
+    duration: float
+    """Time that an item took [s]."""
+
+
+def completed(
+    submit: Callable[[Sequence[Item]], Future[tuple[list[Any], float]]],
+    items: Sequence[Item],
+    capacity: Callable[[], int],
+    chunk_time: float = 0.0,
+    begin: int = 0,
+    *,
+    lost: type[Exception] | tuple[()] = (),
+    in_progress: dict[Any, range] | None = None,
+) -> Generator[Chunk, None, None]:
+    """Yield chunks of items with their results, in the order in which an executor does them.
+
+    Parameters
+    ----------
+    submit : callable
+        Submits consecutive items to an executor; their result is as that of `work_on`.
+    items : sequence
+    capacity : callable
+        Returns how many chunks may be in progress now; raises an error if the workers are
+        lost. It is called at least once in `CHECK_INTERVAL`.
+    chunk_time : float, optional
+        Work of a chunk that is large enough [s].
+    begin : int, optional
+        Number of the first item to submit.
+    lost : type of Exception, optional
+        What is raised where workers died: the chunk is yielded without results.
+    in_progress : dict, optional
+        Holds the futures of submitted chunks, with the numbers of their items.
+
+    Raises
+    ------
+    Exception
+        That of the first item that fails, when all chunks before it are done.
+    """
+    from concurrent.futures import FIRST_COMPLETED, wait
+
+    in_progress = {} if in_progress is None else in_progress
+    size, end, fault = 1, len(items), None
+    while begin < end or min((each.start for each in in_progress.values()), default=end) < end:
+        most = capacity()
+        while begin < end and len(in_progress) < most:
+            # Towards the end chunks are small, so that no worker waits long for the last one.
+            numbers = range(begin, begin + max(min(size, (end - begin) // most), 1))
+            in_progress[submit(items[begin : numbers.stop])] = numbers
+            begin = numbers.stop
+        for future in wait(in_progress, CHECK_INTERVAL, FIRST_COMPLETED).done:
+            numbers = in_progress.pop(future)
+            try:
+                results, duration = future.result()
+            except lost:
+                yield Chunk(numbers.start, len(numbers), [], 0.0)
+            except Exception as error:
+                if numbers.start < end:
+                    end, fault = numbers.start, error
+            else:
+                # Items may differ: chunks grow only as long as those that are done are short.
+                size = min(2 * len(numbers), ceil(chunk_time / max(duration, 1e-9)))
+                yield Chunk(numbers.start, len(numbers), results, duration)
+    if fault is not None:
+        raise fault
+
+
+def completed_here(
+    function: Callable[[Item], Any], items: Sequence[Item], numbers: range
+) -> Generator[Chunk, None, None]:
+    """Yield items with their results, done in the thread of the consumer."""
+    for number in numbers:
+        yield Chunk(number, 1, *work_on(function, items[number : number + 1]))
+
+
+def completed_in_threads(
+    function: Callable[[Item], Any], items: Sequence[Item], threads: int
+) -> Generator[Chunk, None, None]:
+    """Yield the items with their results, as threads do them."""
+    if threads <= 1:
+        yield from completed_here(function, items, range(len(items)))
         return
-    from concurrent.futures import ThreadPoolExecutor, wait
+    from concurrent.futures import Future, ThreadPoolExecutor, wait
 
-    executor, futures = ThreadPoolExecutor(threads), deque[Any]()
+    executor, in_progress = ThreadPoolExecutor(threads), dict[Future[Any], range]()
     try:
-        yield from results_in_order(executor, function, items, threads, futures)
+        yield from completed(
+            lambda some: executor.submit(work_on, function, some),
+            items, lambda: QUEUED_PER_WORKER * threads, in_progress=in_progress,
+        )  # fmt: skip
         executor.shutdown()
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
-        wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
+        wait([future for future in in_progress if not future.done()], SHUTDOWN_TIMEOUT)
 
 
-def results_in_order(
-    executor: Executor,
-    function: Callable[[Item], Result],
-    items: Iterable[Item],
-    workers: int,
-    futures: deque[Future[Result]],
-    check: Callable[[], None] = lambda: None,
-) -> Generator[Result, None, None]:
-    """Yield the results of an executor in the order of the items.
-
-    `futures` holds those in progress, and `check` is called while one keeps waiting.
-    """
-    for item in items:
-        futures.append(executor.submit(function, item))
-        if len(futures) == QUEUED_PER_WORKER * workers:
-            yield pop_first_result(futures, check)
-    while futures:
-        yield pop_first_result(futures, check)
+def in_order(chunks: Iterable[Chunk]) -> Generator[Any, None, None]:
+    """Yield the results of all items in order."""
+    early, due = dict[int, list[Any]](), 0
+    for chunk in chunks:
+        early[chunk.begin] = chunk.results
+        while due in early:
+            results = early.pop(due)
+            yield from results
+            due += len(results)
 
 
-def pop_first_result(futures: deque[Future[Result]], check: Callable[[], None]) -> Result:
-    """Remove the first future and return its result; it stays in place if interrupted."""
-    from concurrent.futures import wait
+def as_sequence(items: Iterable[Item]) -> Sequence[Item]:
+    """Return the items as a sequence."""
+    return items if isinstance(items, Sequence) else list(items)
 
-    while not wait([futures[0]], CHECK_INTERVAL).done:
-        check()
-    result = futures[0].result()
-    futures.popleft()
-    return result
+
+def work_on(
+    function: Callable[[Item], Result], items: Sequence[Item]
+) -> tuple[list[Result], float]:
+    """Return the results of some items, and the time of one [s]."""
+    begin = time.monotonic()
+    results = [function(item) for item in items]
+    return results, (time.monotonic() - begin) / len(items)
 
 
 # Worker processes.
 
 _forks = False
 """Whether this process forks workers."""
-
-Chunk = tuple[Sequence[Any], bytes | None]
-"""Items, and the pickled function; None for the first one."""
 
 _forked: tuple[Callable[[int], Any], Sequence[object]]
 """In a worker process: the first function, and the shared objects."""
@@ -406,13 +494,9 @@ def begin_worker(function: Callable[[int], Any], shared: Sequence[object], paren
         os._exit(1)
 
 
-def work_on(chunk: Chunk) -> tuple[list[Any], float]:
-    """Return the results of some items, and the time of one, in a worker."""
-    items, later = chunk
-    function = _forked[0] if later is None else read_function(later)
-    begin = time.monotonic()
-    results = [function(item) for item in items]
-    return results, (time.monotonic() - begin) / len(items)
+def work_in_process(pickled: bytes | None, items: Sequence[Any]) -> tuple[list[Any], float]:
+    """Return what `work_on` does in a worker process; the first function is not pickled."""
+    return work_on(_forked[0] if pickled is None else read_function(pickled), items)
 
 
 @lru_cache(maxsize=1)

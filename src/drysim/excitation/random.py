@@ -37,7 +37,7 @@ from drysim.excitation.base import (
     Floats,
     as_integer,
 )
-from drysim.parallel import map_in_threads
+from drysim.parallel import completed_in_threads
 from drysim.system import processor_count
 from drysim.units import (
     Block,
@@ -272,10 +272,10 @@ def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
 
 def _for_lines(do: Callable[[slice], None], count: int) -> None:
     """Call `do` for slices of `count` lines that fit into the cache; of many, in threads."""
-    parts = (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
+    parts = [slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE)]
     # More than four threads do not help: memory bandwidth is the limit.
     threads = 1 if count <= MAX_CACHED else min(processor_count(), 4)
-    for _ in map_in_threads(do, parts, threads):
+    for _ in completed_in_threads(do, parts, threads):
         pass
 
 
