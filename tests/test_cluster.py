@@ -21,7 +21,6 @@ from drysim.console import terminal
 from drysim.errors import UsageError
 from drysim.scenario.load import load
 from drysim.study import cluster as study_cluster
-from drysim.study.cluster import TaskSize
 
 pytest.importorskip("dask")
 study_cluster.require_dask()
@@ -119,9 +118,7 @@ def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
 def test_parcel_holds_the_very_scenario(swept):
     for name in ALL:
         scenario = load(swept / f"{name}.yaml")
-        again = study_cluster.open_plan(
-            study_cluster.Payload.of(scenario, "")
-        ).ranges.scenarios[0]
+        again = study_cluster.open_plan(study_cluster.Payload.of(scenario)).ranges.scenarios[0]
         words = again.resolved()
         if name == "record":
             assert words["excitation"]["file"] == "0.csv"
@@ -216,37 +213,25 @@ def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
 
 def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
     def computed(payload, numbers):
-        return [b"%d" % number for number in numbers], 0.1 * len(numbers)
+        return [f"{number}" for number in numbers], 0.1
 
+    submitted = []
+
+    def submit(self, function, payload, numbers):
+        submitted.extend(numbers)
+        return sent(self, function, payload, numbers)
+
+    sent = study_cluster.ClusterExecutor.submit
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made, taken = study_cluster.Payload.of(load(swept / "orbits.yaml"), ""), []
-
-    def numbers():
-        for number in range(10**12):
-            taken.append(number)
-            yield number
-
+    monkeypatch.setattr(study_cluster.ClusterExecutor, "submit", submit)
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"))
     with study_cluster.connect(address, None, print, print) as joined:
         max_tasks = joined.max_tasks()
-        with closing(study_cluster.compute_remotely(joined, made, numbers(), 10**12)) as found:
+        with closing(joined.solve(made, range(10**12))) as found:
             some = [next(found) for _ in range(40)]
-    assert sorted(words for _, words in some) == sorted(b"%d" % k for k, _ in some)
+    assert all(words == f"{k}" for k, words in some)
     assert max_tasks == 2 * 2
-    assert len(taken) <= 5 * max_tasks + len(some)  # 5 blocks are half a second of work
-
-
-def test_blocks_go_together_by_their_work_and_their_bytes():
-    load = TaskSize(1000)
-    assert load.blocks(4) == 1  # of which nothing is known
-    load.took([b"1234"] * 2, 0.1)
-    assert load.blocks(4) == 10
-    load.took([bytes(8_000_000)] * 2, 0.1)
-    assert load.blocks(4) == 2
-    load.took([None], 0.0)
-    load.record_sent([979])
-    assert load.blocks(4) == 5
-    load.record_sent([998])
-    assert load.blocks(4) == 1
+    assert len(submitted) <= 5 * max_tasks + len(some)  # 5 blocks are half a second of work
 
 
 def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
@@ -254,36 +239,34 @@ def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
 ):
     def computed(payload, numbers):
         time.sleep(0.1)
-        return [b"%d" % number for number in numbers], 0.1
+        return [f"{number}" for number in numbers], 0.1
 
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"))
     with (
         study_cluster.connect(address, None, print, print) as one,
         study_cluster.connect(address, None, print, print) as other,
     ):
-        flights = [study_cluster.InFlight(client, made) for client in (one, other)]
-        for each, numbers in zip(flights, ([3, 4], [3, 7]), strict=True):
-            each._submit(numbers)
-        found = [list(each.process([], None)) for each in flights]
-    assert found == [[(3, b"3"), (4, b"4")], [(3, b"3"), (7, b"7")]]
+        first, second = one.solve(made, [3, 4]), other.solve(made, [3, 7])
+        begun = next(first)
+        found = sorted([begun, *first]), sorted(second)
+    assert found == ([(3, "3"), (4, "4")], [(3, "3"), (7, "7")])
 
 
 def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
     def computed(payload, numbers):
         time.sleep(0.1)
-        return [distributed.get_worker().address.encode() for _ in numbers], 1.0
+        return [distributed.get_worker().address for _ in numbers], 1.0
 
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"))
     with study_cluster.connect(address, None, print, print) as joined:
-        found = [
-            words for _, words in study_cluster.compute_remotely(joined, made, range(4), 4)
-        ]
+        found = [worker for _, worker in joined.solve(made, range(4))]
     assert sorted(Counter(found).values()) == [2, 2]
 
 
-def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address, monkeypatch):
+def test_no_future_of_dask_is_released_by_a_finaliser(swept, address, monkeypatch):
+    """An interrupt in a finaliser is lost."""
     from distributed.client import Future
 
     cleared, ended = [], Future.__del__
@@ -294,17 +277,37 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
         ended(future)
 
     monkeypatch.setattr(Future, "__del__", last)
-    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"))
     with study_cluster.connect(address, None, print, print) as joined:
-        assert len(list(study_cluster.compute_remotely(joined, made, range(3), 3))) == 3
+        assert len(list(joined.solve(made, range(3)))) == 3
         gc.collect()
         assert [done for client, done in cleared if client is joined.client] == [True] * 3
+
+
+def test_result_that_cannot_be_fetched_is_an_error_of_the_connection(address, monkeypatch):
+    async def refused(*_, **__):
+        raise OSError("connection refused")
+
+    with study_cluster.connect(address, None, print, print) as joined:
+        monkeypatch.setattr(joined.client, "_gather", refused)
+        fault = joined.submit(pow, 2, 5).exception(timeout=60)
+    assert fault.exit_code == 3
+    assert f"the connection to the scheduler at {address} is lost" in str(fault)
+
+
+def test_error_of_a_worker_is_told_from_one_of_the_connection(address):
+    def full():
+        raise OSError(28, "No space left on device")
+
+    with study_cluster.connect(address, None, print, print) as joined:
+        fault = joined.submit(full).exception(timeout=60)
+    assert "a worker failed: [Errno 28] No space left" in str(fault)
 
 
 @pytest.mark.parametrize("name", ["orbits", "record"])
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))
-    made = study_cluster.Payload.of(load(swept / f"{name}.yaml"), "")
+    made = study_cluster.Payload.of(load(swept / f"{name}.yaml"))
     study_cluster.open_plan.cache_clear()  # other tests may have opened the same one
     plan = study_cluster.open_plan(made)
     assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
@@ -334,10 +337,8 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
             cluster.scale(1)
 
         with study_cluster.connect(cluster.scheduler_address, None, say, say) as joined:
-            made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
-            assert [
-                number for number, _ in study_cluster.compute_remotely(joined, made, [1], 2)
-            ] == [1]
+            made = study_cluster.Payload.of(load(swept / "orbits.yaml"))
+            assert [number for number, _ in joined.solve(made, [1])] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one (`dask worker inproc://" in said[0]
 
@@ -499,7 +500,7 @@ def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
     clock, said, warned = [0.0], [], []
     monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
     threads = [2, 0, 0, 0, 0, 1, 0, 0]
-    seen = study_cluster.ClusterClient(
+    seen = study_cluster.ClusterExecutor(
         Client(threads), "it", "dask worker tcp://a:2", said.append, warned.append
     )
     for seconds in (1, 5, 7, 14, 60, 61, 62, 75):
@@ -512,7 +513,7 @@ def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
 def test_nobody_waits_in_silence_for_the_first_worker(monkeypatch):
     clock, said, warned = [0.0], [], []
     monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
-    seen = study_cluster.ClusterClient(
+    seen = study_cluster.ClusterExecutor(
         Client([0] * 5), "it", "dask worker tcp://a:2", said.append, warned.append
     )
     for seconds in (1, 3, 9, 11, 60):

@@ -165,20 +165,20 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
-    from drysim.study import sweep
+    from drysim.study.plan import Plan
 
-    whole = sweep.solve_and_format
+    whole = Plan.block
 
-    def mortal(case_range, **rest):
-        if case_range.first > 45:
+    def mortal(plan, number):
+        if number > 45:
             raise death
-        return whole(case_range, **rest)
+        return whole(plan, number)
 
-    monkeypatch.setattr(sweep, "solve_and_format", mortal)
+    monkeypatch.setattr(Plan, "block", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
     assert output.resumable_parts(Path("out"))
-    monkeypatch.setattr(sweep, "solve_and_format", whole)
+    monkeypatch.setattr(Plan, "block", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()

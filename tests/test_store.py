@@ -6,8 +6,9 @@ import json
 import os
 import random
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ from seat import SEAT
 from drysim.console import terminal
 from drysim.errors import OutputError
 from drysim.scenario.load import load
-from drysim.study.plan import CaseRange, CaseRanges, approaches_of, solve_range
+from drysim.study import sweep
+from drysim.study.plan import CaseRange, CaseRanges, Plan, approaches_of, solve_range
 from drysim.study.run import MotionCache
 from drysim.study.store import IDENTITY_FILE, Store, StoredBatches, work_identity
 from fuzz.mutate import damaged
@@ -71,6 +73,42 @@ def test_damaged_block_is_unfinished_or_reads_the_same(
         assert found is None or list(found) == read
         refused += found is None
     assert refused > 2500
+
+
+def test_blocks_are_kept_as_they_come_and_yielded_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Few early ones wait in memory, an invalid one is solved again when it is due."""
+    file = tmp_path / "seat.yaml"
+    file.write_text(SEAT + SWEEP)
+    scenario = load(file)
+    plan = Plan(CaseRanges(approaches_of(scenario)))
+    monkeypatch.setattr(sweep, "MAX_EARLY", 2)
+    asked: list[list[int]] = []
+
+    def backwards(numbers: Sequence[int], interrupted: bool) -> Any:
+        asked.append([*numbers])
+        for number in reversed(numbers):
+            if interrupted and number == 1:
+                raise KeyboardInterrupt
+            yield number, None if number == 3 else plan.block(number)
+
+    def solved(store: Store | None, interrupted: bool = False) -> list[tuple[int, list[Any]]]:
+        solve_all = partial(backwards, interrupted=interrupted)
+        work = sweep.solve_ranges(plan.ranges, plan.block, solve_all, store, first.append)
+        return [(case_range.first, list(batch)) for case_range, batch in work]
+
+    first: list[Any] = []
+    whole = [(number, list(plan.block(number))) for number in range(5)]
+    assert solved(None) == whole
+    store = Store(tmp_path / "cases", work_identity(scenario), resume=False)
+    first.clear()
+    with pytest.raises(KeyboardInterrupt):
+        solved(store, interrupted=True)
+    assert (len(store), first) == (2, [])
+    assert solved(resumed(store)) == whole
+    assert [batch.first for batch in first] == [0, 1, 3]
+    assert asked == [[0, 1, 2, 3, 4]] * 2 + [[0, 1, 3]]
 
 
 def test_changed_number_of_a_block_is_noticed(kept: tuple[Store, CaseRange, Path]) -> None:

@@ -2,10 +2,9 @@
 
 Flow
     `connect` opens a connection to the scheduler and checks that all workers run the same
-    versions; otherwise results may differ. `solve_ranges` yields the ranges in order. Workers
-    compute them from a `Payload`, which holds everything that the sweep depends on; results
-    are stored and reported by the client. Several ranges form one task, so that scheduling
-    costs little (`TaskSize`).
+    versions; otherwise results may differ. It yields a `ClusterExecutor`, whose `solve` gives
+    the workers several ranges at a time (`parallel.completed`). They compute them from a
+    `Payload`, which holds everything that the sweep depends on.
 
 Failures
     A task whose worker dies is computed again by another worker. Finished ranges are in the
@@ -17,17 +16,16 @@ from __future__ import annotations
 import logging
 import signal
 import ssl
+import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError
-from contextlib import ExitStack, closing, contextmanager, suppress
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from itertools import islice
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from shutil import rmtree
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, Self
@@ -37,12 +35,12 @@ from drysim import system
 from drysim.core import compile
 from drysim.errors import ClusterError, DrysimError, UsageError
 from drysim.forced_exit import at_forced_exit
+from drysim.parallel import QUEUED_PER_WORKER, completed, work_on
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import named_files, prepare
-from drysim.study.plan import CaseRange, Plan, approaches_of
+from drysim.study.plan import Plan, approaches_of
 from drysim.study.statistics import Batch
-from drysim.study.store import Store, pack
 from drysim.yaml_document import dump
 
 MessageSink = Callable[[str], None]
@@ -94,7 +92,7 @@ def connect(
     inform: MessageSink,
     warn: MessageSink,
     certificates: Certificates = NO_CERTIFICATES,
-) -> Iterator[ClusterClient]:
+) -> Iterator[ClusterExecutor]:
     """Connect to the workers of a scheduler for the duration of the context.
 
     Parameters
@@ -141,7 +139,7 @@ def connect(
             name = f"the scheduler at {where}"
             remedy = f"`dask worker {where}` starts one"
         check_all_workers(client.run(version_reader(), on_error="return"))
-        yield ClusterClient(client, name, remedy, inform, warn)
+        yield ClusterExecutor(client, name, remedy, inform, warn)
 
 
 def require_dask() -> None:
@@ -269,11 +267,11 @@ def temporary_security(security: Any) -> Any:
         ) from None
 
 
+TASK_TIME = 0.5
+"""Work of one task [s]; a task costs scheduler, worker and client about 6 ms in any case."""
+
 POLL_INTERVAL = 2.0
 """Time between two checks of the number of workers [s]."""
-
-TASKS_PER_THREAD = 2
-"""Tasks in flight per thread of a worker: one running, one waiting or in transfer."""
 
 NO_WORKER_DELAY = 10.0
 """Time without a worker after which a warning is shown, even with `--quiet` [s]."""
@@ -281,9 +279,17 @@ NO_WORKER_DELAY = 10.0
 MIN_TASKS = 4
 """Tasks in flight while there is no worker yet."""
 
+MAX_LISTED_RANGES = 3
+"""Number of ranges that a message lists at most."""
 
-class ClusterClient:
-    """Connection to the workers of a scheduler."""
+
+class ClusterExecutor(Executor):
+    """Workers of a scheduler.
+
+    Dask's own executor (`Client.get_executor`) does not serve: a future whose result cannot be
+    fetched is never done, errors of a worker cannot be told from those of the connection, and
+    tasks are released by finalisers, in which Python discards an interrupt.
+    """
 
     def __init__(
         self, client: Any, name: str, remedy: str, inform: MessageSink, warn: MessageSink
@@ -294,11 +300,94 @@ class ClusterClient:
         self._has_announced = self._has_warned = self._had_workers = False
         self._last_worker = time.monotonic()
 
-    def max_tasks(self) -> int:
-        """Return the number of tasks that may be in flight."""
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Submit a call; futures of Dask among its arguments become their results there."""
+        # Not pure, which gives it a unique key: each attempt is a task of its own.
+        task = self.client.submit(function, *args, **kwargs, pure=False)
+        future: Future[Any] = Future()
+        self.client.loop.add_callback(self._pass_on, task, future)
+        return future
+
+    async def _pass_on(self, task: Any, future: Future[Any]) -> None:
+        """Pass the result of a task on; Dask computes it again if its worker died."""
+        try:
+            future.set_result(await task)
+        except Exception as fault:
+            is_of_worker = task.status == "error"
+            future.set_exception(as_drysim_error(fault) if is_of_worker else self.lost_error())
+        finally:
+            task.release()
+
+    def solve(
+        self, payload: Payload, numbers: Sequence[int]
+    ) -> Generator[tuple[int, Batch | None]]:
+        """Yield ranges with their batches, in the order in which the workers finish them.
+
+        A task whose worker dies is computed again by another worker. Ranges of a task after
+        which several workers died are tried once more, one at a time, to find the one that is
+        responsible.
+
+        Parameters
+        ----------
+        payload : Payload
+        numbers : sequence of int
+            Ranges to compute.
+
+        Yields
+        ------
+        tuple
+            Number of a range, and its batch; None if a case is invalid.
+
+        Raises
+        ------
+        ClusterError
+            When the scheduler is lost, or, after all others, for ranges that end their workers.
+        """
+        from distributed import KilledWorker
+
+        if not numbers:
+            return
+        shared = self._shared(payload)
+        for task_time, most in (TASK_TIME, sys.maxsize), (0.0, 1):
+            suspects: list[int] = []
+            tasks = completed(
+                lambda some: self.submit(compute, shared, some),
+                numbers, partial(self.max_tasks, most), task_time, lost=KilledWorker,
+            )  # fmt: skip
+            for task in tasks:
+                those = numbers[task.begin : task.begin + task.size]
+                if task.results:
+                    yield from zip(those, task.results, strict=True)
+                else:
+                    suspects += those
+            numbers = suspects
+        if suspects:
+            listed = ", ".join(map(str, suspects[:MAX_LISTED_RANGES]))
+            more = ", ..." * (len(suspects) > MAX_LISTED_RANGES)
+            raise ClusterError(
+                f"{len(suspects)} of the blocks crash every worker that computes them: "
+                f"{listed}{more}; all others are finished",
+                "give the workers more memory, or compute the rest by --resume without "
+                "--cluster",
+            )
+
+    def _shared(self, payload: Payload) -> Any:
+        """Return a payload as an argument of tasks; a large one is sent to each worker once.
+
+        It is the result of a task of its own; the scheduler then prefers workers that have it.
+        """
+        if not payload.files:
+            return payload
+        with warnings.catch_warnings():
+            # The size of a record cannot be reduced.
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            return self.client.submit(pass_through, payload, pure=False)
+
+    def max_tasks(self, most: int = sys.maxsize) -> int:
+        """Return the number of tasks that may be in flight, at most `most`."""
         if time.monotonic() - self._last_poll > POLL_INTERVAL:
             self.poll()
-        return max(MIN_TASKS, TASKS_PER_THREAD * self._threads)
+        return min(max(MIN_TASKS, QUEUED_PER_WORKER * self._threads), most)
 
     def poll(self) -> None:
         """Check the number of workers, and inform the user if there is none.
@@ -330,24 +419,6 @@ class ClusterClient:
             )
             why = "; a block may have crashed them" * self._had_workers
             self.warn(f"{self.name} has {none}{why}; waiting for one ({self.remedy})")
-
-    def wait(self, completed: SimpleQueue[Any]) -> Any:
-        """Return the next completed future."""
-        while True:
-            try:
-                return completed.get(timeout=POLL_INTERVAL)
-            except Empty:
-                self.poll()
-
-    def result(self, future: Any) -> Any:
-        """Return the result of a task; Dask computes it again if its worker died."""
-        patience = POLL_INTERVAL
-        while True:
-            try:
-                return future.result(timeout=patience)
-            except TimeoutError:
-                self.poll()
-                patience *= 2.0  # a timeout restarts the transfer
 
     def lost_error(self) -> ClusterError:
         """Return the error for a lost connection to the scheduler."""
@@ -445,159 +516,6 @@ def version_hint(here: Versions) -> str:
     )
 
 
-# Distribution of ranges to the workers.
-
-
-def solve_ranges(
-    plan: Plan,
-    scenario: Scenario,
-    link: ClusterClient,
-    store: Store,
-    finished: Callable[[Batch], None],
-) -> Iterator[tuple[CaseRange, Batch]]:
-    """Yield each range with its batch, in order, as `study.sweep.solve_ranges` does.
-
-    A batch is stored as soon as it arrives, in any order, so an interruption loses only tasks
-    in flight. It is read back when its range is due, so that memory stays small.
-    """
-    wanted = (k for k, case_range in enumerate(plan.ranges) if not store.has(case_range))
-    newly_stored: set[int] = set()
-    payload = Payload.of(scenario, store.sweep, plan.ranges.first)
-    with closing(compute_remotely(link, payload, wanted, len(plan.ranges))) as in_flight:
-        for index, case_range in enumerate(plan.ranges):
-            while (batch := store.read(case_range)) is None:
-                # An invalid case raises its error here, where file and line are known.
-                number, words = next(in_flight, (index, None))
-                store.write_packed(
-                    plan.ranges[number], words or pack(plan.block(number), store.sweep)
-                )
-                newly_stored.add(number)
-            if index in newly_stored:
-                newly_stored.remove(index)
-                finished(batch)
-            yield case_range, batch
-
-
-MAX_LISTED_RANGES = 3
-"""Number of ranges that a message lists at most."""
-
-NumberedResult = tuple[int, bytes | None]
-"""Number of a range, and its packed batch; None if a case is invalid."""
-
-
-def compute_remotely(
-    link: ClusterClient, payload: Payload, numbers: Iterable[int], count: int
-) -> Generator[NumberedResult]:
-    """Yield packed batches in the order in which the workers finish them.
-
-    A task whose worker dies is computed again by another worker. Ranges of a task after which
-    several workers died are tried once more, one at a time, to find the one that is
-    responsible.
-
-    Parameters
-    ----------
-    link : ClusterClient
-    payload : Payload
-    numbers : iterable of int
-        Ranges to compute, ascending; consumed as there is capacity.
-    count : int
-        Number of all ranges of the sweep. Towards the end fewer form a task.
-
-    Raises
-    ------
-    ClusterError
-        When the scheduler is lost, or, after all others, for ranges that end their workers.
-    """
-    in_flight = InFlight(link, payload)
-    yield from in_flight.process(numbers, TaskSize(count))
-    yield from in_flight.process(in_flight.take_suspects(), None)
-    if failed := in_flight.take_suspects():
-        those = ", ".join(map(str, failed[:MAX_LISTED_RANGES])) + ", ..." * (
-            len(failed) > MAX_LISTED_RANGES
-        )
-        raise ClusterError(
-            f"{len(failed)} of the blocks crash every worker that computes them: {those}; all "
-            "others are finished",
-            "give the workers more memory, or compute the rest by --resume without --cluster",
-        )
-
-
-class InFlight:
-    """Tasks that are being computed."""
-
-    def __init__(self, link: ClusterClient, payload: Payload) -> None:
-        self.link = link
-        self._futures: dict[str, tuple[list[int], Any]] = {}
-        self._completed: SimpleQueue[Any] = SimpleQueue()
-        self._suspects: list[int] = []
-        self._payload = self._submit_payload(payload) if payload.files else payload
-
-    def _submit_payload(self, payload: Payload) -> Any:
-        """Submit a large payload once, as a task of its own on which the others depend.
-
-        It is sent to each worker once; the scheduler then prefers workers that have it.
-        """
-        with warnings.catch_warnings():
-            # The size of a record cannot be reduced.
-            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            return self.link.client.submit(pass_through, payload, pure=False)
-
-    def take_suspects(self) -> list[int]:
-        """Return the ranges whose workers died, and clear the list."""
-        found, self._suspects = self._suspects, []
-        return found
-
-    def process(
-        self, numbers: Iterable[int], load: TaskSize | None
-    ) -> Iterator[NumberedResult]:
-        """Yield results as they arrive; without `load`, one range at a time."""
-        waiting = iter(numbers)
-        while True:
-            while len(self._futures) < (max_tasks := self.link.max_tasks() if load else 1):
-                if not (some := list(islice(waiting, load.blocks(max_tasks) if load else 1))):
-                    break
-                self._submit(some)
-                if load:
-                    load.record_sent(some)
-            if not self._futures:
-                return
-            yield from self._receive(load)
-
-    def _submit(self, numbers: list[int]) -> None:
-        # Not pure, which gives it a unique key: each attempt is a task of its own.
-        future = self.link.client.submit(compute, self._payload, numbers, pure=False)
-        self._futures[future.key] = numbers, future
-        future.add_done_callback(self._completed.put)
-
-    def _receive(self, load: TaskSize | None) -> Iterator[NumberedResult]:
-        """Yield the results of the next completed task, unless its worker died."""
-        from distributed import KilledWorker
-
-        future = self.link.wait(self._completed)
-        numbers, _ = self._futures.pop(future.key)
-        try:
-            if future.status == "error":
-                fault = future.exception()
-                if not isinstance(fault, KilledWorker):
-                    raise as_drysim_error(fault)
-                self._suspects.extend(numbers)
-                return
-            blocks, took = self.link.result(future)
-        except (CancelledError, OSError, TimeoutError) as fault:
-            raise self.link.lost_error() from fault
-        finally:
-            with suppress(RuntimeError):  # the event loop is closed
-                future.release()  # explicitly: an interrupt during __del__ is lost
-        if load:
-            load.took(blocks, took)
-        yield from zip(numbers, blocks, strict=True)
-
-
-def pass_through(payload: Payload) -> Payload:
-    """Return the payload: the task that transfers it."""
-    return payload
-
-
 def as_drysim_error(fault: BaseException) -> BaseException:
     """Convert an exception of a worker to a ClusterError, except programming errors."""
     if isinstance(fault, ImportError | AttributeError):
@@ -611,39 +529,6 @@ def as_drysim_error(fault: BaseException) -> BaseException:
             "check its disk and memory, and continue by --resume",
         )
     return fault
-
-
-SECONDS_PER_TASK = 0.5
-"""Work of one task [s]; a task costs scheduler, worker and client about 6 ms in any case."""
-
-MAX_TASK_BYTES = 16_000_000
-"""Largest result of a task [bytes]; a scheduler transfers it in one piece."""
-
-
-class TaskSize:
-    """Number of ranges per task, estimated from the completed ones.
-
-    The first tasks hold one range, as the cost is unknown; the last ones too, to balance the
-    load.
-    """
-
-    def __init__(self, count: int) -> None:
-        self._count = self._left = count  # including stored ranges
-        self._blocks_per_task = 1
-
-    def blocks(self, max_tasks: int) -> int:
-        """Return the number of ranges of the next task, with at most `max_tasks` in flight."""
-        return max(1, min(self._blocks_per_task, self._left // max_tasks))
-
-    def record_sent(self, numbers: Sequence[int]) -> None:
-        """Record which ranges were submitted."""
-        self._left = self._count - numbers[-1] - 1
-
-    def took(self, blocks: Sequence[bytes | None], seconds: float) -> None:
-        """Record the time and size of completed ranges."""
-        size = sum(map(len, filter(None, blocks)))
-        share = max(seconds / SECONDS_PER_TASK, size / MAX_TASK_BYTES, 1e-9)
-        self._blocks_per_task = max(1, int(len(blocks) / share))
 
 
 # Code that runs on the workers.
@@ -664,13 +549,11 @@ class Payload:
     """Names and contents."""
     versions: tuple[tuple[str, str | None], ...]
     """Versions of the client."""
-    sweep: str
-    """Digest of the sweep, which its batches carry."""
     first: int
     """Number of the first case."""
 
     @classmethod
-    def of(cls, scenario: Scenario, sweep: str, first: int = 0) -> Self:
+    def of(cls, scenario: Scenario, first: int = 0) -> Self:
         """Return the payload of a scenario."""
         words, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
@@ -680,7 +563,7 @@ class Payload:
             for key in keys[:-1]:
                 block = block[key]
             block[keys[-1]] = name
-        return cls(dump(words), tuple(files), tuple(versions().items()), sweep, first)
+        return cls(dump(words), tuple(files), tuple(versions().items()), first)
 
 
 @lru_cache(MAX_OPEN_SWEEPS)
@@ -716,8 +599,13 @@ def worker_folder() -> str | None:
         return None
 
 
-def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
-    """Compute ranges; return the packed batches and the processor time [s].
+def pass_through(payload: Payload) -> Payload:
+    """Return the payload: the task that transfers it."""
+    return payload
+
+
+def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[Batch | None], float]:
+    """Compute ranges; return their batches and the time of one [s].
 
     A range with an invalid case is None: the client computes it again for the error message.
 
@@ -727,13 +615,12 @@ def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[bytes | None
         When this worker joined later, with other versions.
     """
     check_this_worker(dict(payload.versions))
-    began = time.thread_time()
-    return [_compute_one(payload, number) for number in numbers], time.thread_time() - began
+    return work_on(partial(block_or_none, payload), numbers)
 
 
-def _compute_one(payload: Payload, number: int) -> bytes | None:
-    """Return the packed batch of a range; None if a case is invalid."""
+def block_or_none(payload: Payload, number: int) -> Batch | None:
+    """Return the batch of a range; None if a case is invalid."""
     try:
-        return pack(open_plan(payload).block(number), payload.sweep)
+        return open_plan(payload).block(number)
     except DrysimError:
         return None

@@ -19,14 +19,13 @@ from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.metrics.text import format_metrics
-from drysim.parallel import map_in_order, worker_count
+from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, prepare
 from drysim.study.outcome import Outcome, Result, count_verdicts, format_repr
-from drysim.study.plan import CaseRange
 from drysim.study.run import MotionCache
 from drysim.study.statistics import (
     Batch,
@@ -179,15 +178,15 @@ def solve(
     scenario, seeds = case.scenario, seed_range(case.scenario)
     compile.choose_engine(case.work * len(seeds), case.kernels)
 
-    motions = MotionCache()
+    motions, ranges = MotionCache(), plan.seed_ranges(case)
 
-    def solve_one(case_range: CaseRange) -> Batch:
-        return plan.solve_seeds(case, case_range, motions)
+    def solve_one(number: int) -> Batch:
+        return plan.solve_seeds(case, ranges[number], motions)
 
-    count, ranges = plan.seed_workers(case, workers), plan.seed_ranges(case)
-    solve_all = partial(map_in_order, workers=count)
-    with closing(solve_ranges(ranges, solve_one, solve_all, store, finished)) as found:
-        solved = needed_seeds(scenario, (batch for _, batch in found))
+    with WorkerPool(plan.seed_workers(case, workers)) as pool:
+        solve_all = partial(pool.map_unordered, solve_one)
+        with closing(solve_ranges(ranges, solve_one, solve_all, store, finished)) as found:
+            solved = needed_seeds(scenario, (batch for _, batch in found))
     return make_ensemble(case, solved)
 
 

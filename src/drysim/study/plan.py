@@ -146,6 +146,7 @@ class Plan:
     """Base motions that ranges share. The cache does not affect the results."""
     as_text: AsText | None = None
     """Formats the batches, in the workers."""
+    case_workers: Workers = ONE_WORKER
 
     @classmethod
     def of(cls, scenarios: Sequence[Scenario], case: Case, first: int = 0) -> Self:
@@ -153,14 +154,15 @@ class Plan:
         return cls(CaseRanges(scenarios, first), MotionCache.starting_with(case))
 
     def block(self, number: int) -> Batch:
-        """Solve the range with this number.
+        """Solve the range with this number, with its text if that is asked for.
 
         Raises
         ------
         ScenarioError, RecordError
             When a case of the range is invalid.
         """
-        return solve_range(self.ranges[number], self.motions)
+        batch = solve_range(self.ranges[number], self.motions, self.case_workers)
+        return batch if self.as_text is None else replace(batch, text=self.as_text(batch))
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
@@ -252,14 +254,6 @@ def solve_range(
         return solve_chain(case_range, motions, case_workers.is_cancelled)
     points = points_in(point_columns(scenario.sweep, begin, end))
     return Batch.of(first, [solve_case(scenario, one, motions, case_workers) for one in points])
-
-
-def solve_and_format(
-    case_range: CaseRange, motions: MotionCache, case_workers: Workers, as_text: AsText | None
-) -> Batch:
-    """Solve the cases of a range, with their text if it is asked for."""
-    batch = solve_range(case_range, motions, case_workers)
-    return batch if as_text is None else replace(batch, text=as_text(batch))
 
 
 def solve_chain(

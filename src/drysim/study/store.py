@@ -75,11 +75,7 @@ class Store:
         write_whole(folder / IDENTITY_FILE, content.encode())
 
     def write(self, case_range: CaseRange, batch: Batch) -> None:
-        """Write the batch of a range."""
-        self.write_packed(case_range, pack(batch, self.sweep))
-
-    def write_packed(self, case_range: CaseRange, content: bytes) -> None:
-        """Write the batch of a range, already in binary format.
+        """Write the batch of a range.
 
         Raises
         ------
@@ -88,7 +84,7 @@ class Store:
         """
         file = self.file(case_range)
         try:
-            write_whole(file, content)
+            write_whole(file, pack(batch, self.sweep))
         except FileNotFoundError:
             raise system.removed_error(self.folder.parent) from None
         self._finished.add(file.name)
@@ -117,6 +113,10 @@ class Store:
         for case_range in ranges:
             if (batch := self.read(case_range)) is not None:
                 yield case_range, batch
+
+    def __len__(self) -> int:
+        """Return the number of batches."""
+        return len(self._finished)
 
     def has(self, case_range: CaseRange) -> bool:
         """Whether the store holds the batch of a range."""

@@ -42,7 +42,6 @@ from drysim.study.plan import (
     Workers,
     approaches_of,
     can_solve_together,
-    solve_and_format,
 )
 from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
@@ -64,7 +63,7 @@ from drysim.study.warnings import (
 from drysim.wording import format_range
 
 if TYPE_CHECKING:
-    from drysim.study.cluster import ClusterClient
+    from drysim.study.cluster import ClusterExecutor
 
 
 def sweep(
@@ -151,16 +150,11 @@ def on_workers(workers: int | None) -> Iterator[Execute]:
         def execute(
             plan: Plan, case: Case, store: Store | None, finished: BatchCallback
         ) -> Iterator[tuple[CaseRange, Batch]]:
-            motions = plan.motions
             case_workers = Workers.at(case, count, sum(plan.ranges.cases), is_cancelled)
-            solve_one = partial(
-                solve_and_format,
-                motions=motions,
-                case_workers=case_workers,
-                as_text=plan.as_text,
-            )
-            solve_all = partial(pool.map_in_order, shared=(motions, is_cancelled))
-            yield from solve_ranges(plan.ranges, solve_one, solve_all, store, finished)
+            solve_one = replace(plan, case_workers=case_workers).block
+            shared = plan.motions, is_cancelled
+            solve_all = partial(pool.map_unordered, solve_one, shared=shared)
+            return solve_ranges(plan.ranges, solve_one, solve_all, store, finished)
 
         try:
             yield execute
@@ -168,16 +162,17 @@ def on_workers(workers: int | None) -> Iterator[Execute]:
             cancelled.set()
 
 
-def on_cluster(link: ClusterClient) -> Execute:
-    """Return the function that solves cases on the workers of a cluster; it needs a store."""
-    from drysim.study.cluster import solve_ranges as solve_remotely
+def on_cluster(cluster: ClusterExecutor) -> Execute:
+    """Return the function that solves cases on the workers of a cluster."""
+    from drysim.study.cluster import Payload
 
     def execute(
         plan: Plan, case: Case, store: Store | None, finished: BatchCallback
     ) -> Iterator[tuple[CaseRange, Batch]]:
-        assert store is not None, "workers of a cluster write to a store"
         compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as on the workers
-        return solve_remotely(plan, case.scenario, link, store, finished)
+        payload = Payload.of(case.scenario, plan.ranges.first)
+        solve_all = partial(cluster.solve, payload)
+        return solve_ranges(plan.ranges, plan.block, solve_all, store, finished)
 
     return execute
 
@@ -218,46 +213,59 @@ def is_damped(case: Case) -> bool:
     return min(swept, default=case.plant.b) > 0.0
 
 
-SolveAll = Callable[
-    [Callable[[CaseRange], Batch], Sequence[CaseRange]], Generator[Batch, None, None]
-]
-"""Function that yields the batches of ranges, in order; it closes early."""
+SolveAll = Callable[[Sequence[int]], Generator[tuple[int, "Batch | None"]]]
+"""Function that yields numbers of ranges with their batches, in any order. A batch is None if a
+case is invalid and its error is not raised where it was solved."""
+
+MAX_EARLY = 8
+"""Batches that wait for their turn in memory; further ones are read back from the store."""
 
 
 def solve_ranges(
     ranges: Sequence[CaseRange],
-    solve_one: Callable[[CaseRange], Batch],
+    solve_one: Callable[[int], Batch],
     solve_all: SolveAll,
     store: Store | None,
     finished: BatchCallback,
 ) -> Generator[tuple[CaseRange, Batch]]:
     """Yield each range with its batch, in order; a range in the store is only read.
 
+    A batch is stored as soon as it is solved, in any order, so that an interruption loses only
+    the ranges in progress.
+
     Parameters
     ----------
     ranges : sequence of CaseRange
     solve_one : callable
-        Solves a range, in one of the workers.
+        Solves the range with a number, in this process.
     solve_all : callable
-        Applies it to ranges in order, as `map_in_order` with some workers.
+        Solves the ranges with these numbers, by workers.
     store : Store or None
         Takes each new batch.
     finished : callable
         Called with each new batch, in order.
     """
-    missing = [one for one in ranges if store is None or not store.has(one)]
-    with closing(solve_all(solve_one, missing)) as solved:
-        for case_range in ranges:
-            if store is not None and store.has(case_range):
-                if (batch := store.read(case_range)) is not None:
-                    yield case_range, batch
-                    continue
-                batch = solve_one(case_range)  # it is damaged
-            else:
-                batch = next(solved)
-            if store is not None:
-                store.write(case_range, batch)
-            finished(batch)
+    missing: Sequence[int] = range(len(ranges))
+    if store is not None and len(store):
+        missing = [number for number in missing if not store.has(ranges[number])]
+    new: dict[int, Batch | None] = {}  # None: to be read from the store, or invalid
+    with closing(solve_all(missing)) as solved:
+        for number, case_range in enumerate(ranges):
+            while not (number in new or (store is not None and store.has(case_range))):
+                other, batch = next(solved)
+                if store is not None and batch is not None:
+                    store.write(ranges[other], batch)
+                new[other] = batch if store is None or len(new) < MAX_EARLY else None
+            is_new, batch = number in new, new.pop(number, None)
+            if batch is None and store is not None:
+                batch = store.read(case_range)
+            if batch is None:
+                # Its file is damaged, or a case is invalid: its error is raised here.
+                is_new, batch = True, solve_one(number)
+                if store is not None:
+                    store.write(case_range, batch)
+            if is_new:
+                finished(batch)
             yield case_range, batch
 
 
