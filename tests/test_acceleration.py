@@ -24,8 +24,8 @@ from drysim.core.model import (
 from drysim.core.peak import Decay, interior_peak
 from drysim.core.trajectory import motion_in_segment, resume_segment, segment_window
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.output.tables import optional_metrics
 from drysim.plots.sweep import draw_spectra, draw_stroke
+from drysim.results.tables import optional_metrics
 
 PULSE, HEIGHT = 0.011, 98.0665
 REST = State(0.0, 0.0)

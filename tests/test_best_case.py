@@ -276,7 +276,7 @@ def test_summary_of_a_finished_sweep_names_the_best_case(drysim, tmp_path):
     drysim("sweep", "seat.yaml", "--no-plots")
     best = package.sweep(package.load("seat.yaml")).best
     shown = " ".join(drysim("summarise", "out/seat").out.split())
-    assert f"best {best.result}, at {best.place(package.load('seat.yaml').sweep)}, " in shown
+    assert f"best {best.result} at {best.place(package.load('seat.yaml').sweep)}, " in shown
 
 
 def test_records_alone_are_no_designs(tmp_path):

@@ -20,9 +20,9 @@ from seat import SEAT
 import drysim as package
 from drysim import wording
 from drysim.cli import COMPILING_MESSAGE, announce_compilation
-from drysim.console import many, problems, summaries
+from drysim.console import problems
 from drysim.console import terminal as console_terminal
-from drysim.console.summaries import SummaryRow, show_rows
+from drysim.console.summary import print_rows, show_interrupted, show_warnings
 from drysim.console.terminal import stdout
 from drysim.core.model import CoulombLaw
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError, WarningMessage
@@ -30,7 +30,9 @@ from drysim.metrics.checks import Check
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.study.statistics import FAILED, NOT_SETTLED
+from drysim.study.summary import Row
 from drysim.study.sweep import sweep as solved
+from tools.shown import show
 
 # The terminal: what stands on stdout and stderr, and that no user's text drives it.
 
@@ -68,7 +70,7 @@ def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
         CoulombLaw(15.0, 15.0), record(2_000), None, limit=0.001,
         checks=["x_r_peak < 25 mm", "T_a < 0.1", "T_x < 1"],
     )  # fmt: skip
-    summaries.show_outcome(made, Path("out/seat"))
+    show(made, Path("out/seat"))
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert {sign for sign in out if not sign.isprintable()} == {"\n"}
@@ -79,7 +81,7 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
     made = outcome(
         CoulombLaw(15.0, 15.0), limit=0.005, checks=["x_r_peak < 25 mm", "T_x < 0.1"]
     )
-    summaries.show_outcome(made, Path("out/seat"))
+    show(made, Path("out/seat"))
     out = " ".join(capsys.readouterr().out.split())
     peak = made.metrics["x_r_peak"] * 1e3
     for words in (
@@ -110,7 +112,7 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
 )
 def test_value_is_told_in_the_unit_of_its_check(capsys, check, scale, unit):
     made = outcome(CoulombLaw(15.0, 15.0), checks=[check])
-    summaries.show_outcome(made, None)
+    show(made, None)
     value = wording.format_number(made.metrics[check.split()[0]] * scale, digits=6)
     assert f"✓ holds     {check}, with {value}{unit}\n" in capsys.readouterr().out
 
@@ -127,7 +129,7 @@ def in_all_outputs(words, folder):
     made = run(load(folder / "seat.yaml", words))
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-        summaries.show_outcome(made)
+        show(made)
     figure = draw(made)
     figure.draw_without_rendering()
     told = [one.sentence for one in made.warnings if one.slug == "stroke-violated"]
@@ -153,7 +155,7 @@ def test_lengths_of_a_run_have_one_unit_wherever_they_are_told(seat, words, unit
 
 
 def test_metric_that_is_not_known_is_said_to_be_so(capsys):
-    summaries.show_outcome(outcome(motion=record(700), duration=None, checks=["T_x < 1"]))
+    show(outcome(motion=record(700), duration=None, checks=["T_x < 1"]))
     out = capsys.readouterr().out
     assert "T_x         not known" in out
     assert "T_x < 1, with not known" not in out
@@ -163,13 +165,13 @@ def test_metric_that_is_not_known_is_said_to_be_so(capsys):
 def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
-    summaries.show_outcome(replace(made, response=replace(made.response, numerics=numerics)))
+    show(replace(made, response=replace(made.response, numerics=numerics)))
     assert "periodic orbit (2 periods), closure 1.2e-13" in capsys.readouterr().out
 
 
 def test_warnings_go_to_stderr_one_a_line_when_piped(capsys):
     long = "the stroke limit is met " + "again and " * 20 + "again"
-    summaries.show_outcome(outcome(warnings=[long]))
+    show(outcome(warnings=[long]))
     out, err = capsys.readouterr()
     assert "again" not in out
     assert err == f"warning: {long}\n"
@@ -180,7 +182,7 @@ def test_no_user_text_drives_the_terminal_nor_the_markup(capsys, monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\x9b31m\u202e:smile:\r\n[/]"
     made = outcome(name=evil, about=evil, warnings=[evil])
-    summaries.show_outcome(made, Path(f"out/{evil}"))
+    show(made, Path(f"out/{evil}"))
     problem = Problem(evil, evil, 1, 3, 4, evil)
     problems.show_error(ScenarioError(evil, (problem,), evil))
     problems.show_problems({evil: (problem,)})
@@ -197,17 +199,17 @@ def test_colour_is_there_when_forced_and_gone_when_refused(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)
     made = outcome(checks=["T_a < 0.01"])
-    summaries.show_outcome(made)
+    show(made)
     assert "\x1b[1;31m" in capsys.readouterr().out
     monkeypatch.setenv("NO_COLOR", "1")
-    summaries.show_outcome(made)
+    show(made)
     assert not re.search(r"\x1b\[[0-9;]*3[0-7]", capsys.readouterr().out)
 
 
 def test_stream_that_knows_no_greek_gets_question_marks(monkeypatch):
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     monkeypatch.setattr(sys, "stdout", stream)
-    summaries.show_outcome(outcome(checks=["T_a < 9"]))
+    show(outcome(checks=["T_a < 9"]))
     stream.flush()
     assert b"? holds" in stream.buffer.getvalue()
 
@@ -296,7 +298,7 @@ def test_window_is_that_of_the_metrics_on_a_grid_that_misses_its_end(seat, capsy
     times = ["measure={settle: 1 s, duration: 1 s}", f"solver.step={step}"]
     made = package.run(package.load(seat, times))
     fine = package.run(package.load(seat, times[:1]))
-    summaries.show_outcome(made)
+    show(made)
     assert "window      1 s after settling for 1 s" in capsys.readouterr().out
     assert made.metrics["a_u"] == pytest.approx(fine.metrics["a_u"], rel=1e-9)
 
@@ -305,17 +307,17 @@ def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
     """5 Hz under a normal force of 9 Hz repeats after 1 s: `a period` was said of five."""
     words = ["measure=null", "excitation.frequency=5", "solver.step=1e-3"]
     varied = "friction.normal_variation={amplitude: 0.4, frequency: 9}"
-    summaries.show_outcome(package.run(package.load(seat, [*words, varied])))
+    show(package.run(package.load(seat, [*words, varied])))
     assert "periodic orbit (5 periods)" in capsys.readouterr().out
     for step in (1e-3, 1.0):  # one longer than the period makes it no shorter
         words[-1] = f"solver.step={step}"
-        summaries.show_outcome(package.run(package.load(seat, words)))
+        show(package.run(package.load(seat, words)))
         assert "periodic orbit (1 period)" in capsys.readouterr().out
 
 
 def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
     made = package.compare(package.load(seat), ("signum", "stick-slip"))
-    many.show_comparison(made)
+    show(made)
     assert "base        harmonic 1.6 Hz, 1 m/s² RMS" in capsys.readouterr().out
 
 
@@ -345,7 +347,7 @@ RMS = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0]
 
 def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
     table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
-    many.show_table(table, Path("out/seat"))
+    show(table, Path("out/seat"))
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert {sign for sign in out if not sign.isprintable()} == {"\n"}
@@ -359,20 +361,20 @@ def test_extremes_that_differ_by_rounding_are_the_same(capsys, tmp_path):
     table = solved(load(tmp_path / "seat.yaml", phases))
     ends = next(iter(table.tallies.values())).extremes["T_a"]
     assert ends[0].row.point != ends[1].row.point
-    many.show_table(table)
+    show(table)
     out = words(capsys.readouterr().out)
     for name in ("T_a", "T_x", "peak |x_r|"):
         assert re.search(
             rf"{re.escape(name)} [\d.]+( mm)? (.* limit, )?the same in every case", out
         )
     assert " minimum at " not in out
-    many.show_table(spoil(small(), FAILED, 1))
+    show(spoil(small(), FAILED, 1))
     assert "minimum at" in words(capsys.readouterr().out)
 
 
 def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
     table = judged(small(), "x_r_peak < 25 mm", "T_a < 1.2", "T_a < 9 at no.key >= 1")
-    many.show_table(table, Path("out/seat"))
+    show(table, Path("out/seat"))
     out = words(capsys.readouterr().out)
     best = max(table.own, key=lambda row: row.metrics["T_a"])
     assert best.point["excitation.frequency"] == 1.0
@@ -396,7 +398,7 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
 
 
 def test_what_is_swept_is_not_said_to_be_fixed(capsys):
-    many.show_table(sweep(*axes(force=[0, 15]), reference=None))
+    show(sweep(*axes(force=[0, 15]), reference=None))
     out = capsys.readouterr().out
     assert "  friction    F_fs = F_fk (not given)\n" in out
     assert "  swept       friction.kinetic 0, 15 N\n" in out
@@ -411,19 +413,19 @@ def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
         for value in ratio.values
         for row in table.rows
     ]
-    many.show_table(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
+    show(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
     assert "  friction    F_fk 15 N\n" in capsys.readouterr().out
 
 
 def test_base_motion_that_all_cases_share_is_told(capsys):
     table = replace(sweep(*axes(force=[0, 15]), kind="record"), motion=record(700))
-    many.show_table(table)
+    show(table)
     assert "base        record road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
 
 
 def test_stroke_violations_are_counted_with_how_much(capsys):
     table = small(limit=0.015)
-    many.show_table(table)
+    show(table)
     out = words(capsys.readouterr().out)
     met = [row for row in table.own if row.metrics["violations"]]
     far = (max(row.metrics["x_r_peak"] for row in met) - 0.015) * 1e3
@@ -435,7 +437,7 @@ def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
     table = small(limit=0.1)
     settling = {"violations": 1, "stroke_suffices": 0.12, "stroke_used": 1.2}
     rows = tuple(replace(row, metrics={**row.metrics, **settling}) for row in table.rows)
-    many.show_table(replace(table, rows=rows))
+    show(replace(table, rows=rows))
     out = words(capsys.readouterr().out)
     assert "limit exceeded in 6 cases of 6, by up to 20 mm" in out
     assert "while settling" in out
@@ -443,7 +445,7 @@ def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
 
 def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
     table = spoil(small(), NOT_SETTLED, 1, 2, note="after 600 s")
-    many.show_table(spoil(table, FAILED, 4, note=""))
+    show(spoil(table, FAILED, 4, note=""))
     out = words(capsys.readouterr().out)
     assert "not settled 2 cases first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
     assert "failed 1 case first at frequency 2 Hz, rms 1 m/s²" in out
@@ -461,20 +463,20 @@ def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
 )
 def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
     table = spoil(small(force=force, reference=None), NOT_SETTLED, *lost)
-    many.show_table(table)
+    show(table)
     assert said in words(capsys.readouterr().out)
 
 
 def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
     """A sample said `from 2 to 4 Hz` where more than half of the cases exceed 1 at 2 Hz."""
     table = sweep(*axes(frequency=[1, 2, 4], rms=RMS), force=27.0, reference=None)
-    many.show_table(table)
+    show(table)
     early = {row.point["excitation.rms"] for row in table.own if is_early(row)}
     assert 0 < len(early) < len(RMS)
     out = words(capsys.readouterr().out)
     said = "isolation from 4 Hz T_a stays below 1 on all 6 curves; on"
     assert f"{said} {len(early)} of them from 2 Hz" in out
-    many.show_table(spoil(table, NOT_SETTLED, 2))
+    show(spoil(table, NOT_SETTLED, 2))
     assert "below 1 on 5 of 6 curves, nowhere on the others" in words(capsys.readouterr().out)
 
 
@@ -485,21 +487,21 @@ def is_early(row):
 
 def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
     frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
-    many.show_table(sweep(replace(frequency, group="sample"), *rest, reference=None))
+    show(sweep(replace(frequency, group="sample"), *rest, reference=None))
     assert "isolation" not in capsys.readouterr().out
 
 
 def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
     table = small(reference=None)
-    many.show_table(spoil(table, NOT_SETTLED, *range(len(table))))
+    show(spoil(table, NOT_SETTLED, *range(len(table))))
     assert "isolation" not in capsys.readouterr().out
 
 
 def test_interrupted_sweep_says_how_to_go_on(capsys):
     table = small()
     table = replace(table, rows=table.rows[:8], complete=False)
-    many.show_table(table, Path("out/seat"))
-    many.show_interrupted(len(table), "case", Path("out/seat"))
+    show(table, Path("out/seat"))
+    show_interrupted(len(table), "case", Path("out/seat"))
     out, err = capsys.readouterr()
     assert "  state       incomplete: 8 of 12 cases\n" in out
     assert "written" not in out
@@ -510,12 +512,12 @@ def test_interrupted_sweep_says_how_to_go_on(capsys):
 
 
 def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
-    many.show_interrupted(0, "case", Path("out/seat"))
+    show_interrupted(0, "case", Path("out/seat"))
     assert capsys.readouterr().err == "interrupted before any case was finished\n"
 
 
 def test_warnings_of_a_sweep_go_to_stderr(capsys):
-    many.show_table(replace(small(), warnings=(WarningMessage("slug", "careful"),)))
+    show(replace(small(), warnings=(WarningMessage("slug", "careful"),)))
     out, err = capsys.readouterr()
     assert "careful" not in out
     assert err == "warning: careful\n"
@@ -528,7 +530,7 @@ SENTENCES = ("signum is off: " + "far and " * 12 + "away", "a smaller step will 
 
 def test_comparison_is_aligned_columns_when_piped(capsys):
     made = replace(orbits(["signum", "stick-slip"]), verdict=SENTENCES)
-    many.show_comparison(made, Path("out/seat"))
+    show(made, Path("out/seat"))
     out, err = capsys.readouterr()
     rows = [line.split("  ") for line in out.splitlines()]
     table = [[cell.strip() for cell in row if cell.strip()] for row in rows]
@@ -550,7 +552,7 @@ def test_comparison_is_aligned_columns_when_piped(capsys):
 
 def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
     made = orbits(["signum", "stick-slip"], rms=5e-6, force=15e-5)
-    many.show_comparison(made)
+    show(made)
     out = capsys.readouterr().out
     heading, *_ = (line for line in out.splitlines() if line.startswith("approach"))
     assert "peak |x_r| µm" in heading
@@ -562,7 +564,7 @@ def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
 def test_comparison_over_a_sweep_gives_ranges_and_the_worst_with_where(capsys):
     swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
     made = comparison(["signum", "stick-slip"], *swept, n=900)
-    many.show_comparison(made)
+    show(made)
     out = capsys.readouterr().out
     T_a = [row.metrics["T_a"] for row in made.table.of("signum")]
     worst = max(100 * made.deviation(row) for row in made.table.of("signum"))
@@ -583,7 +585,7 @@ def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeyp
         replace(row, metrics={**row.metrics, "T_x": 0.01234 * (at + 1)})
         for at, row in enumerate(made.table.rows)
     )
-    many.show_comparison(replace(made, table=replace(made.table, rows=rows)))
+    show(replace(made, table=replace(made.table, rows=rows)))
     out = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
     assert "─────" in out
     assert "…" not in out
@@ -597,11 +599,11 @@ def test_no_user_text_drives_the_terminal(capsys, monkeypatch):
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
     scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
     table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
-    many.show_table(table, Path(evil))
-    many.show_table(replace(table, complete=False), Path(evil))
+    show(table, Path(evil))
+    show(replace(table, complete=False), Path(evil))
     made = orbits(["signum", "stick-slip"])
-    many.show_comparison(replace(made, table=replace(made.table, scenario=scene)))
-    many.show_comparison(replace(made, verdict=(evil,)), Path(evil))
+    show(replace(made, table=replace(made.table, scenario=scene)))
+    show(replace(made, verdict=(evil,)), Path(evil))
     shown = re.sub(r"\x1b\[[0-9;]*m", "", "".join(capsys.readouterr()))
     assert "[bold red]" in shown
     assert {sign for sign in shown if not sign.isprintable()} == {"\n"}
@@ -719,10 +721,10 @@ def test_counting_costs_next_to_nothing_where_nobody_watches():
 
 def test_long_range_stays_apart_from_its_remark(capsys):
     rows = [
-        SummaryRow("T_a", "1.2", "least"),
-        SummaryRow("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz"),
+        Row("T_a", "1.2", "least"),
+        Row("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz"),
     ]
-    show_rows(stdout(), rows, 20)
+    print_rows(stdout(), rows, 20)
     short, long = capsys.readouterr().out.splitlines()[1:]
     assert "23.6 % most at 1 Hz" in long
     assert short.index("least") == long.index("most")
@@ -755,7 +757,7 @@ solver: {step: 1e-3}
 """
     (tmp_path / "seat.yaml").write_text(text)
     table = solved(load(tmp_path / "seat.yaml", {**words, "sweep": over}))
-    many.show_table(table, None)
+    show(table, None)
     out = " ".join(capsys.readouterr().out.split())
     for sentence in said:
         assert sentence in out
@@ -769,7 +771,7 @@ excitation: {kind: record, file: r.csv, rate: 100}
 sweep: {excitation.scale: [1, 2]}
 """
     (tmp_path / "seat.yaml").write_text(text)
-    many.show_table(solved(load(tmp_path / "seat.yaml")), None)
+    show(solved(load(tmp_path / "seat.yaml")), None)
     assert "  base        record r.csv\n" in capsys.readouterr().out
 
 
@@ -777,7 +779,7 @@ def test_at_most_three_warnings_of_one_kind_are_printed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     alike = [WarningMessage("record-mean", f"record {i} has a mean") for i in range(20)]
-    summaries.show_warnings([*alike, WarningMessage("chatter", "it chatters")])
+    show_warnings([*alike, WarningMessage("chatter", "it chatters")])
     shown = capsys.readouterr().err.splitlines()
     assert shown == [
         "warning: record 0 has a mean",

@@ -165,7 +165,7 @@ def test_result_damaged_in_many_ways_is_shown_or_refused(results, kind, capsys):
 def test_result_of_a_later_version_is_refused_by_its_format(results, drysim, command):
     folder = results("run")
     whole = (folder / "drysim.json").read_text()
-    (folder / "drysim.json").write_text(whole.replace('"format": 1', '"format": 7'))
+    (folder / "drysim.json").write_text(whole.replace('"format": 2', '"format": 7'))
     try:
         done = drysim(command, folder)
     finally:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.console.design import best_rows
+from drysim.results.design import best_rows
 from drysim.study import plan
 from drysim.study.design import (
     DesignResult,
@@ -285,7 +285,7 @@ def test_end_towards_which_a_limit_with_every_seed_pushes_the_optimum_is_open(tm
     assert high is None
     assert low <= bound.best.values[KEY]
     assert None not in free.optimum.ends[KEY]
-    rows = {row.name: row for row in best_rows(bound)}
+    rows = {row.label: row for row in best_rows(bound)}
     assert "95 %: " in rows["damping"].remark
     assert ", upper end not known from these seeds" in rows["damping"].remark
     # The stroke of single runs is within the limit, that of an hour is not.

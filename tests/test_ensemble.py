@@ -15,9 +15,9 @@ from seat import rows_of
 
 import drysim as package
 from drysim.console import terminal
-from drysim.console.many import ensemble_rows, show_ensemble
 from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw
+from drysim.results.ensemble import ensemble_rows
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
 from drysim.study import plan as study_plan
@@ -32,6 +32,7 @@ from drysim.study.statistics import (
     student_t,
 )
 from drysim.wording import format_interval, format_number
+from tools.shown import show
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
 
@@ -157,7 +158,7 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
 ):
     forces = {"friction.kinetic": 45 * size, "stroke.limit": 0.005 * size}
     made = run(load(noisy, {SEEDS: 3, "excitation.rms": 0.67 * size, **forces}))
-    show_ensemble(made)
+    show(made)
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
     scale = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
     most = made.statistics["x_r_peak"].greatest[0] * scale
@@ -582,5 +583,5 @@ def test_quantile_of_students_t_is_that_of_scipy():
 def test_metric_of_the_stopping_rule_is_shown_with_its_unit(noisy):
     until = {"metric": "x_r_rms", "half_width": 0.5}
     result = run(load(noisy, {SEEDS: 6, UNTIL: until}))
-    [row] = [row for row in ensemble_rows(result) if row.name == "x_r_rms"]
+    [row] = [row for row in ensemble_rows(result) if row.label == "x_r_rms"]
     assert row.value.endswith(" mm")

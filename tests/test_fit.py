@@ -15,8 +15,8 @@ from seat import rows_of
 from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, write_twin
 
 import drysim
-from drysim.console.fit import describe_interval, show_fit
 from drysim.parallel import WorkerPool
+from drysim.results.fit import describe_interval
 from drysim.study.fit import (
     Differentiable,
     LawFit,
@@ -31,6 +31,7 @@ from drysim.study.fit import (
 )
 from drysim.study.fit_model import build_model, fitted_end
 from test_bad_input import tree
+from tools.shown import show
 
 K_X, B, F_FK = 7500.0, 500.0, 20.0
 SEAT = f"oscillator: {{mass: 75, stiffness: {K_X}, damping: {B}}}\n"
@@ -896,7 +897,7 @@ def test_result_shows_its_values_and_the_code_of_its_checks(noisy):
 
 
 def test_summary_keeps_long_keys_apart_from_their_values(noisy, capsys):
-    show_fit(noisy[0])
+    show(noisy[0])
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("  static_ratio 1.") for line in lines)
     assert any(line.startswith("  kinetic      19.9") for line in lines)
@@ -1127,7 +1128,7 @@ def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path, ca
     assert "the unit of x_dd seems to be wrong by a factor of 9.81" in only(result, "bad-fit")
     assert result.is_useless
     assert result.exit_code() == 1
-    show_fit(result)
+    show(result)
     shown = capsys.readouterr().out
     assert "its values mean nothing" in shown
     assert "error x_dd" in shown

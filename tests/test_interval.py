@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import drysim as package
-from drysim.console import many
 from drysim.errors import ScenarioError
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.load import load
@@ -19,6 +18,7 @@ from drysim.study.statistics import Row
 from drysim.study.sweep import sweep
 from drysim.study.table import RATIO_KEY
 from drysim.yaml_document import dump
+from tools.shown import show
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -91,7 +91,7 @@ def test_answer_without_a_jump_says_so(seat, capsys):
     table = package.run(seat("friction.static_ratio.to=1.1"))
     assert table.jumps == ()
     assert table.checks[0].passed is True
-    many.show_table(table)
+    show(table)
     shown = " ".join(capsys.readouterr().out.split())
     assert "jumps none" in shown
     assert f"anywhere from 1 to 1.1 ({len(table)} values solved)" in shown
@@ -113,7 +113,7 @@ def test_number_of_solutions_is_limited(seat, monkeypatch, capsys):
     assert [one.slug for one in table.warnings if one.slug.startswith("jumps")] == [
         "jumps-unresolved"
     ]
-    many.show_table(table)
+    show(table)
     shown = " ".join(capsys.readouterr().out.split())
     assert "jumps not known" in shown
     assert "jumps none" not in shown
@@ -158,7 +158,7 @@ def test_picture_marks_the_jump(table):
 
 
 def test_summary_names_the_jump(table, capsys):
-    many.show_table(table)
+    show(table)
     shown = " ".join(capsys.readouterr().out.split())
     assert "jumps at 1.178511 T_a from 0.99392 to 1, peak |x_r| from 0.2121 mm" in shown
 

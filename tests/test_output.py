@@ -7,7 +7,6 @@ import csv
 import hashlib
 import json
 import os
-import re
 import shutil
 import tempfile
 from dataclasses import replace
@@ -23,7 +22,6 @@ from law_scenes import elastic_law
 from outcomes import PAPER, SINE, STICKY, judgement, names, outcome, record
 from seat import rows_of
 
-import drysim
 from drysim import output
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
@@ -41,16 +39,11 @@ from drysim.core.model import (
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
-from drysim.output import folder, sidecar, tables
+from drysim.output import folder
 from drysim.output.folder import (
-    PICTURES,
-    RESULT_FILES,
     install_partial,
-    result_files,
     write_marker,
 )
-from drysim.output.sidecar import Provenance
-from drysim.output.tables import write_transmissibility_csv
 from drysim.plots import style
 from drysim.plots.response import (
     CROWDED_MARKERS,
@@ -66,6 +59,12 @@ from drysim.plots.response import (
     stuck_intervals,
     zoom_slice,
 )
+from drysim.results import all_kinds, kind_named, tables
+from drysim.results import run as run_kind
+from drysim.results.comparison import comparison_fields, write_comparison_csv
+from drysim.results.fields import Provenance
+from drysim.results.run import run_fields
+from drysim.results.sweep import write_transmissibility_csv
 from drysim.study import compare as study_compare
 from drysim.study.statistics import FAILED, NOT_SETTLED, Row
 from drysim.study.table import Table
@@ -79,7 +78,7 @@ pytestmark = pytest.mark.usefixtures("place")
 def write(folder, made=None, **words):
     options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
     place = Path(folder) if isinstance(folder, str) else folder
-    return output.write("run", made or outcome(), place, **options | words)
+    return output.write(made or outcome(), place, **options | words)
 
 
 def columns(file):
@@ -108,7 +107,7 @@ def test_response_reads_back_to_the_last_bit():
 def test_blocks_give_the_same_file_as_one_piece(monkeypatch):
     made = outcome()
     write("one", made)
-    monkeypatch.setattr(tables, "BLOCK_SIZE", 7)
+    monkeypatch.setattr(run_kind, "BLOCK_SIZE", 7)
     write("many", made)
     for name in ("response.csv", "events.csv"):
         assert Path("one", name).read_bytes() == Path("many", name).read_bytes()
@@ -442,7 +441,7 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
     )
     told = write("out", made)
     assert told == json.loads(Path("out/drysim.json").read_text())
-    assert (told["format"], told["complete"], told["exit_code"]) == (1, True, 0)
+    assert (told["format"], told["complete"], told["exit_code"]) == (2, True, 0)
     assert told["created"] == "1970-01-02T00:00:00Z"
     assert told["scenario"] == {
         "name": "seat", "file": "seat.yaml", "sha256": "cd" * 32, "overrides": {},
@@ -466,7 +465,7 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
 @pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
 def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
-    assert sidecar.run_fields(outcome(), Provenance("", 0, {}))["created"] > "2024"
+    assert run_fields(outcome(), Provenance("", 0, {}))["created"] > "2024"
 
 
 def test_sidecar_names_no_folder_of_the_user():
@@ -480,7 +479,7 @@ def test_sidecar_names_no_folder_of_the_user():
         },
     )  # fmt: skip
     command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
-    told = sidecar.run_fields(made, Provenance(command, 0, {}))
+    told = run_fields(made, Provenance(command, 0, {}))
     assert "joe" not in json.dumps(told)
     assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
     assert told["scenario"]["overrides"] == {
@@ -492,7 +491,7 @@ def test_sidecar_names_no_folder_of_the_user():
 def test_sidecar_is_strict_json_whatever_the_numbers():
     made = outcome()
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
-    told = json.loads(output.json_text(sidecar.run_fields(made, Provenance("", 3, {}))))
+    told = json.loads(output.json_text(run_fields(made, Provenance("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False
@@ -760,17 +759,19 @@ def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
     assert Path("out/notes.txt").read_text() == "mine"
 
 
-def test_every_file_that_drysim_writes_is_known_by_its_name():
-    package = Path(drysim.__file__).parent
-    words = "".join(file.read_text(encoding="utf-8") for file in package.glob("output/*.py"))
-    named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
-    named |= {f"{name}.png" for names in PICTURES.values() for name in names}
-    named |= {
+def test_kinds_know_their_files_by_name_and_no_others():
+    named = {
         f"{name}.yaml"
         for name, _ in (*speed_error.BENCH_SCENARIOS, *speed_error.STEADY_SCENARIOS)
     }
-    assert len(named) > 15
-    assert [name for name in named if not RESULT_FILES.fullmatch(name)] == []
+    assert [name for name in named if not kind_named("bench").writes(name)] == []
+    parts = "transmissibility/approach=viscous/000000000000.parquet"
+    assert kind_named("sweep").writes(parts)
+    foreign = (
+        "notes.txt", "response.txt", "mine/response.csv", f"mine/{parts}", f"{parts}/x.parquet",
+        "transmissibility/approach=viscous", "scenario.yaml.png",
+    )  # fmt: skip
+    assert [name for name in foreign for kind in all_kinds() if kind.writes(name)] == []
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["removed", "of another"])
@@ -817,7 +818,7 @@ def fresh_word(word):
         inner.mkdir(parents=True)
         (inner / "000000000000.parquet").write_text(word)
         (partial / "events.csv").write_text(word)
-        files = {path.relative_to(partial).as_posix(): "" for path in result_files(partial)}
+        files = {path.relative_to(partial).as_posix(): "" for path in partial.rglob("*.*")}
         write_marker(partial, json.dumps({"format": 1, "files": files}))
 
 
@@ -856,12 +857,12 @@ def small(**words):
 def tables_write(table, folder="out", **words):
     options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
     target = folder if isinstance(folder, output.LockedFolder) else Path(folder)
-    return output.write("sweep", table, target, **options | words)
+    return output.write(table, target, **options | words)
 
 
 def compare(made, **words):
     options = {"plots": False, "command": "drysim compare", "exit_code": 0}
-    return output.write("comparison", made, Path("out"), **options | words)
+    return output.write(made, Path("out"), **options | words)
 
 
 # tables
@@ -980,9 +981,9 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path):
     table = replace(sweep(*axes(frequency=[2.0])), axes=(swept,), rows=tuple(rows))
     made = replace(orbits(["stick-slip"]), table=table)
     with no_hang():
-        write_transmissibility_csv(table, tmp_path)
-        tables.write_comparison_csv(made, tmp_path)
-        sidecar.comparison_fields(made, Provenance("", 0, {}))
+        write_transmissibility_csv(table, tmp_path / "transmissibility.csv")
+        write_comparison_csv(made, tmp_path / "comparison.csv")
+        comparison_fields(made, Provenance("", 0, {}))
 
 
 # sidecar
@@ -1150,7 +1151,7 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(output, "write_scenarios", full)
+    monkeypatch.setattr(output, "write_scenario", full)
 
     def end():
         with output.lock_partial(Path("out")) as claim:

@@ -18,7 +18,6 @@ from seat import EM6_SEAT, write_records
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
-from drysim.console.many import show_table
 from drysim.plots import comparison as comparison_plot
 from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
@@ -34,6 +33,7 @@ from drysim.study.sweep import sweep as many_sweep
 from drysim.study.sweep import sweep as solved
 from drysim.study.table import Table
 from drysim.study.warnings import table_stroke_warnings
+from tools.shown import show
 
 # The pictures of sweeps and comparisons: what is drawn, and that every table can be.
 
@@ -544,7 +544,7 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
 def test_lengths_of_a_sweep_have_one_unit_wherever_they_are_told(capsys):
     table = sweep(*axes(frequency=[1.0, 1.6], rms=[800.0]), limit=9.0, reference=None)
     warnings = tuple(table_stroke_warnings(table.tallies["stick-slip"], table.scenario))
-    show_table(replace(table, warnings=warnings))
+    show(replace(table, warnings=warnings))
     figure = draw_stroke(table)
     told = [*capsys.readouterr(), *(text.get_text() for text in figure.texts), *legend(figure)]
     assert len(warnings) == 1
@@ -613,7 +613,7 @@ def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
     assert lines(panel, f"stroke limit {limit:g} {unit}")[0].get_ydata()[0] == pytest.approx(
         limit
     )
-    show_table(table)
+    show(table)
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
     peak = max(lines(panel, "stick-slip")[0].get_ydata())
     assert told.split()[2:4] == [wording.format_number(peak), unit]

@@ -16,7 +16,7 @@ import pytest
 from cluster_scenes import blocks_in
 
 from drysim.cli import process
-from drysim.console import many, terminal
+from drysim.console import summary, terminal
 from drysim.parallel import map_in_order
 from test_cli import tree
 
@@ -156,12 +156,12 @@ def test_interruption_is_told_before_the_summary_of_what_is_finished(
             raise KeyboardInterrupt
 
     monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
-    for name in ("show_interrupted", "show_table", "show_ensemble"):
-        monkeypatch.setattr(many, name, lambda *_, name=name: told.append(name))
+    for name in ("show_interrupted", "show_summary"):
+        monkeypatch.setattr(summary, name, lambda *_, name=name: told.append(name))
     command, *words = MANY[kind]
     quick = ("--workers", 1, "--no-plots", "--set", "checks=[T_a < 1e-3]")
     assert drysim(command, seat, *words, *quick).code == 130
-    assert told == ["show_interrupted", {"cases": "show_table", "seeds": "show_ensemble"}[kind]]
+    assert told == ["show_interrupted", "show_summary"]
 
 
 def test_interruption_in_quiet_is_told_in_one_line(drysim, seat, monkeypatch):

@@ -10,11 +10,12 @@ import pytest
 from seat import rows_of
 
 from drysim import output
-from drysim.console import many
 from drysim.errors import ScenarioError
 from drysim.metrics.checks import Check
-from drysim.output import tables
 from drysim.plots.sweep import draw_stroke
+from drysim.results import sweep as sweep_kind
+from drysim.results import tables
+from drysim.results.sweep import transmissibility_text, write_transmissibility_csv
 from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.study import plan as study_plan
@@ -29,6 +30,7 @@ from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, 
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import partial_table, solve, sweep
 from drysim.study.table import Table, Tally
+from tools.shown import show
 
 # Sweeps: every case in order, whatever the workers, the interruptions and the statuses.
 
@@ -146,11 +148,11 @@ def test_text_that_workers_format_is_that_of_the_table(
     grid: Path, tmp_path: Path, overrides: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = prepare(load(grid, overrides), swept=True)
-    tables.write_transmissibility_csv(solve(case, workers=1), tmp_path)
+    write_transmissibility_csv(solve(case, workers=1), tmp_path / "transmissibility.csv")
     expected = (tmp_path / "transmissibility.csv").read_bytes()
-    for module in (tables, tally_sweep, statistics):
+    for module in (tables, sweep_kind, tally_sweep, statistics):
         monkeypatch.setattr(module, "MAX_CACHED_ROWS", 1)
-    as_text = tables.transmissibility_text(case.scenario)
+    as_text = transmissibility_text(case.scenario)
     assert as_text is not None
     every = list(CaseRanges(approaches_of(case.scenario)))
     # Some blocks are there without their text, some with it, as after an interruption.
@@ -162,14 +164,14 @@ def test_text_that_workers_format_is_that_of_the_table(
     for resume, columns in ((True, as_text), (False, as_text), (False, None)):
         again = Store(tmp_path / "cases", work_identity(case.scenario), resume)
         table = solve(case, workers=2, store=again, as_text=columns)
-        tables.write_transmissibility_csv(table, tmp_path)
+        write_transmissibility_csv(table, tmp_path / "transmissibility.csv")
         assert (tmp_path / "transmissibility.csv").read_bytes() == expected
     marked = solve(case, workers=1, store=store, as_text=lambda batch: b"mark\n")
-    tables.write_transmissibility_csv(marked, tmp_path)
+    write_transmissibility_csv(marked, tmp_path / "transmissibility.csv")
     assert (tmp_path / "transmissibility.csv").read_bytes() == expected  # nothing is missing
     empty = Store(tmp_path / "cases", work_identity(case.scenario), resume=False)
     marked = solve(case, workers=1, store=empty, as_text=lambda batch: b"mark\n")
-    tables.write_transmissibility_csv(marked, tmp_path)
+    write_transmissibility_csv(marked, tmp_path / "transmissibility.csv")
     assert (tmp_path / "transmissibility.csv").read_bytes().count(b"mark\n") == len(every)
 
 
@@ -289,7 +291,7 @@ def swept(tmp_path):
 
 def said(table, capsys):
     """Return the summary of a table, every run of blanks as one."""
-    many.show_table(table)
+    show(table)
     return " ".join(capsys.readouterr().out.split())
 
 
@@ -657,9 +659,9 @@ def test_row_of_a_block_is_that_of_its_iteration(tally_many):
 
 def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch):
     table = tally_sweep.sweep(tally_many)
-    kept = output.write("sweep", table, tmp_path / "a", plots=False, command="", exit_code=0)
+    kept = output.write(table, tmp_path / "a", plots=False, command="", exit_code=0)
     monkeypatch.setattr(tables, "MAX_CACHED_ROWS", 10)
-    other = output.write("sweep", table, tmp_path / "b", plots=False, command="", exit_code=0)
+    other = output.write(table, tmp_path / "b", plots=False, command="", exit_code=0)
     assert kept["files"] == other["files"]
     cells = rows_of(tmp_path / "a/transmissibility.csv")
     assert cells[-1]["friction.kinetic [N]"] == ""
@@ -683,7 +685,7 @@ def test_summary_of_a_table_partly_on_the_disk_is_shown_after_its_store_is_gone(
     """Eight cases of the scenario's own approach stay in memory, its reference does not."""
     (tmp_path / "grid.yaml").write_text(GRID)
     whole = drysim("sweep", "grid.yaml", "--no-plots")
-    for module in (tally_sweep, statistics, many):
+    for module in (tally_sweep, statistics, sweep_kind):
         monkeypatch.setattr(module, "MAX_CACHED_ROWS", 8)
     assert drysim("sweep", "grid.yaml", "--no-plots") == whole
     assert "isolation" in whole.out

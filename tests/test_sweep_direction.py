@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from drysim import plot
-from drysim.console import many
 from drysim.errors import ScenarioError
 from drysim.plots.sweep import sweep_view
 from drysim.scenario.axes import point_columns
@@ -21,6 +20,7 @@ from drysim.study.plan import CaseRanges, approaches_of, solve_chain, solve_rang
 from drysim.study.run import MotionCache
 from drysim.study.sweep import sweep
 from drysim.yaml_document import dump
+from tools.shown import show
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -193,7 +193,7 @@ def test_hysteresis_says_where_the_directions_differ(seat, capsys):
     assert (found.low, found.high) == (0.48, 0.5)
     assert found.point == {"excitation.rms": 0.5}
     assert found.gap == pytest.approx(0.01034, abs=1e-5)
-    many.show_table(table)
+    show(table)
     shown = " ".join(capsys.readouterr().out.split())
     assert "hysteresis 0.48 to 0.5 m/s² T_a 1 up against 1.0103 down at rms 0.5" in shown
     assert sweep(seat(levels("up"))).hysteresis is None

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from seat import SEAT, rows_of
 
-from drysim.output import tables
+from drysim.results import tables
+from drysim.results.sweep import write_transmissibility_csv
 from drysim.scenario.load import load
 from drysim.study.sweep import sweep
 
@@ -85,7 +86,9 @@ def test_column_for_all_tables_is_a_field_of_its_metric(
     metrics = tuple(added if one.name == added.name else one for one in table.METRICS)
     monkeypatch.setattr(tables, "METRICS", metrics)
     (tmp_path / "seat.yaml").write_text(f"{SEAT}sweep: {{friction.kinetic: [10, 20]}}\n")
-    tables.write_transmissibility_csv(sweep(load(tmp_path / "seat.yaml")), tmp_path)
+    write_transmissibility_csv(
+        sweep(load(tmp_path / "seat.yaml")), tmp_path / "transmissibility.csv"
+    )
     rows = rows_of(tmp_path / "transmissibility.csv")
     assert all(float(row["v_r_rms [m/s]"]) > 0 for row in rows)
 

@@ -81,7 +81,7 @@ __getattr__ = lazy_getattr(
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
         "drysim.output.report": "report",
-        "drysim.plots": "plot",
+        "drysim.results.pictures": "plot",
         "drysim.scenario": "Scenario load",
         "drysim.study.branches": "BranchesResult branches",
         "drysim.study.compare": "Comparison compare",

@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from drysim.output import tables
+from drysim.results.sweep import write_transmissibility_csv, write_transmissibility_parquet
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.study.cluster import connect
@@ -96,14 +96,14 @@ def of_bytes(folder: Path) -> None:
     print(f"bytes a case, packed: {len(pack(batch, bench.store().sweep)) / len(batch):.0f}")
     table = solve(Bench(folder, MIDDLE).case)
     for name, write in (
-        ("csv", tables.write_transmissibility_csv),
-        ("parquet", tables.write_transmissibility_parquet),
+        ("csv", write_transmissibility_csv),
+        ("parquet", write_transmissibility_parquet),
     ):
-        write(table, folder)
+        write(table, folder / "transmissibility.csv" if name == "csv" else folder)
         files = [file for file in folder.rglob(f"*.{name}") if file.is_file()]
         size = sum(file.stat().st_size for file in files)
         clock = Clock()
-        write(table, folder)
+        write(table, folder / "transmissibility.csv" if name == "csv" else folder)
         takes = 1e6 * clock.read()[0] / len(table)
         print(f"bytes a case, {name}: {size / len(table):.0f}, written in {takes:.1f} µs")
     size = case_range.end - case_range.begin

@@ -10,21 +10,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
 from drysim.bench.timing import try_within
 from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine, engine
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
 from drysim.metrics.table import Metrics
 from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
 from drysim.study import gallery
 from drysim.study.case import assemble, prepare
+from drysim.study.outcome import Result
 from drysim.study.run import MotionCache
 from drysim.wording import format_deviation, format_number
 
 if TYPE_CHECKING:
+    from drysim.metrics.checks import Verdict
     from drysim.scenario.model import Scenario
 
 
@@ -164,13 +166,17 @@ class HardCase:
 
 
 @dataclass(frozen=True, eq=False)
-class HardCases:
+class HardCases(Result):
     """All hard cases."""
+
+    kind: ClassVar[str] = "hard"
+    checks: ClassVar[tuple[Verdict, ...]] = ()
+    warnings: ClassVar[tuple[WarningMessage, ...]] = ()
 
     cases: tuple[HardCase, ...]
     engine: str
 
-    def exit_code(self) -> int:
+    def exit_code(self, strict: bool = False) -> int:
         """Return the exit code: 3 if the exact approach failed, 1 if it was wrong, else 0."""
         verdicts = {
             one.verdict for case in self.cases for one in case.results if one.approach == EXACT

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from drysim.approach.stick_slip import ExactApproach, StickSlip, Viscous
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.core.model import Samples
 from drysim.errors import SolverError
+from drysim.study.outcome import Result
 from drysim.wording import format_deviation, format_number
 
 if TYPE_CHECKING:
@@ -114,6 +115,8 @@ class BenchCase:
     warnings : tuple of WarningMessage
     """
 
+    kind: ClassVar[str] = "bench"
+
     scenario: Scenario
     motion: Sines | Samples | None
     words: tuple[tuple[str, str], ...]
@@ -129,7 +132,7 @@ class BenchCase:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Bench(Result):
     """Speed and error of every approach on one or several scenarios.
 
     Attributes
@@ -139,8 +142,15 @@ class Bench:
         `plain` or `compiled`.
     """
 
+    kind: ClassVar[str] = "bench"
+
     cases: tuple[BenchCase, ...]
     engine: str
+
+    @property
+    def checks(self) -> tuple[Verdict, ...]:
+        """Empty: a benchmark judges approaches, not the scenario."""
+        return ()
 
     @property
     def warnings(self) -> tuple[WarningMessage, ...]:

@@ -8,7 +8,7 @@ the functions: one command runs, and `--help` needs none of them.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
+    from drysim.study.outcome import AnyResult
 
 DEFAULT_SCENARIO = "paper-low-friction"
 """Gallery scenario written by `drysim init` without a name."""
@@ -41,7 +42,7 @@ LOCAL_SCENARIO = "scenario.yaml"
 FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """Gallery scenarios used when it is missing; the second has the options of every law."""
 
-SUMMARY_KEYS = ("metrics", "ensemble", "checks", "numerics")
+SUMMARY_KEYS = ("kind", "summary", "metrics", "ensemble", "checks", "numerics")
 """Keys of drysim.json that `summarise --json` prints; only several seeds have `ensemble`."""
 
 DOCTOR_SCENARIO = "free-decay"
@@ -155,22 +156,19 @@ def run(
     how = output_options(context, no_plots, picture_format, report)
     if single and not case.scenario.static_interval:
         return run_single(case, folder, mode, strict, how)
-    from drysim.console import many
-
     if case.scenario.static_interval:
         from drysim.study.sweep import solve_interval
 
         table = solve_interval(case)
-        return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
+        return write_and_show(table, folder, mode, strict, how)
     from drysim.cli import work
     from drysim.study import ensemble
     from drysim.study.plan import seed_ranges
 
     return work.run_parts(
-        "ensemble", case, seed_ranges(case), folder, mode, how,
+        "seeds", case, seed_ranges(case), folder, mode, how,
         solve=partial(ensemble.solve, case, workers=workers),
-        solve_partly=ensemble.partial_ensemble,
-        show=many.show_ensemble, resume=resume, strict=strict,
+        solve_partly=ensemble.partial_ensemble, resume=resume, strict=strict,
     )  # fmt: skip
 
 
@@ -199,7 +197,6 @@ def run_single(
     case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
     """Compute, write and show the result of a case; return the exit code."""
-    from drysim.console import summaries
     from drysim.output.folder import check_disk_space
     from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
     from drysim.study.run import solve
@@ -208,27 +205,21 @@ def run_single(
     for warning in case.warnings:
         if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
             mode.print_status(f"note: {warning.sentence}")
-    return write_and_show(solve(case), folder, mode, strict, how, "run", summaries.show_outcome)
+    return write_and_show(solve(case), folder, mode, strict, how)
 
 
 def write_and_show(
-    result: Any,
-    folder: Path,
-    mode: OutputMode,
-    strict: bool,
-    how: dict[str, Any],
-    kind: str,
-    show: Callable[[Any, Path], None],
+    result: AnyResult, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
 ) -> int:
-    """Write and show a result of a kind of `output.KINDS`; return the exit code.
+    """Write and show a result; return the exit code.
 
     `how` are the options of `output.write`.
     """
     from drysim import output
 
     code = result.exit_code(strict)
-    fields = output.write(kind, result, folder, exit_code=code, **how)
-    return mode.report(fields, partial(show, result, folder), result.warnings, folder, code)
+    fields = output.write(result, folder, exit_code=code, **how)
+    return mode.report(fields, result, folder, code)
 
 
 def sweep(
@@ -267,13 +258,12 @@ def sweep(
     folder = out or Path("out", case.scenario.name)
     check_writable(folder)
     if form == "parquet":
-        from drysim.output.tables import require_pyarrow
+        from drysim.results.sweep import require_pyarrow
 
         require_pyarrow()
     if dry_run:
         return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
-    from drysim.console import many
-    from drysim.output.tables import transmissibility_text
+    from drysim.results.sweep import transmissibility_text
     from drysim.study.sweep import partial_table, solve, solve_swept_interval
 
     how = output_options(context, no_plots, picture_format, report) | {"form": form}
@@ -285,14 +275,14 @@ def sweep(
         with work.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
             on_batch = partial(work.count_batch, advance)
             table = solve_swept_interval(case, workers=workers, finished=on_batch)
-        return write_and_show(table, folder, mode, strict, how, "sweep", many.show_table)
+        return write_and_show(table, folder, mode, strict, how)
     certificates = tls_ca_file, tls_cert, tls_key
     with work.case_executor(cluster, workers, mode, certificates) as execute:
         as_text = transmissibility_text(case.scenario) if form == "csv" else None
         return work.run_parts(
-            "sweep", case, CaseRanges(wanted), folder, mode, how,
+            "cases", case, CaseRanges(wanted), folder, mode, how,
             solve=partial(solve, case, execute=execute, as_text=as_text),
-            solve_partly=partial_table, show=many.show_table, resume=resume, strict=strict,
+            solve_partly=partial_table, resume=resume, strict=strict,
         )  # fmt: skip
 
 
@@ -327,18 +317,12 @@ def compare(
     check_writable(folder)
     if dry_run:
         return work.show_grid_plan(case, folder, [*wanted], mode)
-    from drysim import output
-    from drysim.console import many
-
     total = count_cases(list(wanted.values()))
     with work.progress(total, "cases", quiet) as advance:
         on_batch = partial(work.count_batch, advance)
         result = solve(loaded, case, names, workers=workers, finished=on_batch)
-    code = result.table.exit_code(strict)
     how = output_options(context, no_plots, picture_format, report)
-    fields = output.write("comparison", result, folder, exit_code=code, **how)
-    show = partial(many.show_comparison, result, folder)
-    return mode.report(fields, show, result.table.warnings, folder, code)
+    return write_and_show(result, folder, mode, strict, how)
 
 
 def fit(
@@ -357,7 +341,8 @@ def fit(
 ) -> int:
     """Fit friction, damping and stiffness to a measured response."""
     from drysim.cli import work
-    from drysim.output.folder import FITTED_FILE, check_writable
+    from drysim.output.folder import check_writable
+    from drysim.results.fit import FITTED_FILE
     from drysim.scenario.load import load
     from drysim.study.fit import count_starts, require_fit
     from drysim.study.fit import fit as solve
@@ -371,12 +356,11 @@ def fit(
     if dry_run:
         return work.show_fit_plan(build_model(loaded), folder, mode)
     from drysim.console import terminal
-    from drysim.console.fit import show_fit
 
     with work.progress(count_starts(loaded), "starts", quiet) as advance:
         result = solve(loaded, workers=workers, finished=advance)
     how = output_options(context, no_plots, picture_format, report)
-    code = write_and_show(result, folder, mode, strict, how, "fit", show_fit)
+    code = write_and_show(result, folder, mode, strict, how)
     if not (as_json or quiet or result.is_useless):
         command = "sweep" if result.scenario.sweep else "run"
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
@@ -445,10 +429,8 @@ def branches(
     check_writable(folder)
     if dry_run:
         return work.show_grid_plan(case, folder, [case.scenario.label], mode)
-    from drysim.console.branches import show_branches
-
     how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(solve(case), folder, mode, strict, how, "branches", show_branches)
+    return write_and_show(solve(case), folder, mode, strict, how)
 
 
 def regime_map(
@@ -477,12 +459,10 @@ def regime_map(
     check_writable(folder)
     if dry_run:
         return work.show_map_plan(case, folder, mode)
-    from drysim.console.regimes import show_map
-
     with work.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
         result = solve(case, workers=workers, advance=advance)
     how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(result, folder, mode, strict, how, "map", show_map)
+    return write_and_show(result, folder, mode, strict, how)
 
 
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
@@ -529,18 +509,19 @@ def validate(
 
 def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     """Show metrics, quantiles and checks of a finished result."""
-    from drysim.console import summaries, terminal
+    from drysim.cli.stored import show_stored
+    from drysim.console import terminal
     from drysim.output.folder import read_sidecar, translate_damage
 
     fields = read_sidecar(folder)
     with translate_damage(folder):  # a damaged result is found before anything is shown
-        summaries.show_sidecar(fields, terminal.PlainConsole(StringIO()))
+        show_stored(fields, terminal.PlainConsole(StringIO()))
     with tolerate_closed_pipe():
         if as_json:
-            words = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
-            typer.echo(json.dumps(words, indent=2))
+            shown = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
+            typer.echo(json.dumps(shown, indent=2))
         else:
-            summaries.show_sidecar(fields, terminal.stdout())
+            show_stored(fields, terminal.stdout())
     return EXIT_OK
 
 
@@ -551,18 +532,14 @@ def report(
     quiet: options.Quiet = False,
 ) -> int:
     """Write a report of a finished result: one page of HTML."""
-    from drysim.cli import work
     from drysim.console import terminal
     from drysim.output.folder import REPORT_FILE, add_report, check_report, save_report
-    from drysim.output.report import count_parts, read_result, report_folder
+    from drysim.output.report import read_result, report_folder
     from drysim.wording import sanitise
 
     fields, file = read_result(folder), out or folder / REPORT_FILE
     check_report(file, folder)
-
-    total = 0 if no_plots else count_parts(fields)
-    with work.progress(total, "cases", quiet) as advance:
-        page, objections = report_folder(folder, fields, plots=not no_plots, advance=advance)
+    page, objections = report_folder(folder, fields, plots=not no_plots)
     if file.absolute() == (folder / REPORT_FILE).absolute():
         add_report(folder, page, fields)
     else:
@@ -617,17 +594,13 @@ def bench(
         return show_bench_plan(
             job.cases, terms._asdict() | {"peers": peers}, folder, job.warnings, mode
         )
-    from drysim import output
-    from drysim.console import findings, terminal
+    from drysim.console import terminal
 
     total = sum(case["entries"] for case in job.cases)
     with terminal.progress(total, "entries", quiet) as advance:
         result = job.run(advance)
     how = output_options(context, no_plots, picture_format)
-    fields = output.write("bench", result, folder, exit_code=EXIT_OK, **how)
-    return mode.report(
-        fields, partial(findings.show_bench, result, folder), result.warnings, folder
-    )
+    return write_and_show(result, folder, mode, False, how)
 
 
 def bench_hard_cases(
@@ -651,18 +624,13 @@ def bench_hard_cases(
     if dry_run:
         cases = [{"name": one.name, "entries": len(APPROACHES_BY_NAME)} for one in requested]
         return show_bench_plan(cases, {"patience": limit}, folder, (), mode)
-    from drysim import output
-    from drysim.console import findings, terminal
+    from drysim.console import terminal
 
     with terminal.progress(
         len(requested) * len(APPROACHES_BY_NAME), "runs", mode.quiet
     ) as advance:
         result = hard_cases.run(requested, limit, advance)
-    code = result.exit_code()
-    fields = output.write("hard", result, folder, plots=False, command=command, exit_code=code)
-    return mode.report(
-        fields, partial(findings.show_hard_cases, result, folder), (), folder, code
-    )
+    return write_and_show(result, folder, mode, False, {"plots": False, "command": command})
 
 
 def output_folder(
@@ -729,9 +697,7 @@ def check_run() -> Finding:
         outcome = solve(prepare(load(gallery.find(DOCTOR_SCENARIO).file)))
         with TemporaryDirectory() as folder:
             out = Path(folder, DOCTOR_SCENARIO)
-            output.write(
-                "run", outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK
-            )
+            output.write(outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK)
             whole = Path(out, "response.png").read_bytes().endswith(PNG_TRAILER)
     except Exception as fault:  # a broken installation may raise anything
         return Finding("run", False, f"{type(fault).__name__}: {fault}")

@@ -12,7 +12,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
@@ -35,6 +35,8 @@ from drysim.system import private_folder
 
 if TYPE_CHECKING:
     from drysim.output.folder import LockedFolder
+    from drysim.study.outcome import AnyResult
+    from drysim.study.summary import Judgement
 
 
 # Signals.
@@ -238,57 +240,47 @@ class OutputMode(NamedTuple):
     quiet: bool
 
     def report(
-        self,
-        fields: Mapping[str, Any],
-        show: Callable[[], None],
-        warnings: Sequence[WarningMessage],
-        folder: Path | None = None,
-        code: int = EXIT_OK,
+        self, fields: Mapping[str, Any], result: AnyResult, folder: Path, code: int
     ) -> int:
-        """Show the result in this mode; return the exit code.
+        """Show a result in this mode; return the exit code.
 
         Parameters
         ----------
         fields : mapping
-            What `--json` prints.
-        show : callable
-            Prints the summary as text, warnings included.
-        warnings : sequence of WarningMessage
-            Printed on stderr when stdout has JSON.
-        folder : Path, optional
-            The folder that already holds the results.
-        code : int, optional
+            The content of drysim.json, which `--json` prints.
+        result : AnyResult
+        folder : Path
+            The folder that holds the files.
+        code : int
             The exit code of the work.
         """
-        from drysim import output
-        from drysim.console import summaries
+        from drysim.console.summary import show_summary
+        from drysim.results import kind_of
 
         with tolerate_closed_pipe(folder, code):
             if self.as_json:
-                typer.echo(output.json_text(fields), nl=False)
-            elif not self.quiet:
-                show()
-            elif code not in (EXIT_OK, EXIT_INTERRUPTED):  # already reported
-                self._explain_exit_code(fields, warnings)
-            if self.as_json and not self.quiet:
-                summaries.show_warnings(warnings)
+                self._print_json(fields, result.warnings)
+                return code
+            summary = kind_of(result).summary(result)
+            if self.quiet:
+                if code not in (EXIT_OK, EXIT_INTERRUPTED):  # already reported
+                    explain_exit_code(summary.checks, result.warnings)
+            elif code != EXIT_INTERRUPTED:
+                show_summary(summary, folder, result.warnings)
+            elif getattr(result, "rows", True):
+                show_summary(summary, None, result.warnings)
         return code
 
-    def _explain_exit_code(
+    def _print_json(
         self, fields: Mapping[str, Any], warnings: Sequence[WarningMessage]
     ) -> None:
-        """Print on stderr the reason for a nonzero exit code, in quiet mode."""
-        from drysim.console import summaries, terminal
+        """Print fields as JSON, and the warnings on stderr."""
+        from drysim.console.summary import show_warnings
+        from drysim.results.fields import json_text
 
-        checks = list(summaries.sidecar_checks(fields))
-        failed = [words for passed, words in checks if passed is False]
-        for words in failed:
-            terminal.print_stderr(f"check failed: {words}")
-        if failed:
-            return
-        for words in (words for passed, words in checks if passed is None):
-            terminal.print_stderr(f"check skipped: {words}")
-        summaries.show_warnings(warnings)
+        typer.echo(json_text(fields), nl=False)
+        if not self.quiet:
+            show_warnings(warnings)
 
     def plan(
         self,
@@ -297,20 +289,22 @@ class OutputMode(NamedTuple):
         warnings: Sequence[WarningMessage],
     ) -> int:
         """Show what a dry run would do, and that nothing was done."""
-        from drysim.console import summaries, terminal
+        from drysim.console.summary import show_warnings
+        from drysim.console.terminal import print_stdout
         from drysim.study.doctor import describe_engine_limits
 
         limits = describe_engine_limits()
-
-        def show() -> None:
-            terminal.print_stdout("\n".join(sentences))
-            if limits:
-                terminal.print_stdout(f"engine: {limits}")
-            terminal.print_stdout(f"output folder: {fields['folder']}")
-            terminal.print_stdout("dry run: nothing computed, nothing written")
-            summaries.show_warnings(warnings)
-
-        return self.report({"dry_run": True, **fields}, show, warnings)
+        with tolerate_closed_pipe():
+            if self.as_json:
+                self._print_json({"dry_run": True, **fields}, warnings)
+            elif not self.quiet:
+                print_stdout("\n".join(sentences))
+                if limits:
+                    print_stdout(f"engine: {limits}")
+                print_stdout(f"output folder: {fields['folder']}")
+                print_stdout("dry run: nothing computed, nothing written")
+                show_warnings(warnings)
+        return EXIT_OK
 
     def print_status(self, sentence: str) -> None:
         """Print a status message on stderr, except in quiet mode."""
@@ -335,3 +329,19 @@ class OutputMode(NamedTuple):
                         f"(`{remedy}` keeps them)"
                     )
             yield locked
+
+
+def explain_exit_code(checks: Sequence[Judgement], warnings: Sequence[WarningMessage]) -> None:
+    """Print on stderr the reason for a nonzero exit code, in quiet mode."""
+    from drysim.console.summary import show_warnings
+    from drysim.console.terminal import print_stderr
+
+    failed = [check.sentence for check in checks if check.passed is False]
+    for sentence in failed:
+        print_stderr(f"check failed: {sentence}")
+    if failed:
+        return
+    for check in checks:
+        if check.passed is None:
+            print_stderr(f"check skipped: {check.sentence}")
+    show_warnings(warnings)

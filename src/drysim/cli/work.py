@@ -39,7 +39,7 @@ Many = TypeVar("Many", "Ensemble", "Table")
 
 
 def run_parts(
-    kind: str,
+    parts: str,
     case: Case,
     ranges: Sequence[CaseRange],
     folder: Path,
@@ -48,7 +48,6 @@ def run_parts(
     *,
     solve: Callable[..., Many],
     solve_partly: Callable[[Case, Store], Many],
-    show: Callable[[Many, Path], None],
     resume: bool,
     strict: bool,
 ) -> int:
@@ -56,8 +55,8 @@ def run_parts(
 
     Parameters
     ----------
-    kind : str
-        `sweep` or `ensemble`.
+    parts : str
+        What is computed part by part: `cases` or `seeds`.
     case : Case
     ranges : sequence of CaseRange
     folder : Path
@@ -68,8 +67,6 @@ def run_parts(
         Computes the result; takes the keywords `store` and `finished`.
     solve_partly : callable
         Returns the result of the finished ranges after an interrupt.
-    show : callable
-        Prints a result.
     resume, strict : bool
 
     Returns
@@ -78,10 +75,9 @@ def run_parts(
         The exit code.
     """
     from drysim import output
-    from drysim.console import many, summaries
+    from drysim.console.summary import show_interrupted
     from drysim.study.store import Store, work_identity
 
-    parts = "seeds" if kind == "ensemble" else "cases"
     with mode.lock(folder, resume, parts) as locked:
         store = Store(locked.partial / parts, work_identity(case.scenario), resume)
         kept = [one.end - one.begin for one in (ranges if resume else ()) if store.has(one)]
@@ -93,14 +89,10 @@ def run_parts(
             except KeyboardInterrupt:
                 result = solve_partly(case, store)
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = output.write(kind, result, locked, exit_code=code, **how)
-    show_result = partial(show, result, folder)
+        fields = output.write(result, locked, exit_code=code, **how)
     if not result.complete:
-        many.show_interrupted(len(result.rows), parts.removesuffix("s"), folder)
-        if not result.rows:
-            show_result = partial(summaries.show_warnings, ())
-    written = folder if result.complete else locked.partial
-    return mode.report(fields, show_result, result.warnings, written, code)
+        show_interrupted(len(result.rows), parts.removesuffix("s"), folder)
+    return mode.report(fields, result, folder if result.complete else locked.partial, code)
 
 
 @contextmanager
@@ -178,8 +170,8 @@ def run_design(
     `how` are the options of `output.write`.
     """
     from drysim import output
-    from drysim.console import many, terminal
-    from drysim.console.design import show_design
+    from drysim.console import terminal
+    from drysim.console.summary import show_interrupted
     from drysim.scenario.design import MAX_EVALUATIONS
     from drysim.study.design import Study, design_of
     from drysim.study.store import Store, work_identity
@@ -202,17 +194,15 @@ def run_design(
                     raise
                 result = study.partial()
         code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = output.write("design", result, locked, exit_code=code, **how)
+        fields = output.write(result, locked, exit_code=code, **how)
     if not result.complete:
-        many.show_interrupted(len(result.candidates), "design", folder)
-    written = folder if result.complete else locked.partial
-    show = partial(show_design, result, folder)
-    return mode.report(fields, show, result.warnings, written, code)
+        show_interrupted(len(result.candidates), "design", folder)
+    return mode.report(fields, result, folder if result.complete else locked.partial, code)
 
 
 def show_design_plan(case: Case, folder: Path, mode: OutputMode) -> int:
     """Show what a design study would do; everything before the computation has been checked."""
-    from drysim.console.design import design_scene
+    from drysim.results.design import design_scene
     from drysim.scenario.axes import count_points
     from drysim.study.design import design_of
 
@@ -268,7 +258,7 @@ def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
 
 def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
     """Show what a regime map would do; everything before the computation has been checked."""
-    from drysim.console.regimes import map_scene
+    from drysim.results.regime_map import map_scene
     from drysim.study.regimes import require_map
 
     axes, grid = require_map(case.scenario)

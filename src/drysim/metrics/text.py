@@ -27,6 +27,17 @@ def label_of(name: str) -> str:
     return METRICS_BY_NAME[name].label
 
 
+def describe_main_numbers(metrics: Metrics) -> str:
+    """Return the most important metrics as a sentence, and what T_a means."""
+    sentence = f"{format_metrics(metrics)}."
+    if (T_a := metrics.get("T_a")) is None:
+        return sentence
+    effect = "above 1: its mount amplifies" if T_a > 1 else "below 1: its mount isolates"
+    if T_a == 1:
+        effect = "1: its mount neither amplifies nor isolates"
+    return f"{sentence} T_a of the mass is {effect}."
+
+
 def format_metric(
     name: str, value: float, half_width: float | None = None, greatest: float | None = None
 ) -> str:

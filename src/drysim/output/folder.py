@@ -29,13 +29,16 @@ import shutil
 import stat
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from functools import partial as bind
 from pathlib import Path
 from secrets import token_hex
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
 from drysim.forced_exit import at_forced_exit, no_forced_exit
-from drysim.output.sidecar import FORMAT_VERSION, Provenance, json_text
+from drysim.results import all_kinds, fields_of, kind_of
+from drysim.results.fields import FORMAT_VERSION, Provenance, json_text
+from drysim.results.kind import SCENARIO_FILE
 from drysim.system import (
     exchange_folders,
     file_sha256,
@@ -47,6 +50,10 @@ from drysim.system import (
 )
 from drysim.units import shorten
 from drysim.wording import sanitise
+
+if TYPE_CHECKING:
+    from drysim.results.kind import Kind
+    from drysim.study.outcome import AnyResult
 
 MARKER = "drysim.json"
 """The file that identifies a folder of drysim: first written, last removed."""
@@ -63,51 +70,11 @@ RESUMABLE_FILES = re.compile(
 """Files that hold finished work until all of it is done, also those of earlier versions:
 `cases.jsonl` and `*.cases`."""
 
-PNG, SVG, PDF = "png", "svg", "pdf"
-"""Formats of pictures; also their suffixes."""
-
-PICTURES = {
-    "run": {
-        "response": "response.draw",
-        "spectra": "spectra.draw",
-        "bands": "spectra.draw_bands",
-    },
-    "ensemble": {"ensemble": "ensemble.draw"},
-    "sweep": {
-        "transmissibility": "sweep.draw_transmissibility",
-        "stroke": "sweep.draw_stroke",
-        "srs": "sweep.draw_spectra",
-    },
-    "comparison": {"comparison": "comparison.draw"},
-    "bench": {"speed_error": "speed_error.draw"},
-    "fit": {"fit": "fit.draw_fit", "profiles": "fit.draw_profiles"},
-    "design": {"design": "design.draw"},
-    "branches": {"branches": "branches.draw"},
-    "map": {"map": "regimes.draw"},
-}
-"""Pictures of each kind of result: the name of the file, and the function in `drysim.plots`
-that draws it, as module and name. It returns no figure if there is nothing to draw."""
-
-RESULT_FILES = re.compile(
-    r"(response|spectra|bands|transmissibility|ensemble|comparison|speed_error|events"
-    r"|fit|residuals|design|branches|bifurcations|map|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
-    rf"|({'|'.join(name for names in PICTURES.values() for name in names)})"
-    rf"\.({PNG}|{SVG}|{PDF})"
-    r"|(scenario|fitted|best|paper-(high|low)-friction|paper-random)\.yaml|report\.html"
-)
-"""Every file of a result; after a kill, some are in `<name>.partial` but not in the marker."""
-
-SCENARIO_FILE = "scenario.yaml"
-"""The scenario of a result with all defaults explicit: the one file of it that users edit."""
-
 REPORT_FILE = "report.html"
 """The report of a result."""
 
 GENERATOR = '<meta name="generator" content="drysim '
 """The line of a report by which it is recognised."""
-
-FITTED_FILE, BEST_FILE = "fitted.yaml", "best.yaml"
-"""The scenario with the values that a fit found, and that of the best design."""
 
 IGNORED_FILES = re.compile(
     r"\.DS_Store|Thumbs\.db|desktop\.ini|\.nfs[0-9a-f]+|~\$.*|\.~lock\..*#", re.DOTALL
@@ -131,17 +98,14 @@ ERRNO_HINTS = {
     errno.ENFILE: "close programs that have many files open",
 }
 
-Result = TypeVar("Result")
-
 
 def write_folder(
-    result: Result,
+    result: AnyResult,
     folder: Path | LockedFolder,
-    writers: Sequence[Callable[[Result, Path], None]],
-    to_fields: Callable[[Result, Provenance], dict[str, Any]],
+    writers: Sequence[Callable[[AnyResult, Path], None]],
     command: str,
     exit_code: int,
-    to_page: Callable[[Result, dict[str, Any], Path], str] | None = None,
+    to_page: Callable[[dict[str, Any], Path], str] | None = None,
 ) -> dict[str, Any]:
     """Write all files and drysim.json of a result, and put the folder in place.
 
@@ -151,12 +115,10 @@ def write_folder(
     folder : Path or LockedFolder
     writers : sequence of callable
         Each writes its files of the result into a folder.
-    to_fields : callable
-        Returns the content of drysim.json.
     command : str
     exit_code : int
     to_page : callable, optional
-        Returns the report, given the result, the content of drysim.json and the folder.
+        Returns the report, given the content of drysim.json and the folder.
 
     Returns
     -------
@@ -164,18 +126,20 @@ def write_folder(
         The content of drysim.json.
     """
     held = nullcontext(folder) if isinstance(folder, LockedFolder) else lock_partial(folder)
-    with held as locked:
+    with held as locked, ExitStack() as stack:
         check_lock(locked)
         check_ownership(resolve_name(locked.folder))  # it may differ now
+        kind = kind_of(result)
+        stack.enter_context(at_forced_exit(bind(remove_unlisted, locked.partial, kind)))
         for writer in writers:
             writer(result, locked.partial)
         files = {
             path.relative_to(locked.partial).as_posix(): file_sha256(path)
-            for path in result_files(locked.partial)
+            for path in result_files(locked.partial, kind)
         }
-        fields = to_fields(result, Provenance(command, exit_code, files))
+        fields = fields_of(result, Provenance(command, exit_code, files))
         if to_page is not None and exit_code != EXIT_INTERRUPTED:
-            write_report(locked.partial, to_page(result, fields, locked.partial), fields)
+            write_report(locked.partial, to_page(fields, locked.partial), fields)
         else:
             write_marker(locked.partial, json_text(fields))
         if exit_code == EXIT_INTERRUPTED:
@@ -199,13 +163,11 @@ def write_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
     replace(folder / MARKER_DRAFT, folder / REPORT_FILE)
 
 
-def result_files(partial: Path) -> list[Path]:
+def result_files(partial: Path, kind: Kind) -> list[Path]:
     """Return all files of a result, with those in its subfolders."""
     candidates = (path for path in partial.rglob("*") if path.is_file())
     return sorted(
-        path
-        for path in candidates
-        if RESULT_FILES.fullmatch(path.relative_to(partial).as_posix())
+        path for path in candidates if kind.writes(path.relative_to(partial).as_posix())
     )
 
 
@@ -355,18 +317,21 @@ def release_partial(partial: Path) -> None:
             partial.rmdir()
 
 
+def remove_unlisted(partial: Path, kind: Kind) -> None:
+    """Remove the files of a result that is not complete, before a forced exit."""
+    with suppress(OSError):  # the work may remove a file at the same time
+        listed = _listed_files(_read_marker(partial))
+        for file in result_files(partial, kind):
+            if file.relative_to(partial).as_posix() not in listed:
+                file.unlink(missing_ok=True)
+
+
 def abandon_partial(folder: Path, partial: Path) -> str:
     """Leave `<name>.partial` in order before a forced exit; return what is kept, if anything.
 
-    Files of a result that is not complete are removed. The work may still be running, but it
-    cannot put the folder in place any more.
+    The work may still be running, but it cannot put the folder in place any more.
     """
     kept = bool(_finished_parts(partial))
-    with suppress(OSError):  # the work may remove a file at the same time
-        listed = _listed_files(_read_marker(partial))
-        for file in result_files(partial):
-            if file.relative_to(partial).as_posix() not in listed:
-                file.unlink(missing_ok=True)
     release_partial(partial)
     if not kept:
         return ""
@@ -511,13 +476,20 @@ def foreign_files(folder: Path, leftover: bool = True) -> list[str]:
     a leftover, a `<name>.partial`, a file of a result need not be in the marker yet.
     """
     listed = _listed_files(_read_marker(folder)) | {MARKER, MARKER_DRAFT}
-    known = (RESUMABLE_FILES, RESULT_FILES) if leftover else (RESUMABLE_FILES,)
     links = [name for name in STORES if (folder / name).is_symlink()]
-    return sorted(
+    unknown = sorted(
         path
         for path in [*_files_within(folder), *links]
-        if path not in listed and not any(files.fullmatch(path) for files in known)
+        if path not in listed and not RESUMABLE_FILES.fullmatch(path)
     )
+    if unknown and leftover:  # all kinds take a while to import
+        kinds = [*all_kinds()]
+        return [
+            path
+            for path in unknown
+            if path != REPORT_FILE and not any(kind.writes(path) for kind in kinds)
+        ]
+    return unknown
 
 
 def _is_empty(path: Path) -> bool:
@@ -568,10 +540,16 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     if not isinstance(fields, dict) or not needed <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
     version = fields.get("format")
+    if isinstance(version, int) and version < FORMAT_VERSION:
+        raise OutputError(
+            f"{file} was written by an earlier version of drysim: it has format {version}, and "
+            f"this version reads format {FORMAT_VERSION}",
+            "repeat its command; scenario.yaml holds the scenario",
+        )
     if isinstance(version, int) and version > FORMAT_VERSION:
         raise OutputError(
             f"{file} was written by a later version of drysim: it has format {version}, and "
-            f"this version reads formats up to {FORMAT_VERSION}",
+            f"this version reads format {FORMAT_VERSION}",
             "update drysim",
         )
     return fields

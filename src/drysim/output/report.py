@@ -1,77 +1,54 @@
 """Report of a result: one page of HTML that says what was computed, how good it is, and why.
 
-The page needs nothing but itself: no script, no style sheet, no picture from elsewhere. Its
-text comes from the content of drysim.json and from the tables that the console and `drysim
-explain` show, its pictures from the result. A command with `--report` has the result. `drysim
-report FOLDER` solves the scenario.yaml of the folder again, because that is exact, reproducible
-and independent of the format of the other files, and because a result that is found a second
-time is more credible: the page says how far the numbers agree. Where this is impossible, as
-without the record, the page says why it has no pictures.
+The page is a view of an output folder: its text is the summary in drysim.json, its pictures are
+those of the folder. It needs nothing but itself: no script, no style sheet, no picture from
+elsewhere.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
+from base64 import b64encode
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Sized
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 from unicodedata import category
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 import drysim
-from drysim import output, wording
+from drysim import wording
 from drysim.approach import EXACT
-from drysim.console import branches as branches_summary
-from drysim.console import design as design_summary
-from drysim.console import fit as fit_summary
-from drysim.console import many, summaries
-from drysim.console import regimes as map_summary
-from drysim.console.summaries import SummaryRow
+from drysim.console.summary import MAX_ALIKE, check_mark
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
-from drysim.manual.words import APPROACH, DESIGN, FIT, TERMS, WARNING, entries, explain
+from drysim.manual.words import APPROACH, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.metrics.text import format_metric_ranges, format_metrics
 from drysim.output.folder import (
     AGAIN_HINT,
     MARKER,
     REPORT_FILE,
-    SCENARIO_FILE,
     read_sidecar,
     translate_damage,
 )
-from drysim.output.sidecar import Provenance
-from drysim.study import branches, compare, design, ensemble, fit, regimes, sweep
-from drysim.study.branches import BranchesResult
-from drysim.study.case import prepare
-from drysim.study.compare import Comparison
-from drysim.study.design import DesignResult
-from drysim.study.ensemble import Ensemble
-from drysim.study.fit import FitResult
-from drysim.study.outcome import Outcome
-from drysim.study.regimes import RegimeMap
-from drysim.study.table import Table
+from drysim.results import KINDS, kind_named, stored
+from drysim.results.kind import PDF, PNG, SCENARIO_FILE, SVG
+from drysim.study.outcome import AnyResult, Result
+from drysim.study.summary import BAD, Row, Summary, from_fields
 from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
-from drysim.yaml_document import dump
 
 if TYPE_CHECKING:
-    from drysim.scenario.model import Scenario
+    from drysim.results.kind import Kind
 
 Fields = dict[str, Any]
 Lines = Iterator[tuple[str, str]]
-Advance = Callable[[int], None]
-AnyResult = Any
-"""Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap."""
 
 TEMPLATE = "report.html.jinja"
-
-ROOM, ROOM_OF_MANY = 230_000, 700_000
-"""Sizes [B] of all pictures of a case and of many cases or samples; above, they get coarser."""
 
 SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
 """Symbols that the page explains, those of one meaning together."""
@@ -79,173 +56,11 @@ SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
 MAX_SCENARIO, MAX_LISTED = 100_000, 300
 """Characters of the scenario and number of files or records that the page shows."""
 
-CAPTIONS = {
-    "response": "Motion: accelerations of base and mass, relative displacement, and the force "
-    "of the contact over it",
-    "spectra": "Spectra of base and mass, and the transmissibility between them",
-    "bands": "Accelerations of base and mass in one-third-octave bands",
-    "ensemble": "Share of the seeds below a value, and the mean over the number of seeds",
-    "transmissibility": "Transmissibilities of the cases",
-    "stroke": "Largest relative displacement of the cases, and its limit",
-    "srs": "Shock response spectra: peak acceleration and stroke over the natural frequency",
-    "comparison": "Motion where the first approach has its largest error, and transmissibility "
-    "of all",
-    "fit": "Measured and fitted motion, and the residuals between them",
-    "design": "Objective of the designs over the varied keys, or front of two objectives",
-    "map": "Regimes of the steady motion over two keys, and the boundaries between them",
-    "branches": "All periodic motions along the key: stable ones solid, unstable ones dashed",
-    "profiles": "Rise of the sum of squares over each fitted value",
-}
-"""What a picture shows."""
-
-SKETCH_CAPTION = "Model"
-
 WHY = "“Why to believe it”"
 """The part of the page on files and numbers."""
 
-LEGENDS = {"design": DESIGN, "fit": FIT}
-"""Words of a summary that the page explains, by kind of result."""
-
-
-# Kinds of result.
-
-
-class Kind(NamedTuple):
-    """A kind of result.
-
-    Attributes
-    ----------
-    what : str
-    of : type
-        Class of the result.
-    room : int
-        Size of all its pictures, above which their detail is reduced [B].
-    scene : callable
-        Yields label and sentence: what was solved, and how.
-    rows : tuple of callable
-        Each yields some of the main results.
-    """
-
-    what: str
-    of: type
-    room: int
-    scene: Callable[[AnyResult], Lines]
-    rows: tuple[Callable[[AnyResult], Iterator[SummaryRow]], ...]
-
-
-KINDS = {
-    "run": Kind(
-        "one case",
-        Outcome,
-        ROOM,
-        summaries.run_scene,
-        (summaries.run_rows,),
-    ),
-    "ensemble": Kind(
-        "one case under many seeds",
-        Ensemble,
-        ROOM,
-        many.ensemble_scene,
-        (many.ensemble_rows,),
-    ),
-    "sweep": Kind(
-        "a sweep",
-        Table,
-        ROOM_OF_MANY,
-        many.sweep_scene,
-        (many.table_rows,),
-    ),
-    "comparison": Kind(
-        "a comparison",
-        Comparison,
-        ROOM_OF_MANY,
-        many.comparison_scene,
-        (many.worst_rows,),
-    ),
-    "fit": Kind(
-        "a fit",
-        FitResult,
-        ROOM_OF_MANY,
-        fit_summary.fit_scene,
-        (fit_summary.parameter_rows, fit_summary.quality_rows, fit_summary.law_rows),
-    ),
-    "design": Kind(
-        "a design study",
-        DesignResult,
-        ROOM_OF_MANY,
-        design_summary.result_scene,
-        (design_summary.best_rows, design_summary.front_rows, design_summary.variant_rows),
-    ),
-    "map": Kind(
-        "a regime map",
-        RegimeMap,
-        ROOM_OF_MANY,
-        map_summary.result_scene,
-        (map_summary.share_rows, map_summary.place_rows),
-    ),
-    "branches": Kind(
-        "branches of periodic motions",
-        BranchesResult,
-        ROOM_OF_MANY,
-        branches_summary.branches_scene,
-        (
-            branches_summary.motion_rows,
-            branches_summary.branch_rows,
-            branches_summary.bifurcation_rows,
-        ),
-    ),
-}
-"""The kinds of result that have a report, by name."""
-
-
-def kind_of(fields: Fields) -> str:
-    """Return the name of the kind of a result, by its drysim.json."""
-    numerics = fields["numerics"]
-    if found := next(
-        (name for name in ("fit", "design", "map", "branches") if name in fields), ""
-    ):
-        return found
-    if "ensemble" in fields:
-        return "ensemble"
-    if "yardstick" in numerics:
-        return "comparison"
-    return "sweep" if "swept" in numerics else "run"
-
-
-def solve(
-    kind: str, scenario: Scenario, compared: Sequence[str], advance: Advance
-) -> AnyResult:
-    """Solve the scenario of a result as its command did; `compared` names what it compared."""
-
-    def count(batch: Sized) -> None:
-        advance(len(batch))
-
-    match kind:
-        case "ensemble":
-            return ensemble.solve(prepare(scenario), finished=count)
-        case "sweep":
-            return sweep.sweep(scenario, finished=count)
-        case "comparison":
-            return compare.compare(scenario, compared, finished=count)
-        case "fit":
-            return fit.fit(scenario, finished=advance)
-        case "design":
-            case = design.prepare_design(scenario)
-            with sweep.on_workers(None) as execute:
-                return design.Study(case, execute, None, advance).solve()
-        case "map":
-            return regimes.solve(regimes.prepare_map(scenario), advance=advance)
-        case "branches":
-            return branches.branches(scenario)
-    return ensemble.run(scenario)
-
-
-def compared_names(fields: Fields) -> list[str]:
-    """Return what a comparison compared: the reference is the last, `viscous` was added."""
-    numerics = fields["numerics"]
-    names: list[str] = numerics.get("approaches", [])
-    return names[: names.index(numerics["yardstick"]) + 1] if names else []
-
+KEY_ROWS = 6
+"""Main results at the top of the page."""
 
 # The page.
 
@@ -258,9 +73,16 @@ class Note(NamedTuple):
     sentence: str
 
 
-def report(
-    result: Outcome | Ensemble | Table | Comparison | FitResult | DesignResult | RegimeMap,
-) -> str:
+class Shown(NamedTuple):
+    """A picture of the page."""
+
+    caption: str
+    source: str
+    """Its content as `data:` address, or the name of a file that no page can show."""
+    is_link: bool = False
+
+
+def report(result: AnyResult) -> str:
     """Return the report of a result: one page of HTML that needs no other file.
 
     Parameters
@@ -278,60 +100,37 @@ def report(
     UsageError
         When `result` is something else.
     """
-    kind = next((name for name, one in KINDS.items() if isinstance(result, one.of)), None)
-    if kind is None:
-        sentence = f"a report needs a result, not {type(result).__name__}"
+    from drysim.output import write
+
+    if not isinstance(result, Result):
         raise UsageError(
-            sentence,
+            f"a report needs a result, not {type(result).__name__}",
             "pass what drysim.run, sweep, compare, fit, design or map_regimes returned",
         )
-    judged = result.table if isinstance(result, Comparison) else result
-    fields = output.KINDS[kind].to_fields(result, Provenance("", judged.exit_code(), {}))
-    scenario = output.scenario_of(kind, result)
-    return page(fields, dump(scenario.resolved()), scenario, result)
+    with TemporaryDirectory(prefix="drysim-") as folder:
+        out = Path(folder, "result")
+        code = result.exit_code()
+        write(result, out, plots=True, command="", exit_code=code, report=True)
+        return (out / REPORT_FILE).read_text(encoding="utf-8")
 
 
-def page_of(plots: bool, result: AnyResult, fields: Fields, folder: Path) -> str:
-    """Return the page of a result whose files are in a folder."""
-    text = (folder / SCENARIO_FILE).read_text(encoding="utf-8")
-    scenario = output.scenario_of(kind_of(fields), result)
-    return page(fields, text, scenario, result, plots=plots)
-
-
-def page(
-    fields: Fields,
-    scenario_text: str,
-    scenario: Scenario | None,
-    result: AnyResult | None,
-    *,
-    plots: bool = True,
-    notes: Sequence[Note] = (),
-    missing: str = "",
-) -> str:
+def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool = True) -> str:
     """Return the page of a result.
 
     Parameters
     ----------
     fields : dict
         The content of drysim.json.
-    scenario_text : str
-        The content of scenario.yaml.
-    scenario : Scenario, optional
-        The same, if it can be read.
-    result : optional
-        Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap:
-        what the pictures show.
-    plots : bool, optional
-        Whether to draw pictures.
+    folder : Path
+        Holds the scenario and the pictures.
     notes : sequence of Note, optional
-        What was found when the files and the numbers of the result were checked.
-    missing : str, optional
-        Why there are no pictures.
+        What was found when the files of the result were checked.
+    plots : bool, optional
+        Whether to show pictures.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    name = kind_of(fields)
-    kind = KINDS[name]
+    kind, summary = kind_named(fields["kind"]), from_fields(fields["summary"])
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -342,51 +141,87 @@ def page(
         keep_trailing_newline=True,
     )
     environment.filters["code"] = code
-    found, varied = content(fields), [*summaries.swept_units(fields)]
-    if result is not None:
-        found["scene"] = list(kind.scene(result))
-    elif "design" in fields:
-        varied += fields["design"]["vary"]
-    rows = [] if result is None else main_rows(kind, result)
-    state, lines = judge(fields, getattr(result, "is_useless", False), notes)
+    state, verdict = judge(fields, summary, notes)
+    text, varied = scenario_text(folder), varied_keys(fields)
+    pictures = list(pictures_in(folder, kind)) if plots else []
+    rows = [(row, meaning_of_row(row, fields)) for group in summary.groups for row in group]
     return environment.get_template(TEMPLATE).render(
-        **found,
         fields=fields,
+        summary=summary,
         files=[name for name in fields["files"] if name != REPORT_FILE],
         version=drysim.__version__,
         what=kind.what,
-        about=scenario.about if scenario else "",
-        symbols=[(words, meanings(words.partition(",")[0])) for words in SYMBOLS],
+        symbols=[(symbol, meanings(symbol.partition(",")[0])) for symbol in SYMBOLS],
         most=MAX_LISTED,
         state=state,
         mark=MARKS[state],
-        verdict=lines,
+        verdict=verdict,
+        checks=[(check_mark(passed)[0], sentence) for passed, sentence in summary.checks],
+        key_rows=[row for row, _ in rows[:KEY_ROWS]],
         rows=rows,
-        legend=legend([row for row, _ in rows], LEGENDS.get(name, "")),
-        comparison=comparison_table(result),
+        tables=[
+            (table.title, list(zip(*table.columns, strict=True)))
+            for table in (*filter(None, [summary.table]), *summary.details)
+        ],
+        legend=legend([row for row, _ in rows], kind.legend),
         notes=notes,
-        sketch=sketch(getattr(result, "scenario", scenario), varied) if plots else None,
-        pictures=list(pictures(name, result)) if plots and result is not None else [],
-        missing=missing,
-        scenario_text=scenario_text[:MAX_SCENARIO],
-        is_cut=len(scenario_text) > MAX_SCENARIO,
+        sketch=sketch(folder, varied) if plots else None,
+        pictures=pictures,
+        metrics_of=fields.get("design", {}).get("metrics_of", ""),
+        metrics=list(metric_tables(fields)),
+        evidence=list(evidence(fields)),
+        warnings=list(warnings_by_slug(fields)),
+        scenario_text=text[:MAX_SCENARIO],
+        is_cut=len(text) > MAX_SCENARIO,
     )
 
 
-def content(fields: Fields) -> Fields:
-    """Return what a page shows of drysim.json, as variables of the template."""
-    return {
-        "checks": [
-            (summaries.check_mark(passed)[0], words)
-            for passed, words in summaries.sidecar_checks(fields)
-        ],
-        "scene": list(summaries.sidecar_scene(fields)),
-        "conditions": summaries.sidecar_conditions(fields) if "design" in fields else [],
-        "metrics_of": summaries.describe_metrics(fields),
-        "metrics": list(metric_tables(fields)),
-        "evidence": list(evidence(fields)),
-        "warnings": list(warnings_by_slug(fields)),
-    }
+def scenario_text(folder: Path) -> str:
+    """Return the content of scenario.yaml; empty if there is none."""
+    file = folder / SCENARIO_FILE
+    return file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+
+
+def pictures_in(folder: Path, kind: Kind) -> Iterator[Shown]:
+    """Yield the pictures in a folder."""
+    for picture in kind.pictures:
+        for form, media_type in ((PNG, "image/png"), (SVG, "image/svg+xml")):
+            file = folder / f"{picture.name}.{form}"
+            if file.is_file():
+                yield Shown(picture.caption, data_address(file, media_type))
+        file = folder / f"{picture.name}.{PDF}"
+        if file.is_file():
+            yield Shown(picture.caption, file.name, is_link=True)
+
+
+def data_address(file: Path, media_type: str) -> str:
+    """Return the content of a file as a `data:` address."""
+    return f"data:{media_type};base64,{b64encode(file.read_bytes()).decode()}"
+
+
+def varied_keys(fields: Fields) -> set[str]:
+    """Return the keys that differ between cases or designs."""
+    swept = {axis["key"] for axis in fields["numerics"].get("swept", ())}
+    return swept | {*fields.get("design", {}).get("vary", ())}
+
+
+def sketch(folder: Path, varied: Collection[str]) -> Shown | None:
+    """Return the sketch of the model; None if the scenario cannot be read or has no values."""
+    from drysim.plots.sketch import draw
+    from drysim.plots.style import save_picture
+
+    try:
+        scenario = drysim.load(folder / SCENARIO_FILE)
+    except DrysimError:
+        return None
+    if scenario.fit is not None:
+        return None
+    plant, law = scenario.oscillator.plant(), scenario.law()
+    parts = [text for _, text in wording.describe_scene(scenario, plant, law, varied)]
+    with TemporaryDirectory(prefix="drysim-") as place:
+        file = Path(place, f"model.{PNG}")
+        save_picture(partial(draw, scenario, varied), file)
+        return Shown(f"Model: {'; '.join(parts)}", data_address(file, "image/png"))
 
 
 def code(text: str) -> Any:
@@ -412,51 +247,52 @@ def visible(value: Any) -> Any:
     )
 
 
-GOOD, RESERVED, OPEN, BAD = "good", "reserved", "open", "bad"
-MARKS = {GOOD: "✓", RESERVED: "!", OPEN: "·", BAD: "✗"}
+GOOD, RESERVED, OPEN, FAILED = "good", "reserved", "open", "bad"
+MARKS = {GOOD: "✓", RESERVED: "!", OPEN: "·", FAILED: "✗"}
 """States of a result: its checks hold, they hold but something speaks against relying on that,
 it states no requirement, it fails."""
 
 
 def judge(
-    fields: Fields, is_useless: bool = False, notes: Sequence[Note] = ()
+    fields: Fields, summary: Summary, notes: Sequence[Note] = ()
 ) -> tuple[str, list[str]]:
     """Return the state of a result, and the sentences that say why.
 
     A warning or a note that speaks against the result is a reservation, as with `--strict`.
     """
-    faults, reservations = [], []
-    if is_useless:
-        faults.append("The fitted motion is not the measured one: its values mean nothing.")
+    faults, reservations = [f"{fault.sentence.capitalize()}." for fault in summary.faults], []
     if not fields["complete"]:
-        scene = dict(summaries.sidecar_scene(fields))
-        lost = scene.get("failed") or scene.get("cases", "")
-        faults.append(f"The result is incomplete: the numerics failed in some cases ({lost}).")
-    checks = [passed for passed, _ in summaries.sidecar_checks(fields)]
+        lost = [f"{row.value} {row.label}".strip() for row in lost_rows(fields, summary)]
+        where = f" ({', '.join(lost)})" if lost else ""
+        faults.append(f"The result is incomplete: the numerics failed in some cases{where}.")
+    checks = [check.passed for check in summary.checks]
     failed, skipped = checks.count(False), checks.count(None)
     every = format_count(len(checks), "check")
-    words = (
+    sentence = (
         "The scenario has no checks, so it states no requirement: whether the numbers are "
         "good enough is for the reader to decide."
     )
-    if failed:
+    if failed and summary.conclusion:
+        count = "one check" if failed == 1 else f"{failed} checks"
+        sentence = f"Some cases fail {count}; {summary.conclusion[0].sentence}."
+    elif failed:
         verb = "fails" if failed == 1 else "fail"
-        words = f"{failed} of {every} {verb}: the result does not meet its requirements."
-        faults.append(words)
+        sentence = f"{failed} of {every} {verb}: the result does not meet its requirements."
+        faults.append(sentence)
     elif skipped:
         reservations.append(f"{skipped} of {every} could not be judged")
-        words = "The others hold." if skipped < len(checks) else "No check was judged."
+        sentence = "The others hold." if skipped < len(checks) else "No check was judged."
     elif checks:
         of_many = "Both checks hold" if len(checks) == 2 else f"All {every} hold"
         holds = "The check holds" if len(checks) == 1 else of_many
-        words = f"{holds}: the result meets the requirements of its scenario."
+        sentence = f"{holds}: the result meets the requirements of its scenario."
     if fields["warnings"]:
         slugs = ", ".join(dict.fromkeys(one["slug"] for one in fields["warnings"]))
         count = format_count(len(fields["warnings"]), "warning")
         reservations.append(f"{count} ({slugs}), explained below")
     objections = [note.sentence for note in notes if not note.good]
-    reservations += [f"files or numbers differ, see {WHY}"] * bool(objections)
-    lines = [*faults, *([] if failed else [words])]
+    reservations += [f"files differ, see {WHY}"] * bool(objections)
+    lines = [*faults, *([] if sentence in faults else [sentence])]
     if reservations and not faults:
         passed = "Passed, with reservations" if checks else "No verdict, and reservations"
         lines.insert(0, f"{passed}: {'; '.join(reservations)}.")
@@ -465,63 +301,29 @@ def judge(
     else:
         lines.append("No warnings.")
     state = GOOD if checks else OPEN
-    state = BAD if faults else RESERVED if reservations else state
-    return state, [*lines, *answers(fields), *objections]
+    state = FAILED if faults else RESERVED if reservations else state
+    return state, [*lines, *summary.answer, *summary.verdict, *objections]
 
 
-def answers(fields: Fields) -> Iterator[str]:
-    """Yield what a result found, as sentences."""
-    if "design" in fields:
-        words = summaries.sidecar_design(fields["design"])
-        yield f"Best design: {words}." if fields["design"]["best"] else f"{words}."
-    elif "map" in fields:
-        yield from summaries.sidecar_map(fields["map"])
-    elif "branches" in fields:
-        yield summaries.sidecar_branches(fields["branches"])
-    else:
-        yield from main_numbers(fields)
-    yield from fields.get("verdict", ())
-    if "best" in fields:
-        for name, words in summaries.sidecar_best(fields):
-            yield f"{name}: {words}"
+def lost_rows(fields: Fields, summary: Summary) -> Iterator[Row]:
+    """Yield the rows on cases or seeds without values."""
+    lost = {"failed", *fields["numerics"].get("statuses", ())}
+    for group in summary.groups:
+        yield from (row for row in group if row.label in lost and row.tone == BAD)
 
 
-def main_numbers(fields: Fields) -> Iterator[str]:
-    """Yield the main numbers of a case, a sweep or a fit as sentences."""
-    metrics = fields["metrics"]
-    for name in ("fit_error", "fit_error_held_out"):
-        if isinstance(error := metrics.get(name), int | float):
-            about = meaning_of_metric(name)
-            yield f"{name} {wording.format_percent(error)}: {about}."
-    if isinstance(T_a := metrics.get("T_a"), int | float):
-        effect = "above 1: its mount amplifies" if T_a > 1 else "below 1: its mount isolates"
-        if T_a == 1:
-            effect = "1: its mount neither amplifies nor isolates"
-        yield f"{format_metrics(metrics)}. T_a of the mass is {effect}."
-    elif isinstance(metrics.get("x_r_peak"), int | float):
-        yield f"{format_metrics(metrics)}."
-    elif kind_of(fields) == "sweep":
-        ends = {
-            name: (found["least"]["value"], found["greatest"]["value"])
-            for name, found in metrics.items()
-        }
-        yield f"Over all cases: {format_metric_ranges(ends)}."
+def meaning_of_row(row: Row, fields: Fields) -> str:
+    """Return the meaning of the metric or of the fitted key of a row; empty for another."""
+    keys = [one["key"] for one in fields.get("fit", {}).get("parameters", ())]
+    of_key = {wording.short_key(key, keys): key for key in keys}
+    if row.label in of_key:
+        return meanings(of_key[row.label])
+    return meaning_of_metric(TERMS.get(row.label, row.label))
 
 
-def main_rows(kind: Kind, result: AnyResult) -> list[tuple[SummaryRow, str]]:
-    """Return the rows of the summary, each with the meaning of its metric or key."""
-    keys = [one.key for one in getattr(result, "parameters", ())]
-    of_key = {wording.short_key(key, keys): meanings(key) for key in keys}
-    return [
-        (row, of_key.get(row.name, "") or meaning_of_metric(TERMS.get(row.name, row.name)))
-        for rows in kind.rows
-        for row in rows(result)
-    ]
-
-
-def legend(rows: Sequence[SummaryRow], kind: str) -> list[tuple[str, str]]:
+def legend(rows: Sequence[Row], kind: str) -> list[tuple[str, str]]:
     """Return the words of a kind that occur in rows of a summary, with their meanings."""
-    names = {re.sub("[+-](?=[0-9])", "±", row.name) for row in rows}
+    names = {re.sub("[+-](?=[0-9])", "±", row.label) for row in rows}
     text = " ".join(f"{row.value} {row.remark}" for row in rows)
     return [
         (one.word, one.text)
@@ -541,27 +343,20 @@ def meanings(word: str, kind: str = "") -> str:
     return " ".join(dict.fromkeys(texts))
 
 
-def comparison_table(result: AnyResult | None) -> list[tuple[str, ...]]:
-    """Return the table of approaches of a comparison by rows, header first."""
-    if result is None or not hasattr(result, "yardstick"):
-        return []
-    return list(zip(*many.comparison_columns(result), strict=True))
-
-
 def warnings_by_slug(fields: Fields) -> Iterator[tuple[str, str, list[str], int]]:
     """Yield slug, meaning, the first sentences of the warnings and how many more there are."""
     counts = Counter(one["slug"] for one in fields["warnings"])
     for slug, count in counts.items():
         sentences = [one["sentence"] for one in fields["warnings"] if one["slug"] == slug]
-        shown = sentences[: summaries.MAX_ALIKE]
+        shown = sentences[:MAX_ALIKE]
         yield slug, meanings(slug, WARNING), shown, count - len(shown)
 
 
 def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield approach and table of metrics in SI units by rows, with their meanings."""
     found = fields.get("ensemble", fields)["metrics"]
-    for approach, metrics in summaries.metric_tables(found):
-        rows = list(zip(*summaries.metric_columns(metrics), strict=True))
+    for approach, metrics in stored.metric_tables(found):
+        rows = list(zip(*stored.metric_columns(metrics), strict=True))
         if not rows:  # of a damaged result
             continue
         header = [*rows[0], "meaning"]
@@ -631,41 +426,6 @@ def evidence(fields: Fields) -> Lines:
         )
 
 
-# Pictures.
-
-
-def pictures(kind: str, result: AnyResult) -> Iterator[tuple[str, Any]]:
-    """Yield caption and SVG element of every picture of a result."""
-    from markupsafe import Markup
-
-    from drysim.plots.svg import inline_svg
-
-    whole = room = KINDS[kind].room
-    for name, draw in output.pictures_of(kind, result):
-        found = inline_svg(draw, f"{name}-", CAPTIONS[name], min(room, whole // 2))
-        if found is not None:
-            room -= len(found.encode())
-            yield CAPTIONS[name], Markup(found)
-
-
-def sketch(scenario: Scenario | None, varied: Collection[str]) -> Any:
-    """Return the sketch of the model as an SVG element, None for a scenario without values."""
-    if scenario is None or scenario.fit is not None:
-        return None
-    from markupsafe import Markup
-
-    from drysim.plots.sketch import draw
-    from drysim.plots.svg import inline_svg
-
-    plant, law = scenario.oscillator.plant(), scenario.law()
-    description = "; ".join(
-        words for _, words in wording.describe_scene(scenario, plant, law, varied)
-    )
-    figure = partial(draw, scenario, varied)
-    title = f"{SKETCH_CAPTION}: {description}"
-    return Markup(inline_svg(figure, "model-", title, ROOM))
-
-
 # A result on the disk.
 
 
@@ -698,6 +458,7 @@ class Stored(BaseModel):
 
     model_config = ConfigDict(strict=True)
 
+    kind: str
     version: str
     command: str
     created: str
@@ -733,28 +494,17 @@ def read_result(folder: Path) -> Fields:
             place = ".".join(map(str, first["loc"]))
             sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
             raise OutputError(sentence, AGAIN_HINT) from fault
+        if fields["kind"] not in KINDS:
+            sentence = f"{file} is damaged: there is no kind of result {fields['kind']}"
+            raise OutputError(sentence, AGAIN_HINT)
         # All that a report takes of the file is taken here once, so that no value of a wrong
         # type or size is found later, where it could not be told from a fault of the program.
-        content(fields), judge(fields), [*numbers(fields["metrics"])], compared_names(fields)
+        page(fields, folder, plots=False)
     return fields
 
 
-def count_parts(fields: Fields) -> int:
-    """Return the number of cases, seeds or starts that are solved again for a report."""
-    numerics = fields["numerics"]
-    count = numerics.get("starts", {}).get("total") or numerics.get("cases", 1)
-    count = numerics.get("evaluations", count)
-    return count if isinstance(count, int) else 1
-
-
-def report_folder(
-    folder: Path,
-    fields: Fields,
-    *,
-    plots: bool = True,
-    advance: Advance = lambda count: None,
-) -> tuple[str, list[str]]:
-    """Return the report of a result on the disk, and what is wrong with its files or numbers.
+def report_folder(folder: Path, fields: Fields, *, plots: bool = True) -> tuple[str, list[str]]:
+    """Return the report of a result on the disk, and what is wrong with its files.
 
     Parameters
     ----------
@@ -762,9 +512,7 @@ def report_folder(
     fields : dict
         Of `read_result`.
     plots : bool, optional
-        Whether to solve the scenario again and to draw pictures.
-    advance : callable, optional
-        Called with the number of cases, seeds or starts that are done.
+        Whether to show pictures.
 
     Raises
     ------
@@ -772,37 +520,19 @@ def report_folder(
         When scenario.yaml is not the one that drysim wrote.
     """
     file = folder / SCENARIO_FILE
-    if file.exists() and not file.is_file():
-        raise OutputError(f"cannot read {file}: it is not a plain file", AGAIN_HINT)
-    try:
-        original = file.read_bytes()
-    except OSError as fault:
-        reason = (fault.strerror or str(fault)).lower()
-        raise OutputError(f"cannot read {file}: {reason}", AGAIN_HINT) from fault
-    if hashlib.sha256(original).hexdigest() != fields["files"].get(SCENARIO_FILE):
-        raise OutputError(f"{file} was edited since drysim wrote it", AGAIN_HINT)
-    notes = [note_on_files(folder, fields)]
-    scenario, result, missing = None, None, ""
-    kind = kind_of(fields)
-    try:
-        scenario = drysim.load(file)
-        if plots:
-            result = solve(kind, scenario, compared_names(fields), advance)
-    except DrysimError as fault:
-        reason = str(fault).splitlines()[-1]
-        missing = f"There are no pictures: the scenario cannot be solved again. {reason}"
-    if result is not None:
-        provenance = Provenance(fields["command"], fields["exit_code"], fields["files"])
-        again = output.KINDS[kind].to_fields(result, provenance)
-        if changed := changed_inputs(fields, again):
-            result = None
-            missing = f"There are no pictures: {changed} was changed since."
-        else:
-            notes.append(note_on_numbers(fields, again))
-    text = original.decode(errors="replace")
-    written = page(fields, text, scenario, result, plots=plots, notes=notes, missing=missing)
-    objections = [note.sentence for note in notes if not note.good]
-    return written, [*objections, *filter(None, [missing])]
+    if SCENARIO_FILE in fields["files"]:
+        if file.exists() and not file.is_file():
+            raise OutputError(f"cannot read {file}: it is not a plain file", AGAIN_HINT)
+        try:
+            original = file.read_bytes()
+        except OSError as fault:
+            reason = (fault.strerror or str(fault)).lower()
+            raise OutputError(f"cannot read {file}: {reason}", AGAIN_HINT) from fault
+        if hashlib.sha256(original).hexdigest() != fields["files"][SCENARIO_FILE]:
+            raise OutputError(f"{file} was edited since drysim wrote it", AGAIN_HINT)
+    note = note_on_files(folder, fields)
+    objections = [] if note.good else [note.sentence]
+    return page(fields, folder, [note], plots), objections
 
 
 def note_on_files(folder: Path, fields: Fields) -> Note:
@@ -826,72 +556,3 @@ def sha256_of(file: Path) -> str:
     with suppress(NotARegularFile, OSError):
         return file_sha256(file)
     return ""
-
-
-def changed_inputs(fields: Fields, again: Fields) -> str:
-    """Return the records that are not those of the result, empty if all are."""
-    known = {one["sha256"] for one in fields["inputs"]}
-    return ", ".join(one["file"] for one in again["inputs"] if one["sha256"] not in known)
-
-
-ROUNDING_METRICS = {"energy_residual", "law_residual", "closure"}
-"""Metrics that are nothing but rounding, and differ on another processor."""
-
-REPRODUCED_WITHIN = 1e-6
-"""Relative difference up to which a number counts as reproduced [-]."""
-
-
-def note_on_numbers(fields: Fields, again: Fields) -> Note:
-    """Return whether solving the scenario again gave the numbers in drysim.json."""
-    stored, found = (dict(numbers(one["metrics"])) for one in (fields, again))
-    if lost := stored.keys() - found.keys():
-        names = sorted(" ".join(path) for path in lost)
-        sentence = f"Solved again, the scenario has no value of {', '.join(names[:3])}."
-        return Note(False, "solved again", sentence)
-    largest: dict[str, float] = {}
-    for path, value in stored.items():
-        unit = unit_of(path)
-        largest[unit] = max(largest.get(unit, 0.0), abs(value))
-    worst, where = 0.0, ""
-    for path, value in stored.items():
-        unit = unit_of(path)
-        scale = max(abs(value), abs(found[path])) if unit == "-" else largest[unit]
-        off = abs(value - found[path]) / scale if scale else abs(found[path])
-        if off > worst:
-            worst, where = off, " ".join(path)
-    many_numbers = format_count(len(stored), "number")
-    if worst > REPRODUCED_WITHIN:
-        return Note(
-            False,
-            "solved again",
-            f"Solved again by drysim {drysim.__version__}, the scenario gives other numbers: "
-            f"{where} differs by {format_number(100 * worst, '%', 2)}.",
-        )
-    agree = f"to {format_number(worst, digits=2)}" if worst else "to the last digit"
-    return Note(
-        True,
-        "solved again",
-        f"For this report drysim {drysim.__version__} solved the scenario again: "
-        f"{many_numbers} agree {agree}.",
-    )
-
-
-Names = tuple[str, ...]
-"""Path of a number among the metrics."""
-
-
-def numbers(values: Mapping[str, Any], path: Names = ()) -> Iterator[tuple[Names, float]]:
-    """Yield path and value of every number among metrics, without those that are rounding."""
-    for name, value in values.items():
-        if name in ROUNDING_METRICS or name == "where":
-            continue
-        if isinstance(value, Mapping):
-            yield from numbers(value, (*path, name))
-        elif isinstance(value, int | float):
-            yield (*path, name), float(value)
-
-
-def unit_of(path: Names) -> str:
-    """Return the unit of a metric, by its path among the metrics."""
-    known = [METRICS_BY_NAME[name].unit for name in path if name in METRICS_BY_NAME]
-    return known[0] if known else "-"

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -226,6 +226,8 @@ class BranchesResult(Result):
         Starts from which motions were sought.
     warnings : tuple of WarningMessage
     """
+
+    kind: ClassVar[str] = "branches"
 
     scenario: Scenario
     case: Case

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, log2
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, ClassVar, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -22,13 +22,14 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.solution import FIXED_STEP, Response
 from drysim.approach.stick_slip import ExactApproach
 from drysim.errors import SolverError, UsageError, WarningMessage
+from drysim.metrics.checks import Verdict
 from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.case import Case, prepare, refuse_direction, refuse_interval, require_scenario
-from drysim.study.outcome import format_repr
+from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import Plan
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
@@ -47,7 +48,7 @@ from drysim.wording import (
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Result):
     """Several approaches, or friction laws, on the same base motion.
 
     Attributes
@@ -66,6 +67,8 @@ class Comparison:
         Friction law of each name; empty for none.
     """
 
+    kind: ClassVar[str] = "comparison"
+
     table: Table
     yardstick: str
     responses: Mapping[str, Response]
@@ -77,6 +80,26 @@ class Comparison:
         """Return the names and the first sentence of the verdict in one line."""
         words = f"{', '.join(self.table.approaches)} against {self.yardstick}"
         return format_repr("Comparison", self.table.scenario.name, words, *self.verdict[:1])
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the reference."""
+        return self.table.scenario
+
+    @property
+    def checks(self) -> tuple[Verdict, ...]:
+        """Verdicts on the checks, by the reference."""
+        return self.table.checks
+
+    @property
+    def warnings(self) -> tuple[WarningMessage, ...]:
+        """Warnings about all cases."""
+        return self.table.warnings
+
+    @property
+    def has_failed_cases(self) -> bool:
+        """Whether the numerics failed in a case."""
+        return self.table.has_failed_cases
 
     @property
     def of_laws(self) -> bool:

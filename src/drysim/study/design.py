@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import floor, inf, isfinite, isnan, log, log10, nan
 from statistics import fmean
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -220,6 +220,8 @@ class DesignResult(Result):
     complete : bool
         Whether the search came to its end.
     """
+
+    kind: ClassVar[str] = "design"
 
     source: Scenario
     case: Case

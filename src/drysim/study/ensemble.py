@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
@@ -69,6 +69,8 @@ class Ensemble(Result):
     complete : bool
         Whether all required seeds were computed.
     """
+
+    kind: ClassVar[str] = "ensemble"
 
     scenario: Scenario
     rows: Rows

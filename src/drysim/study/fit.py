@@ -35,7 +35,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple, Self, TypeVar
+from typing import ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -347,6 +347,8 @@ class FitResult(Result):
     checks : tuple of Verdict
     warnings : tuple of WarningMessage
     """
+
+    kind: ClassVar[str] = "fit"
 
     source: Scenario
     scenario: Scenario

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
@@ -37,8 +37,20 @@ class Judged(Protocol):
         """Whether the numerics failed in a case."""
 
 
+class AnyResult(Judged, Protocol):
+    """A result of any kind."""
+
+    kind: ClassVar[str]
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Return the exit code."""
+
+
 class Result:
     """What all results share: a picture, and an exit code."""
+
+    kind: ClassVar[str]
+    """Name of the kind of result in `drysim.results`."""
 
     @property
     def has_failed_cases(self) -> bool:
@@ -81,6 +93,8 @@ class Outcome(Result):
     spectra : Spectra or None
         Spectra of base and mass, if the scenario requests them.
     """
+
+    kind: ClassVar[str] = "run"
 
     scenario: Scenario
     response: Response

@@ -31,7 +31,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -377,6 +377,8 @@ class RegimeMap(Result):
     cases : int
         Number of orbits, or of points of a random motion, that were solved.
     """
+
+    kind: ClassVar[str] = "map"
 
     case: Case
     axes: tuple[KeyRange, KeyRange]

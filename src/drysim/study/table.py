@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from itertools import islice, takewhile
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +86,8 @@ class Table(Result):
     jumps : tuple of Jump or None
         Where the answer jumps along an interval of the static ratio; None without one.
     """
+
+    kind: ClassVar[str] = "sweep"
 
     scenario: Scenario
     axes: tuple[Axis, ...]

@@ -1,0 +1,36 @@
+"""A result on the disk, as `drysim summarise` shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from drysim.console.summary import print_labelled, print_summary
+from drysim.console.terminal import print_line, print_table
+from drysim.results.stored import OPTIONAL_COLUMNS, metric_columns, metric_tables
+from drysim.study.summary import from_fields
+
+if TYPE_CHECKING:
+    from drysim.console.terminal import AnyConsole
+
+
+def show_stored(fields: Mapping[str, Any], console: AnyConsole) -> None:
+    """Show the summary in drysim.json, and all metrics.
+
+    Raises
+    ------
+    ValueError
+        When it has a value of a wrong type.
+    """
+    print_labelled(console, "command", str(fields["command"]))
+    print_line(console)
+    print_summary(console, from_fields(fields["summary"]))
+    if of_which := fields.get("design", {}).get("metrics_of"):
+        print_line(console)
+        print_labelled(console, "metrics", of_which)
+    # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.
+    for approach, metrics in metric_tables(fields.get("ensemble", fields)["metrics"]):
+        if approach:
+            print_line(console)
+            print_line(console, (f"  {approach}", "bold"))
+        print_table(console, metric_columns(metrics), ("metric", "unit"), OPTIONAL_COLUMNS)

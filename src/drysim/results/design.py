@@ -1,0 +1,447 @@
+"""A design study: its files, fields, picture and summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim import wording
+from drysim.console.summary import check_mark
+from drysim.manual.words import DESIGN as DESIGN_WORD
+from drysim.metrics.table import HOURLY_STROKE, METRICS
+from drysim.metrics.table import UNITS as METRIC_UNITS
+from drysim.metrics.text import format_metric, label_of
+from drysim.results.fields import axis_fields, check_fields, sidecar_fields
+from drysim.results.kind import (
+    File,
+    Kind,
+    Picture,
+    clean_up_lines,
+    judgements,
+    write_scenario,
+)
+from drysim.results.run import describe_hourly_use
+from drysim.results.tables import (
+    SEEDS_COLUMN,
+    STATUS_COLUMN,
+    Column,
+    interval_column,
+    key_column,
+    metric_column,
+    requested_metrics,
+    write_cases,
+)
+from drysim.scenario.design import WORST
+from drysim.study.design import (
+    EVERY_SEED,
+    DesignResult,
+    Variant,
+    keys_at_bounds,
+    limited_value,
+    limits_of,
+    number_of,
+)
+from drysim.study.statistics import max_seeds
+from drysim.study.summary import BAD, Grid, Note, Row, Summary
+from drysim.study.table import hourly_stroke_used
+from drysim.wording import (
+    describe_axis,
+    describe_case,
+    format_count,
+    format_deviation,
+    format_number,
+    format_range,
+    format_unit,
+    join_words,
+    short_key,
+)
+
+if TYPE_CHECKING:
+    from drysim.results.fields import Fields, Provenance
+    from drysim.study.case import Case
+    from drysim.study.design import Candidate
+    from drysim.study.statistics import Row as ConditionRow
+
+VALUE_WIDTH = 17
+"""Width of the values."""
+
+MIN_CHANGE = 1e-4
+"""Relative change below which a variant counts as unchanged [-]."""
+
+SHOWN_OF_FRONT = {
+    "knee": "knee of the front",
+    "end of the front": "end of the front, which has no knee",
+}
+"""Remarks on the shown design of a front."""
+
+MAX_SHOWN_FRONT = 9
+"""Designs of a front that are printed: its ends, evenly spaced ones between them, and its knee;
+all are in design.csv."""
+
+
+def summarise(result: DesignResult) -> Summary:
+    """Return the summary of a design study."""
+    faults: tuple[Note, ...] = ()
+    if result.best is None:
+        sentence = "no design keeps all limits; below is the one that exceeds them least"
+        faults = (Note("✗ design", sentence, BAD),)
+    groups = best_rows(result), front_rows(result), variant_rows(result)
+    conditions = condition_columns(result)
+    which = "best" if result.best else "closest"
+    title = f"The {which} design under each condition"
+    return Summary(
+        name=wording.sanitise(result.source.name),
+        about=result.source.about,
+        scene=tuple(result_scene(result)),
+        faults=faults,
+        groups=tuple(map(tuple, groups)),
+        width=VALUE_WIDTH,
+        checks=judgements(result.checks, result.case.scenario.sweep),
+        answer=(describe_best(result),),
+        details=(Grid(conditions, title=title),) if conditions else (),
+    )
+
+
+def describe_best(result: DesignResult) -> str:
+    """Return the best design, or the closest one, in a sentence."""
+    design = result.best or result.closest
+    if design is None:
+        return "No design has numbers."
+    names = result.design.minimise
+    values = ", ".join(
+        f"{name} {format_metric(name, value)}"
+        for name, value in zip(names, design.objectives, strict=True)
+    )
+    units = {key.key: key.unit for key in result.design.vary}
+    what = "Best design: " if result.best else "No design keeps all limits; the closest has "
+    if len(result.front) > 1:
+        what += "the knee of the front, "
+    return f"{what}{values} at {wording.describe_point(design.values, units)}."
+
+
+def describe_metrics(result: DesignResult) -> str:
+    """Describe whose metrics those of a design study are."""
+    sentence = "of the best design" if result.best else "of the design closest to the limits"
+    units = {axis.key: axis.unit for axis in result.design.conditions.axes}
+    point = result.place_of(result.shown_row) if result.shown_row else {}
+    if place := wording.describe_point(point, units):
+        sentence += f" at {place}, the condition with the highest {result.design.minimise[0]}"
+    seeds = result.candidates[0].rows[0].seeds
+    return f"{sentence}; means of {seeds} seeds" if seeds > 1 else sentence
+
+
+def condition_columns(result: DesignResult) -> list[list[str]]:
+    """Return the shown design under each condition by columns, header first; empty for one."""
+    rows = result.several_rows
+    if not rows:
+        return []
+    minimised = result.design.minimise
+    limited = {limit.metric for limit in result.limits}
+    names = [
+        name
+        for name in dict.fromkeys((*minimised, *CONDITION_METRICS))
+        if (name in minimised or name not in limited)
+        and any(row.metrics.get(name) is not None for row in rows)
+    ]
+    units = {axis.key: axis.unit for axis in result.design.conditions.axes}
+    highest = result.shown_row and result.place_of(result.shown_row)
+    places = []
+    for row in rows:
+        place = wording.describe_point(result.place_of(row), units)
+        worst = result.place_of(row) == highest
+        places.append(f"{place} (highest {names[0]})" if worst else place)
+    columns = [["condition", *places]]
+    for name in names:
+        cells = (_condition_cell(row, name) for row in rows)
+        columns.append([name, *cells])
+    verdicts = [result.judge((row,)) for row in rows]
+    for number, first in enumerate(verdicts[0]):
+        judged = (each[number] for each in verdicts)
+        cells = (
+            f"{check_mark(one.passed)[0][0]} {one.found.removeprefix('with ')}"
+            for one in judged
+        )
+        columns.append([str(first.check), *cells])
+    return columns
+
+
+def _condition_cell(row: ConditionRow, name: str) -> str:
+    value = row.metrics.get(name)
+    if value is None:
+        return wording.UNKNOWN
+    return format_metric(name, value, row.half_widths.get(name))
+
+
+def result_scene(result: DesignResult) -> Iterator[tuple[str, str]]:
+    """Yield what was varied, minimised and kept, and how many designs were evaluated."""
+    yield from design_scene(result.case)
+    yield "evaluated", describe_search(result)
+
+
+def describe_search(result: DesignResult) -> str:
+    """Describe how many designs were evaluated, and why the search ended."""
+    state = "nothing more to be gained" if result.converged else "the limit of evaluations"
+    if not result.complete:
+        state = "interrupted"
+    admissible = sum(one.is_admissible for one in result.candidates)
+    count = format_count(len(result.candidates), "design")
+    return f"{count}, {admissible} admissible; {state}"
+
+
+def design_scene(case: Case) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what is varied, minimised and kept, under which motion."""
+    scenario = case.scenario
+    block = scenario.design
+    assert block is not None, "a design study has a design block"
+    keys = [one.key for one in block.vary]
+    varied = [f"{short_key(one.key, keys)} {one.description}" for one in block.vary]
+    yield "vary", "; ".join(varied)
+    yield "minimise", join_words(block.minimise)
+    yield "within", ", ".join(map(str, limits_of(scenario))) or "no limits"
+    if block.conditions.axes:
+        how = "the worst counts" if block.conditions.take == WORST else "the mean counts"
+        yield "over", f"{'; '.join(map(describe_axis, block.conditions.axes))}; {how}"
+    varied_keys = {*keys, *(axis.key for axis in block.conditions.axes)}
+    forces = any(key.startswith("friction.") for key in varied_keys)
+    shared = dict.fromkeys(wording.ALL_SHARED, not forces)
+    law = scenario.law()
+    yield from wording.describe_scene(scenario, case.plant, law, varied_keys, shared)
+    yield "base", scenario.excitation.describe_cases(case.motion, varied_keys, case.records)
+    same = not any(key.startswith("excitation.") for key in varied_keys)
+    motion = case.motion if same else None
+    yield from clean_up_lines(wording.describe_clean_up(motion, records=case.records))
+    if (seeds := max_seeds(scenario)) > 1:
+        yield "seeds", f"{seeds}, the same for every design"
+
+
+def best_rows(result: DesignResult) -> Iterator[Row]:
+    """Yield the values of the best design with where the optimum may be, and its objectives."""
+    shown, bounds = result.shown, keys_at_bounds(result)
+    if shown is None:
+        return
+    keys = [one.key for one in result.design.vary]
+    for one in result.design.vary:
+        unit, remarks = format_unit(one.unit), []
+        for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
+            if region is None:
+                continue
+            low, high = region.ends[one.key]
+            if low is None or low != high or one.key not in bounds:
+                remarks.append(f"{label}: {describe_region(low, high)}")
+        if one.key in bounds:
+            remarks.append(f"at its {bounds[one.key]} bound")
+        text = format_number(shown.values[one.key], unit)
+        yield Row(short_key(one.key, keys), text, "; ".join(remarks))
+    for name, value, half_width in zip(
+        result.design.minimise, shown.objectives, result.half_widths, strict=True
+    ):
+        text = format_metric(name, value, half_width)
+        remarks = [words] if (words := SHOWN_OF_FRONT.get(result.shown_name)) else []
+        remarks += [f"mean of {shown.rows[0].seeds} seeds"] * (half_width is not None)
+        if result.design.conditions.axes and result.design.conditions.take == WORST:
+            worst = max(shown.rows, key=lambda row: number_of(row.metrics.get(name)))
+            point = {axis.key: worst.point[axis.key] for axis in result.design.conditions.axes}
+            remarks.append(f"at {describe_case(point, result.design.conditions.axes)}")
+        yield Row(name, text, "; ".join(remarks))
+    yield from hourly_rows(result)
+    for limit, objective in result.binding:
+        name = result.design.minimise[0]
+        least = f"{name} about {format_metric(name, objective)}"
+        yield Row("binding", str(limit), f"{least} without this limit")
+
+
+def describe_region(low: float | None, high: float | None) -> str:
+    """Return the ends of the range of a key, of which those that seeds leave open are None."""
+    if low is None and high is None:
+        return "not known from these seeds"
+    if low is None or high is None:
+        other = "lower" if low is None else "upper"
+        return f"{format_range(low, high)}, {other} end not known from these seeds"
+    return format_range(low, high)
+
+
+def hourly_rows(result: DesignResult) -> Iterator[Row]:
+    """Yield the stroke that the shown design reaches once an hour, beside its limit."""
+    shown = result.shown
+    metrics = [row.metrics for row in shown.rows] if shown else []
+    stroke = max((one.get(HOURLY_STROKE) or 0.0 for one in metrics), default=0.0)
+    if stroke:
+        remark = "reached once an hour, extrapolated from the largest peaks"
+        if (block := result.scenario.stroke) is not None:
+            used = max(hourly_stroke_used(one, block.limits) for one in metrics)
+            remark = f"{describe_hourly_use(used)}; {remark}"
+        yield Row(label_of(HOURLY_STROKE), wording.format_length(stroke), remark)
+
+
+def front_rows(result: DesignResult) -> Iterator[Row]:
+    """Yield designs of the front, by the first objective: its ends, its knee and some more."""
+    if len(result.front) < 2:
+        return
+    front, (first, second) = result.front, result.design.minimise
+    names = {len(front) - 1: f"least {second}", 0: f"least {first}"}
+    if result.best is not None and result.shown_name == "knee":
+        names[front.index(result.best)] = "knee"
+    count = min(len(front), MAX_SHOWN_FRONT)
+    places = np.linspace(0, len(front) - 1, count).round().astype(int).tolist()
+    for at in sorted({*places, *names}):
+        one = front[at]
+        yield Row(names.get(at, "front"), result.result(one), result.place(one))
+
+
+def variant_rows(result: DesignResult) -> Iterator[Row]:
+    """Yield the objectives of variants of the design."""
+    for variant in result.variants:
+        yield Row(variant.name, *describe_variant(result, variant))
+
+
+def describe_variant(result: DesignResult, variant: Variant) -> tuple[str, str]:
+    """Return the first objective of a variant, and its change and its admissibility."""
+    shown, name = result.shown, result.design.minimise[0]
+    assert shown is not None, "variants are those of a design"
+    value, least = variant.candidate.objectives[0], shown.objectives[0]
+    if value != value:
+        return "–", variant.candidate.status
+    remarks = []
+    if least:
+        change = (value - least) / abs(least)
+        words = format_deviation(change, digits=2)
+        remarks.append(words if abs(change) >= MIN_CHANGE else "unchanged")
+    if variant.candidate.excess and not variant.candidate.is_admissible:
+        worst = max(range(len(result.limits)), key=variant.candidate.excess.__getitem__)
+        remarks.append(f"violates {result.limits[worst]}")
+    return f"{name} {format_metric(name, value)}", "; ".join(remarks)
+
+
+OBJECTIVE_COLUMNS = ("objective", "second_objective")
+"""Columns of the objectives of a design over all its conditions, each in its own unit."""
+
+
+def write_design_csv(result: DesignResult, file: Path) -> None:
+    """Write design.csv: every evaluated design, under each of its conditions."""
+    rows = [row for one in result.candidates for row in one.rows]
+    designs = [one for one in result.candidates for _ in one.rows]
+    asked = {*requested_metrics(result.source)}
+    named = dict.fromkeys((*result.design.minimise, *(one.metric for one in result.limits)))
+    names = [*named, *(m.name for m in METRICS if m.in_tables and m.name in asked)]
+
+    def of_design(name: str, unit: str, values: list[Any], whole: bool = False) -> Column:
+        column = np.array(values, dtype=float)
+        return Column(name, unit, lambda batch: column[batch.first :][: len(batch)], whole)
+
+    keys = {key: unit for one in result.design.vary for key, unit in [(one.key, one.unit)]}
+    columns = [
+        of_design("design", "-", [one.number for one in designs], whole=True),
+        *(key_column(key, unit) for key, unit in keys.items()),
+        *(key_column(axis.key, axis.unit) for axis in result.case.scenario.sweep),
+        *(
+            of_design(name, METRIC_UNITS[metric], [one.objectives[i] for one in designs])
+            for i, (name, metric) in enumerate(
+                zip(OBJECTIVE_COLUMNS, result.design.minimise, strict=False)
+            )
+        ),
+        of_design("excess", "-", [max(one.excess, default=0.0) for one in designs]),
+        of_design("admissible", "-", [one.is_admissible for one in designs], whole=True),
+        of_design("on_front", "-", [one in result.front for one in designs], whole=True),
+        *map(metric_column, dict.fromkeys(names)),
+        STATUS_COLUMN,
+    ]
+    if EVERY_SEED in result.limits:
+        most = [limited_value(EVERY_SEED, row) for row in rows]
+        columns.append(of_design("stroke_used_max", "-", most))
+    if rows[0].over:
+        columns += [SEEDS_COLUMN, *map(interval_column, named)]
+    write_cases(file, columns, rows)
+
+
+def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a design study."""
+    names, front = result.design.minimise, result.front if len(result.front) > 1 else ()
+    regions = {"optimum": result.optimum, "within_1_percent": result.flat}
+
+    def fields_of(one: Candidate) -> Fields:
+        return {
+            "design": one.number,
+            "values": one.values,
+            "objectives": dict(zip(names, one.objectives, strict=True)),
+            "excess": max(one.excess, default=0.0),
+            "admissible": one.is_admissible,
+        }
+
+    found = {
+        "vary": {one.key: {**one.words, "unit": one.unit} for one in result.design.vary},
+        "minimise": list(names),
+        "within": [str(limit) for limit in result.limits],
+        "shown": result.shown_name,
+        "at_bounds": keys_at_bounds(result),
+        "best": result.best and fields_of(result.best),
+        "closest": None if result.best or not result.closest else fields_of(result.closest),
+        "half_widths": dict(zip(names, result.half_widths, strict=True)),
+        **{name: region and region.ends for name, region in regions.items()},
+        "binding": [
+            {"limit": str(one.limit), "objective_without": one.objective}
+            for one in result.binding
+        ],
+        "variants": {one.name: fields_of(one.candidate) for one in result.variants},
+        "front": [fields_of(one) for one in front],
+        "conditions": [_condition_fields(result, row) for row in result.several_rows],
+        "metrics_at": result.shown_row and result.place_of(result.shown_row),
+        "metrics_of": describe_metrics(result),
+    }
+    numerics = {
+        **result.numerics,
+        "method": "surrogate model of objectives and limits (radial basis functions), refined "
+        "by exact solutions under the same base motion",
+        "evaluations": len(result.candidates),
+        "converged": result.converged,
+        "swept": axis_fields(result.design.conditions.axes),
+        "cases": sum(row.seeds for one in result.candidates for row in one.rows),
+        "seeds": result.candidates[0].rows[0].seeds,
+    }
+    return sidecar_fields(
+        result, result.motion, numerics, result.metrics, provenance, design=found
+    )
+
+
+CONDITION_METRICS = ("T_a", "SEAT", "x_r_peak", "stroke_used")
+"""Metrics of the best design under each condition, after its objectives."""
+
+
+def _condition_fields(result: DesignResult, row: ConditionRow) -> Fields:
+    """Return limits and main metrics of the shown design under one of its conditions."""
+    names = dict.fromkeys((*result.design.minimise, *CONDITION_METRICS))
+    return {
+        "at": result.place_of(row),
+        "metrics": {name: row.metrics.get(name) for name in names},
+        "half_widths": {name: row.half_widths.get(name) for name in names},
+        "checks": [check_fields(verdict) for verdict in result.judge((row,))],
+    }
+
+
+BEST_FILE = "best.yaml"
+"""The scenario of the best design."""
+
+
+def write_best(result: DesignResult, file: Path) -> None:
+    """Write the scenario of the best design, if there is one."""
+    write_scenario(result.scenario if result.best else None, file)
+
+
+DESIGN = Kind(
+    name="design",
+    what="a design study",
+    files=(File("design.csv", write_design_csv), File(BEST_FILE, write_best)),
+    pictures=(
+        Picture(
+            "design",
+            "design.draw",
+            "Objective of the designs over the varied keys, or front of two objectives",
+        ),
+    ),
+    fields=design_fields,
+    summary=summarise,
+    scenario=lambda result: result.source,
+    legend=DESIGN_WORD,
+)

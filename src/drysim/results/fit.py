@@ -1,0 +1,269 @@
+"""A fit to a measurement: its files, fields, pictures and summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim import wording
+from drysim.manual.words import FIT as FIT_WORD
+from drysim.metrics.table import METRICS_BY_NAME
+from drysim.metrics.text import describe_main_numbers
+from drysim.results.fields import sidecar_fields
+from drysim.results.kind import File, Kind, Picture, judgements, write_scenario
+from drysim.results.tables import (
+    COLUMN_UNITS,
+    FLAGS,
+    format_cell,
+    format_rows,
+    format_words,
+    join_cells,
+    quote_cell,
+    write_csv,
+)
+from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.study.fit import (
+    EXACT,
+    ChannelFit,
+    FitResult,
+    Parameter,
+    format_profile_interval,
+)
+from drysim.study.summary import BAD, Note, Row, Summary
+from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
+
+if TYPE_CHECKING:
+    from drysim.results.fields import Fields, Provenance
+
+VALUE_WIDTH = 14
+"""Width of the fitted values."""
+
+
+def summarise(result: FitResult) -> Summary:
+    """Return the summary of a fit."""
+    faults: tuple[Note, ...] = ()
+    groups = [tuple(quality_rows(result)), tuple(law_rows(result))]
+    if result.is_useless:
+        sentence = "the fitted motion is not the measured one: its values mean nothing"
+        faults = (Note("✗ fit", sentence, BAD),)
+    else:
+        groups.insert(0, tuple(parameter_rows(result)))
+    return Summary(
+        name=wording.sanitise(result.source.name),
+        about=result.source.about,
+        scene=tuple(fit_scene(result)),
+        faults=faults,
+        groups=groups,
+        width=VALUE_WIDTH,
+        checks=judgements(result.checks),
+        answer=tuple(answers(result)),
+    )
+
+
+def answers(result: FitResult) -> Iterator[str]:
+    """Yield the errors of a fit, and the metrics of the fitted motion."""
+    for name in ("fit_error", "fit_error_held_out"):
+        if (error := result.metrics.get(name)) is not None:
+            yield f"{name} {format_percent(error)}: {METRICS_BY_NAME[name].about}."
+    yield describe_main_numbers(result.metrics)
+
+
+def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what was measured, and what was fitted to it."""
+    found, fit = result.measurement, result.source.fit
+    assert fit is not None, "a fit has a fit block"
+    names = ", ".join(channel.name for channel in result.channels)
+    count = format_count(len(found.t), "sample")
+    rate = format_number(1.0 / found.dt, "Hz")
+    yield "measured", f"{names} of {wording.sanitise(fit.measured.file)}, {count} at {rate}"
+    end = format_number(result.fitted_end, "s")
+    held_out = len(found.t) - len(result.selected)
+    rest = f"; the rest, {format_count(held_out, 'sample')}, is held out" if held_out else ""
+    left = len(result.selected) - int(result.selected.sum())
+    events = f", without {format_count(left, 'sample')} next to events" if left else ""
+    yield "fitted", f"up to {end}{events}{rest}"
+    if fit.measured.is_rig:
+        force = "; the force contains those of spring and damper" * result.spring_in_force
+        yield "motion", f"imposed, as on a friction rig{force}"
+    else:
+        yield "base", result.source.excitation.describe(result.motion)
+    started = [one for one in result.parameters if one.key in result.source.unstated_start]
+    if started and result.source.excitation.kind != "rest":
+        yield "start", "in mid-motion; its state is fitted, too"
+    if result.is_useless:
+        return
+    known = result.scenario
+    yield from wording.describe_scene(known, known.oscillator.plant(), known.law())
+
+
+def parameter_rows(result: FitResult) -> Iterator[Row]:
+    """Yield the fitted values with their intervals."""
+    keys = [one.key for one in result.parameters]
+    for one in result.parameters:
+        name = short_key(one.key, keys)
+        value = "–" if one.note else format_fitted(one, one.value)
+        yield Row(name, value, describe_interval(one))
+
+
+def format_fitted(one: Parameter, value: float) -> str:
+    """Return a value of a parameter with its unit, to the digits that its deviation allows."""
+    digits = 4
+    if one.deviation and value:
+        digits = min(max(2 + len(f"{abs(value) / one.deviation:.0f}"), 3), 10)
+    return f"{format_number(value, digits=digits)} {format_unit(one.unit)}".strip()
+
+
+def describe_interval(one: Parameter) -> str:
+    """Describe the 95 % interval of a parameter."""
+    if one.note:
+        return "not determined, see the warning"
+    interval = format_profile_interval(one, 1)
+    if one.bound is not None:
+        ends = [end for end in (one.profile_low, one.profile_high) if end is not None]
+        differ = [end for end in ends if abs(end - one.bound) > EXACT * abs(end)]
+        return f"at its bound, 95 %: {interval}" if differ else "at its bound"
+    if one.deviation is None or not one.value:
+        return f"95 %: {interval}"
+    if one.profile_low is None or one.profile_high is None:
+        return f"95 %: {interval}"
+    share = max(one.value - one.profile_low, one.profile_high - one.value) / abs(one.value)
+    if share < EXACT:
+        return "to rounding"
+    if share >= 1.0:  # a share of a value that may be zero means nothing
+        return f"95 %: {interval}"
+    return f"95 %: {interval} (±{format_number(100.0 * share, '%', 2)})"
+
+
+def quality_rows(result: FitResult) -> Iterator[Row]:
+    """Yield errors, noise, starts and correlations."""
+    for channel in result.channels:
+        yield Row(
+            f"error {channel.name}", format_percent(channel.error), _describe_error(channel)
+        )
+        if channel.offset is not None:
+            unit = CHANNEL_UNITS[channel.name]
+            yield Row(f"offset {channel.name}", format_number(channel.offset, unit))
+    if result.is_useless:
+        return
+    agree, total = result.starts
+    yield Row("starts", f"{agree} of {total}", "led to this solution")
+    keys = [one.key for one in result.parameters]
+    for a, b, value in result.correlations:
+        both = f"of {short_key(a, keys)} and {short_key(b, keys)}"
+        yield Row("correlation", f"{value:.3f}", both)
+
+
+def _describe_error(channel: ChannelFit) -> str:
+    """Describe the error on held-out data and the noise."""
+    parts = []
+    if channel.error_held_out is not None:
+        parts.append(f"held out {format_percent(channel.error_held_out)}")
+    if channel.error > EXACT:
+        noise = format_number(channel.noise, CHANNEL_UNITS[channel.name], 3)
+        parts.append(f"residuals {noise} RMS beside events")
+    return "; ".join(parts)
+
+
+def law_rows(result: FitResult) -> Iterator[Row]:
+    """Yield the compared laws, the one that was taken first."""
+    for score in result.laws:
+        held_out = score.error_held_out is not None
+        error = score.error_held_out if held_out else score.error
+        remark = f"on {'held-out' if held_out else 'fitted'} data"
+        if score is result.laws[0]:
+            remark += "; taken"
+            if score.tied:
+                remark += ", as the simplest of those that cannot be told apart"
+        elif score.tied:
+            remark += "; cannot be told apart from the law taken"
+        yield Row(f"law {score.law}", f"error {format_percent(error)}", remark)
+
+
+FIT_COLUMNS = (
+    "key", "unit", "value", "deviation", "low", "high", "profile_low", "profile_high", "note",
+)  # fmt: skip
+"""Columns of fit.csv; each row has a unit of its own."""
+
+
+def write_fit_csv(result: FitResult, file: Path) -> None:
+    """Write fit.csv: the fitted values with their 95 % intervals."""
+    rows = [
+        [quote_cell(one.key), quote_cell(one.unit)]
+        + [format_cell(value) for value in one[2:8]]
+        + [quote_cell(one.note)]
+        for one in result.parameters
+    ]
+    write_csv(file, FIT_COLUMNS, [join_cells(rows)])
+
+
+def write_residuals_csv(result: FitResult, file: Path) -> None:
+    """Write residuals.csv: each channel as measured and as fitted, and which samples count."""
+    measurement, columns = result.measurement, {"t [s]": result.measurement.t}
+    for channel in result.channels:
+        name, unit = channel.name, COLUMN_UNITS[channel.name]
+        measured = measurement.channels[name]
+        fitted = result.prediction.channels[name] + (channel.offset or 0.0)
+        columns[f"{name} [{unit}]"] = measured
+        columns[f"{name}_fitted [{unit}]"] = fitted
+        columns[f"{name}_residual [{unit}]"] = measured - fitted
+    selected = np.zeros(len(measurement.t), dtype=bool)
+    selected[: len(result.selected)] = result.selected
+    held_out = np.arange(len(measurement.t)) >= len(result.selected)
+    cells = [format_words(FLAGS, flags) for flags in (selected, held_out)]
+    rows = format_rows([*columns.values(), *cells])
+    write_csv(file, [*columns, "selected [-]", "held_out [-]"], [rows])
+
+
+def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a fit."""
+    agree, total = result.starts
+    numerics = {
+        "method": "least squares on the exact motion",
+        "step": result.measurement.dt,
+        "samples": len(result.measurement.t),
+        "selected": int(result.selected.sum()),
+        "held_out_from": result.fitted_end,
+        "starts": {"total": total, "agree": agree},
+    }
+    found = {
+        "parameters": [one._asdict() for one in result.parameters],
+        "correlations": [
+            {"keys": [a, b], "correlation": value} for a, b, value in result.correlations
+        ],
+        "channels": [one._asdict() for one in result.channels],
+        "laws": [one._asdict() for one in result.laws],
+    }
+    return sidecar_fields(
+        result, result.motion, numerics, result.metrics, provenance, fit=found
+    )
+
+
+FITTED_FILE = "fitted.yaml"
+"""The scenario with the values that a fit found."""
+
+FIT = Kind(
+    name="fit",
+    what="a fit",
+    files=(
+        File("fit.csv", write_fit_csv),
+        File("residuals.csv", write_residuals_csv),
+        File(FITTED_FILE, lambda result, file: write_scenario(result.scenario, file)),
+    ),
+    pictures=(
+        Picture(
+            "fit", "fit.draw_fit", "Measured and fitted motion, and the residuals between them"
+        ),
+        Picture(
+            "profiles",
+            "fit.draw_profiles",
+            "Rise of the sum of squares over each fitted value",
+        ),
+    ),
+    fields=fit_fields,
+    summary=summarise,
+    scenario=lambda result: result.source,
+    legend=FIT_WORD,
+)

@@ -1,0 +1,596 @@
+"""A sweep: all cases of a scenario. Its files, fields, pictures and summary.
+
+Extremes come with their places. Every case is checked against its own stroke limit.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import partial
+from math import isclose
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim import wording
+from drysim.errors import UsageError
+from drysim.metrics.table import PEAK_STROKE
+from drysim.metrics.text import (
+    KEY_RATIOS,
+    format_metric_range,
+    format_metric_ranges,
+    format_value,
+    label_of,
+)
+from drysim.results.ensemble import END_STOP_METRICS
+from drysim.results.fields import check_fields, metric_fields, numerics_fields, sidecar_fields
+from drysim.results.kind import (
+    File,
+    Kind,
+    Picture,
+    clean_up_lines,
+    describe_incomplete,
+    judgements,
+)
+from drysim.results.tables import (
+    Column,
+    batches_to_format,
+    case_columns,
+    columns_of,
+    format_cases,
+    has_means,
+    key_column,
+    write_csv,
+    write_violations,
+)
+from drysim.scenario.axes import DIRECTION_KEY, EXTREME_KEY
+from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.study import compare, run
+from drysim.study.plan import approaches_of
+from drysim.study.statistics import (
+    MAX_CACHED_ROWS,
+    OK,
+    as_batches,
+    averages_seeds,
+    stopping_rule,
+)
+from drysim.study.summary import BAD, GOOD, Note, Row, Summary
+from drysim.study.table import (
+    JUMP_METRICS,
+    RATIO_KEY,
+    Tally,
+    largest_excess,
+    stroke_limits,
+)
+from drysim.study.warnings import describe_seeds_beyond
+from drysim.wording import (
+    format_count,
+    format_interval,
+    format_length,
+    format_number,
+    format_percent,
+    format_range,
+)
+
+if TYPE_CHECKING:
+    from drysim.results.fields import Fields, Provenance
+    from drysim.scenario.axes import Axis
+    from drysim.scenario.model import Scenario
+    from drysim.study.compare import Isolation
+    from drysim.study.plan import AsText
+    from drysim.study.statistics import Batch
+    from drysim.study.statistics import Row as CaseRow
+    from drysim.study.table import BestCase, Extreme, Jump, SeedSummary, Table
+
+VALUE_WIDTH = 20
+"""Columns of the values."""
+
+MAX_NAMED_CURVES = 4
+"""Curves whose isolation frequency is listed one by one."""
+
+ROUNDING_TOLERANCE = 1e-9
+"""Relative difference of extremes below which their places mean nothing [-]."""
+
+
+def summarise(table: Table) -> Summary:
+    """Return the summary of a sweep."""
+    return Summary(
+        name=wording.sanitise(table.scenario.name),
+        about=table.scenario.about,
+        scene=tuple(sweep_scene(table)),
+        groups=(tuple(table_rows(table)),),
+        width=VALUE_WIDTH,
+        checks=judgements(table.checks, table.axes),
+        conclusion=tuple(conclusions(table)),
+        answer=tuple(answers(table)),
+    )
+
+
+def answers(table: Table) -> Iterator[str]:
+    """Yield the ranges of the main metrics, and the best cases of a sweep of designs."""
+    own = _main_tally(table)
+    if own.ends:
+        yield f"Over all cases: {format_metric_ranges(own.ends)}."
+    for name, best in table.answers:
+        yield f"{name}: {best.result}, {best.describe(table.axes)}"
+
+
+def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: what was swept, and what was not."""
+    scenario, axes, own = table.scenario, table.axes, _main_tally(table)
+    varied = [axis.key for axis in axes]
+    plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
+    peak = own.greatest(PEAK_STROKE)
+    yield from wording.describe_scene(scenario, plant, law, varied, own.shared, peak)
+    yield "base", base.describe_cases(table.motion, varied, table.records)
+    same = not any(key.startswith("excitation.") for key in varied)
+    motion = table.motion if same else None
+    yield from clean_up_lines(wording.describe_clean_up(motion, records=table.records))
+    if found := own.seeds:
+        first: int = getattr(base, "seed", 1)
+        drawn = range(first, first + found.most)
+        counts = sorted({found.least, found.most})
+        yield "seeds", wording.describe_seeds(drawn, stopping_rule(scenario), counts)
+    for i, axis in enumerate(axes):
+        yield "" if i else "swept", wording.describe_axis(axis)
+    cases = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
+    yield "cases", ", ".join(cases)
+    if not table.complete:
+        yield (
+            "state",
+            describe_incomplete(
+                len(table.rows), run.count_cases(approaches_of(scenario)), "case"
+            ),
+        )
+
+
+def _main_tally(table: Table) -> Tally:
+    """Return the extremes over the cases of the scenario's approach, references left out."""
+    return table.own_tally or Tally(table.scenario.solver.approach)
+
+
+def table_rows(table: Table) -> Iterator[Row]:
+    """Yield the main metrics."""
+    own = _main_tally(table)
+    for metric in KEY_RATIOS:
+        if metric in own.extremes:
+            yield _range_row(table, own, metric)
+            yield from widest_interval_row(table.axes, own.seeds, metric)
+    # If the frequency is sampled together with other keys, there are no curves over it.
+    over_frequency = any(
+        axis.key == compare.FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
+        for axis in table.axes
+    )
+    if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
+        yield _isolation_row(table, compare.isolation_limits(table.own))
+    if asks_for_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
+        yield _range_row(table, own, "x_dd_peak")
+    yield from stroke_rows(table, own)
+    yield from _hysteresis_rows(table)
+    yield from _jump_rows(table)
+    yield from _best_rows(table)
+    if ends := own.extremes.get("stuck_share"):
+        remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
+        if remark and is_constant(own, "stuck_share"):
+            remark = describe_extent(table, own, "stuck_share")
+        low, high = (format_value("stuck_share", end.value) for end in ends)
+        yield Row(label_of("stuck_share"), format_range(low, high), remark)
+    if ends := own.extremes.get("energy_residual"):
+        residual = format_number(ends[1].value, digits=2)
+        yield Row("energy", f"residual at most {residual}")
+    yield from _failure_rows(table)
+
+
+def _range_row(table: Table, own: Tally, metric: str) -> Row:
+    """Return the range of a metric over the cases, and where its ends are."""
+    return Row(
+        label_of(metric),
+        format_metric_range(metric, own.ends[metric]),
+        describe_extent(table, own, metric),
+    )
+
+
+def widest_interval_row(
+    axes: Sequence[Axis], found: SeedSummary | None, metric: str
+) -> Iterator[Row]:
+    """Yield the widest confidence interval of the mean of a metric."""
+    row = found.widest.get(metric) if found else None
+    if row is not None:
+        width = row.half_widths[metric]
+        mean, where = row.metrics.get(metric), wording.describe_case(row.point, axes)
+        words = f"widest interval: {format_interval(mean, width)} at {where}"
+        yield Row("", f"± {format_number(width, digits=2)}", words)
+
+
+def _isolation_row(table: Table, found: Sequence[Isolation]) -> Row:
+    """Return the frequency above which the seat isolates, over all curves that do."""
+    begins = [one.above for one in found if one.above is not None]
+    if not begins:
+        return Row("isolation", "nowhere", "T_a is not below 1 at the end of any curve")
+    first, last, remark = min(begins), max(begins), "T_a stays below 1"
+    alike = first == last and len(begins) == len(found)
+    if not alike and len(found) <= MAX_NAMED_CURVES:
+        remark += ": " + "; ".join(
+            f"{wording.describe_case(one.point, table.axes)} "
+            + ("nowhere" if one.above is None else f"from {format_number(one.above, 'Hz')}")
+            for one in found
+        )
+    elif not alike:
+        lost = len(begins) < len(found)
+        curves = f"{len(begins)} of {len(found)}" if lost else f"all {len(found)}"
+        remark += f" on {curves} curves" + ", nowhere on the others" * lost
+        if first < last:
+            remark += f"; on {begins.count(first)} of them from {format_number(first, 'Hz')}"
+    return Row("isolation", f"from {format_number(last, 'Hz')}", remark)
+
+
+def _hysteresis_rows(table: Table) -> Iterator[Row]:
+    """Yield where the sweeps up and down differ, with the greatest difference of T_a."""
+    found = table.hysteresis
+    if found is None:
+        return
+    if not found:
+        yield Row("hysteresis", "none", "T_a is the same up and down, in every case")
+        return
+    low, high = min(one.low for one in found), max(one.high for one in found)
+    unit, widest = wording.format_unit(table.axes[0].unit), max(found, key=lambda one: one.gap)
+    up, down = (
+        row.status if row.status != OK else format_number(row.metrics["T_a"], digits=5)
+        for row in (widest.up, widest.down)
+    )
+    where = wording.describe_case(widest.point, table.axes)
+    yield Row(
+        "hysteresis",
+        format_range(low, high, unit),
+        f"T_a {up} up against {down} down at {where}",
+    )
+
+
+def _jump_rows(table: Table) -> Iterator[Row]:
+    """Yield the values of the static ratio at which the answer jumps."""
+    if table.jumps is None:
+        return
+    resolved = all(warning.slug != "jumps-unresolved" for warning in table.warnings)
+    if not table.jumps and resolved:
+        yield Row("jumps", "none", "no metric changes abruptly by more than 1 %")
+    elif not table.jumps:
+        yield Row("jumps", "not known", "the answer changes too often: see the warning")
+    if table.axes[-1].key == EXTREME_KEY:
+        yield from _swept_jump_rows(table)
+        return
+    for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
+        name = "" if at else "jumps"
+        yield Row(name, f"at {format_number(jump.value, digits=7)}", describe_jump(jump))
+    if (left := len(table.jumps) - MAX_NAMED_JUMPS) > 0:
+        yield Row("", f"and {left} more", "all are in drysim.json")
+
+
+def _swept_jump_rows(table: Table) -> Iterator[Row]:
+    """Yield where the answer jumps in the cases of a sweep, and the largest jump of T_a."""
+    if not table.jumps:
+        return
+
+    def size(jump: Jump) -> float:
+        below, above = jump.below.metrics["T_a"], jump.above.metrics["T_a"]
+        return 0.0 if below is None or above is None else abs(below - above)
+
+    low, high = (pick(jump.value for jump in table.jumps) for pick in (min, max))
+    largest = max(table.jumps, key=size)
+    place = wording.describe_case(largest.point, table.axes)
+    count = wording.format_count(len(table.jumps), "jump")
+    words = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
+    yield Row("jumps", f"at {format_range(low, high, digits=7)}", words)
+
+
+MAX_NAMED_JUMPS = 6
+"""Jumps that are listed one by one."""
+
+
+JUMPING_METRICS = {"T_a": 5, PEAK_STROKE: 4, "stuck_share": 3}
+"""Metrics of both sides of a jump, and their significant digits."""
+
+
+def describe_jump(jump: Jump) -> str:
+    """Describe a jump by the metrics that read differently on both sides."""
+    if jump.below.status != jump.above.status:
+        return f"{jump.below.status} below, {jump.above.status} above"
+    parts = []
+    for metric, digits in JUMPING_METRICS.items():
+        below, above = (
+            format_value(metric, row.metrics.get(metric), digits)
+            for row in (jump.below, jump.above)
+        )
+        if below != above:
+            parts.append(f"{label_of(metric)} from {below} to {above}")
+    return ", ".join(parts)
+
+
+def _best_rows(table: Table) -> Iterator[Row]:
+    """Yield the best admissible case of a sweep of designs, and the best over all records."""
+    for name, best in table.answers:
+        least, tone = "", ""
+        if best.row is None:
+            tone = BAD
+            ends = _main_tally(table).extremes.get(PEAK_STROKE)
+            if ends and best.kind == "case":
+                where = describe_place(table, ends[0])
+                least = (
+                    f"; the least {label_of(PEAK_STROKE)} is "
+                    f"{format_length(ends[0].value)} {where}"
+                )
+        yield Row(name, best.result, best.describe(table.axes, least), tone)
+
+
+def conclusions(table: Table) -> Iterator[Note]:
+    """Yield the answer of a sweep of designs in which a check fails."""
+    for _, best in reversed(table.answers):
+        if best.row and any(verdict.passed is False for verdict in table.checks):
+            best_case = f"the best admissible {best.kind}, at {best.place(table.axes)},"
+            sentence = f"{best_case} keeps every check that applies to it"
+            yield Note("✓ best", sentence, GOOD)
+            return
+
+
+def stroke_rows(table: Table, own: Tally) -> Iterator[Row]:
+    """Yield the greatest stroke and by how much the limit is exceeded."""
+    ends, used = own.extremes.get(PEAK_STROKE), own.extremes.get("stroke_used")
+    if ends is None:
+        return
+    peak, share = ends[1], format_percent(ends[1].row.metrics.get("stroke_used"))
+    remark = f"{share} of the stroke limit, " if used else ""
+    reached = peak.row.metrics.get("stroke_suffices") or 0.0
+    if used and reached > peak.value:
+        remark = (
+            f"{share} of the stroke limit, by {format_length(reached, peak.value)} while "
+            "settling, "
+        )
+    same = is_constant(own, PEAK_STROKE) and not (used and not is_constant(own, "stroke_used"))
+    where = describe_extent(table, own, PEAK_STROKE) if same else describe_place(table, peak)
+    yield Row(label_of(PEAK_STROKE), format_length(peak.value), f"{remark}{where}")
+    # If the limit is swept, another case may use a greater share of its own.
+    if used and format_percent(used[1].value) != share:
+        most = format_percent(used[1].value)
+        yield Row(
+            "", most, f"largest share of the stroke limit, {describe_place(table, used[1])}"
+        )
+    if own.beyond:
+        cases, remark = format_count(own.beyond, "case"), f"of {own.cases}, "
+        if table.scenario.stops and (speed := own.extremes.get("impact_speed")):
+            name, value = "stops hit", cases
+            words = END_STOP_METRICS["impact_speed"]
+            fastest = format_value("impact_speed", speed[1].value)
+            remark += f"{words} {fastest}, {describe_place(table, speed[1])}"
+        else:
+            name, value = "limit", f"exceeded in {cases}"
+            remark += _describe_violation(table, own)
+        yield Row(name, value, remark, BAD)
+
+
+def _describe_violation(table: Table, own: Tally) -> str:
+    """Describe by how much, or when, the stroke limit is exceeded."""
+    worst = own.worst
+    limits = stroke_limits(table.scenario, worst.point) if worst else None
+    if worst is None or limits is None:
+        return ""
+    if own.seeds:
+        return describe_seeds_beyond(worst)
+    _, _, beyond = largest_excess(worst.metrics, limits)
+    return f"by up to {format_length(beyond, own.greatest('x_r_peak'))}"
+
+
+def _failure_rows(table: Table) -> Iterator[Row]:
+    """Yield the number of cases without values by status, with the first one."""
+    counts: Counter[str] = Counter()
+    firsts: dict[str, CaseRow] = {}
+    for tally in table.tallies.values():
+        for status, (count, first) in tally.lost.items():
+            counts[status] += count
+            firsts.setdefault(status, first)
+    for status, first in firsts.items():
+        where = wording.describe_case(first.point, table.axes)
+        note = f": {first.note}" if first.note else ""
+        cases = format_count(counts[status], "case")
+        yield Row(status, cases, f"first at {where}{note}", BAD)
+
+
+def describe_extent(table: Table, own: Tally, metric: str) -> str:
+    """Describe where a metric has its minimum and its maximum."""
+    if is_constant(own, metric):
+        return "the same in every case" + " that has a value" * bool(own.lost)
+    least, most = (describe_place(table, end) for end in own.extremes[metric])
+    return f"minimum {least}, maximum {most}" if least != most else least
+
+
+def is_constant(own: Tally, metric: str) -> bool:
+    """Whether a metric is the same in several cases, up to rounding."""
+    least, most = own.extremes[metric]
+    known = own.cases - sum(count for count, _ in own.lost.values())
+    return known > 1 and isclose(least.value, most.value, rel_tol=ROUNDING_TOLERANCE)
+
+
+def describe_place(table: Table, extreme: Extreme) -> str:
+    """Describe where an extreme is."""
+    return f"at {wording.describe_case(extreme.row.point, table.axes)}"
+
+
+def transmissibility_text(scenario: Scenario) -> AsText | None:
+    """Return what formats the cases of a large sweep in the workers; None for a small one.
+
+    The rows of a small table are formatted together: its batches may hold a single case each.
+    """
+    from drysim.study.plan import approaches_of
+    from drysim.study.run import count_cases
+
+    if count_cases(approaches_of(scenario)) <= MAX_CACHED_ROWS:
+        return None
+    columns = columns_of(scenario, scenario.sweep, averages_seeds(scenario))
+    return partial(format_cases, columns)
+
+
+def write_transmissibility_csv(table: Table, file: Path) -> None:
+    """Write transmissibility.csv: every case of a sweep, then those of its reference."""
+    from drysim.study.store import StoredBatches
+
+    columns, batches = case_columns(table), batches_to_format(table.rows)
+    as_text = partial(format_cases, columns)
+    blocks: Iterator[bytes] = map(as_text, batches)
+    if isinstance(batches, StoredBatches):
+        blocks = batches.texts(as_text)
+    write_csv(file, [one.header for one in columns], blocks)
+
+
+def write_case_violations_csv(table: Table, file: Path) -> None:
+    """Write stroke_violations.csv of a sweep, if the stroke limit was exceeded.
+
+    The viscous reference is left out: it is not the seat under test.
+    """
+    own = table.own_tally
+    if own is not None and own.beyond:
+        keys = [key_column(axis.key, axis.unit) for axis in table.axes]
+        write_violations(file, keys, table.rows, own.approach)
+
+
+PARQUET_FOLDER = "transmissibility"
+"""The dataset: `approach=<name>/<number of the first case>.parquet` in it."""
+
+
+def require_pyarrow() -> None:
+    """Verify, before any work, that pyarrow is installed.
+
+    Raises
+    ------
+    UsageError
+        With the command that installs it.
+    """
+    try:
+        import pyarrow  # noqa: F401 - only to see whether it is installed
+    except ImportError:
+        raise UsageError(
+            "--format parquet needs the package pyarrow, which is not installed",
+            'install it by pip install "drysim[parquet]", or omit --format',
+        ) from None
+
+
+def write_transmissibility_parquet(table: Table, folder: Path) -> None:
+    """Write the cases of a sweep as a dataset, with the columns of transmissibility.csv."""
+    import pyarrow.parquet
+
+    columns = case_columns(table)[1:]  # the approach is in the path
+    if has_means(table):  # a mean of counts may have decimals
+        columns = [one._replace(whole=one.whole and _is_whole(one, table)) for one in columns]
+    for batch in as_batches(table.rows):
+        place = folder / PARQUET_FOLDER / f"approach={batch.approach}"
+        place.mkdir(parents=True, exist_ok=True)
+        file = place / f"{batch.first:012d}.parquet"
+        pyarrow.parquet.write_table(_arrow_table(columns, batch), file)
+
+
+def _is_whole(column: Column, table: Table) -> bool:
+    """Whether all known numbers of a column are whole."""
+    parts = (np.asarray(column.values(batch)) for batch in as_batches(table.rows))
+    return all(bool(((part % 1 == 0) | np.isnan(part)).all()) for part in parts)
+
+
+def _arrow_table(columns: Sequence[Column], batch: Batch) -> Any:
+    """Return a batch as an Arrow table, the unit of each column in its metadata."""
+    import pyarrow
+
+    fields, arrays = [], []
+    for name, unit, values_of, whole in columns:
+        values, kind, missing = values_of(batch), pyarrow.string(), None
+        if isinstance(values, np.ndarray):
+            kind, missing = pyarrow.float64(), np.isnan(values)
+            if whole or values.dtype.kind == "i":
+                kind, values = pyarrow.int64(), np.where(missing, 0, values).astype(np.int64)
+        fields.append(pyarrow.field(name, kind, metadata={"unit": unit or "-"}))
+        arrays.append(pyarrow.array(values, kind, mask=missing))
+    return pyarrow.table(arrays, schema=pyarrow.schema(fields))
+
+
+def table_fields(table: Table, provenance: Provenance) -> Fields:
+    """Return the content of drysim.json for a sweep.
+
+    The metrics are extremes over the cases of the scenario's approach, references left out.
+    """
+    approach, *references = table.approaches or ("",)
+    own = table.tallies.get(approach)
+    numerics = {
+        "approach": approach,
+        "reference": next(iter(references), None),
+        **numerics_fields(table, own),
+    }
+    metrics = metric_fields(own)
+    further: Fields = {"best": _best_fields(table.best)} if table.best else {}
+    if table.hysteresis is not None:
+        further["hysteresis"] = [
+            {
+                "key": table.axes[0].key,
+                "from": one.low,
+                "to": one.high,
+                "T_a": {
+                    row.point[DIRECTION_KEY]: row.metrics["T_a"] for row in (one.up, one.down)
+                },
+                "where": one.point,
+            }
+            for one in table.hysteresis
+        ]
+    if table.jumps is not None:
+        further["jumps"] = [
+            {
+                "key": RATIO_KEY,
+                "at": jump.value,
+                "where": jump.point,
+                **{
+                    name: {"below": jump.below.metrics[name], "above": jump.above.metrics[name]}
+                    for name in JUMP_METRICS
+                },
+            }
+            for jump in table.jumps
+        ]
+    return sidecar_fields(table, table.motion, numerics, metrics, provenance, **further)
+
+
+def _best_fields(best: BestCase) -> Fields:
+    """Return the best admissible case, or the check that the closest one fails."""
+    at = None if best.row is None else dict(best.row.point)
+    count = {"admissible": best.admissible, "cases": best.cases}
+    fields: Fields = {"metric": best.objective, "value": best.value, "at": at, **count}
+    if best.closest:
+        fields["closest"] = check_fields(best.closest)
+    if best.over_records:
+        fields["over_records"] = _best_fields(best.over_records)
+    return fields
+
+
+SWEEP = Kind(
+    name="sweep",
+    what="a sweep",
+    files=(
+        File("transmissibility.csv", write_transmissibility_csv, "csv"),
+        File(
+            f"{PARQUET_FOLDER}/approach=*/*.parquet", write_transmissibility_parquet, "parquet"
+        ),
+        File("stroke_violations.csv", write_case_violations_csv),
+    ),
+    pictures=(
+        Picture(
+            "transmissibility",
+            "sweep.draw_transmissibility",
+            "Transmissibilities of the cases",
+        ),
+        Picture(
+            "stroke",
+            "sweep.draw_stroke",
+            "Largest relative displacement of the cases, and its limit",
+        ),
+        Picture(
+            "srs",
+            "sweep.draw_spectra",
+            "Shock response spectra: peak acceleration and stroke over the natural frequency",
+        ),
+    ),
+    fields=table_fields,
+    summary=summarise,
+)
