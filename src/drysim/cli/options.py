@@ -237,9 +237,7 @@ ReportFile = Annotated[
     Path | None,
     typer.Option("--out", "-o", metavar="FILE", help="The page; default: DIR/report.html."),
 ]
-ReportNoPlots = Annotated[
-    bool, typer.Option("--no-plots", help="No pictures; the scenario is not solved again.")
-]
+ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
