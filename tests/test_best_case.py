@@ -11,6 +11,8 @@ from seat import EM6_SEAT, rows_of, write_records
 import drysim as package
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
+from drysim.plots.sweep import draw_stroke
+from drysim.scenario.load import load
 from drysim.study.statistics import FAILED, OK, Batch, Row
 from drysim.study.table import Tally, least_worst, misses_of
 
@@ -284,3 +286,41 @@ def test_records_alone_are_no_designs(tmp_path):
     text = f"{ON_RECORDS}sweep: {{{FILE}: runs/*.csv}}\nchecks: [T_a < 1]\n"
     (tmp_path / "seat.yaml").write_text(text)
     assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
+
+
+MEANS_WITHIN = """\
+drysim: 1
+name: means
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {kinetic: 45}
+stroke: {limit: 30 mm}
+excitation: {kind: standard, class: EM3, duration: 15 s, seed: 1, seeds: 6}
+solver: {approach: stick-slip, step: 5e-3}
+measure: {settle: 5 s, direction: vertical}
+sweep: {oscillator.damping: [500, 600, 700]}
+"""
+
+
+def test_closest_case_is_judged_by_its_worst_seed(tmp_path):
+    file = tmp_path / "means.yaml"
+    file.write_text(MEANS_WITHIN)
+    free = package.sweep(load(file, {"stroke.limit": 1.0}))
+    reach = [row.over.values["stroke_suffices"] for row in free.rows]
+    limit = 0.99 * min(max(values) for values in reach)  # some seed of every case exceeds it
+    table = package.sweep(load(file, {"stroke.limit": limit}))
+    at = int(np.argmin([max(values) for values in reach]))
+    closest, row = table.best.closest, table.rows[at]
+    assert closest.where == row.point
+    assert closest.value == pytest.approx(1.0 / 0.99)
+    assert row.metrics["stroke_used"] < 1.0 < closest.value  # the mean stays below
+    failed = sum(value >= limit for value in reach[at])
+    assert (closest.failed_seeds, closest.seeds) == (failed, 6)
+    words = table.best.describe(table.axes)
+    assert (
+        f"the closest fails stroke_used <= 1 in {failed} of 6 seeds, worst with 1.01" in words
+    )
+    (panel,) = draw_stroke(table).axes
+    (met,) = (line for line in panel.lines if line.get_label().startswith("limit exceeded"))
+    drawn = [1e3 * max(values) for values in reach]
+    assert met.get_ydata() == pytest.approx(drawn)
+    assert min(drawn) > 1e3 * limit

@@ -235,6 +235,9 @@ class Verdict:
     """Number of cases of a table that fail the check."""
     cases: int = 0
     """Number of cases to which it applies; 0 for a single case."""
+    failed_seeds: int = 0
+    """Number of seeds that fail a check which each must pass; the value is the worst of
+    them."""
 
     @property
     def undecided(self) -> bool:
@@ -252,7 +255,9 @@ class Verdict:
 
     @property
     def share(self) -> str:
-        """How many cases fail, such as ` in 3 of 12 cases`; empty if none or a single one."""
+        """How many cases or seeds fail, such as ` in 3 of 12 cases`; empty for a single one."""
+        if self.failed_seeds:
+            return f" in {self.failed_seeds} of {self.seeds} seeds"
         return (
             f" in {self.failed} of {self.cases} cases" if self.failed and self.cases > 1 else ""
         )
@@ -273,7 +278,8 @@ class Verdict:
             words = format_interval(value, self.half_width / scale, unit)
         else:
             words = format_number(value, unit, _distinguishing_digits(value, limit))
-        return f"with {words}{f', mean of {self.seeds} seeds' if self.seeds > 1 else ''}"
+        is_mean = self.seeds > 1 and not self.failed_seeds
+        return f"with {words}{f', mean of {self.seeds} seeds' if is_mean else ''}"
 
     @property
     def place(self) -> str:

@@ -192,11 +192,16 @@ def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words:
 
 
 def _mark_violations(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> None:
-    """Mark the cases that reach the stroke limit."""
+    """Mark the cases that reach the stroke limit, at the largest |x_r| of all seeds.
+
+    It counts settling, too; the curve has means over the seeds, without settling.
+    """
     rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
     if rows:
-        x, y = [view.x(row) for row in rows], [metric.of(row) or nan for row in rows]
-        axes.plot(x, y, **response.VIOLATION_STYLE, label="limit exceeded")
+        x = [view.x(row) for row in rows]
+        y = [metric.scale * (row.largest("stroke_suffices") or nan) for row in rows]
+        worst = ", worst seed" * any(row.seeds > 1 for row in rows)
+        axes.plot(x, y, **response.VIOLATION_STYLE, label=f"limit exceeded{worst}")
 
 
 # Assignment of the swept keys to x-axis, lines and panels.

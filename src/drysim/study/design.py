@@ -797,11 +797,8 @@ def max_excess(limit: Check, rows: Sequence[Row]) -> float:
 
 def limited_value(limit: Check, row: Row) -> float:
     """Return the value that a limit applies to: a mean over seeds, or the stroke of each."""
-    values = row.over.values.get(STROKE_USED) if row.over else None
-    if limit == EVERY_SEED and values:
-        known = [number_of(value) for value in values]
-        return nan if any(map(isnan, known)) else max(known)
-    return number_of(row.metrics.get(limit.metric))
+    every = limit == EVERY_SEED
+    return number_of(row.largest(STROKE_USED) if every else row.metrics.get(limit.metric))
 
 
 def judge_limit(limit: Check, rows: Sequence[Row], conditions: Collection[str]) -> Verdict:

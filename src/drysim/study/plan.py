@@ -356,7 +356,7 @@ def seed_metrics(scenario: Scenario) -> tuple[str, ...]:
         limits = design.limits(scenario.checks, None)
         names += [*design.minimise, *(limit.metric for limit in limits), STROKE_USED]
     if scenario.stroke is not None:
-        names.append("violations")
+        names += ["violations", STROKE_USED, "stroke_suffices"]
     return tuple(dict.fromkeys(names))
 
 

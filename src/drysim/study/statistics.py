@@ -70,6 +70,14 @@ class Row:
         """Number of seeds over which the metrics are means."""
         return self.over.count if self.over else 1
 
+    def largest(self, name: str) -> float | None:
+        """Return the largest value of a metric over the seeds; None if one is not known."""
+        values = self.over.values.get(name) if self.over else None
+        if values is None:
+            return self.metrics.get(name)
+        known = [value for value in values if value is not None]
+        return max(known) if len(known) == len(values) else None
+
     @property
     def half_widths(self) -> Mapping[str, float | None]:
         """Half-width of the 95 % confidence interval of each metric that is a mean."""

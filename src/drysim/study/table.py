@@ -245,7 +245,10 @@ class Table(Result):
         row = self._row_of(own, at)
         by_check = misses_of(Batch.of(0, [row]), own.checks)[:, 0]
         check = (STROKE_LIMIT, *own.checks)[int(by_check.argmax())]
-        return check.verdict(row.metrics.get(check.metric), row.point)
+        if check is not STROKE_LIMIT or row.over is None:
+            return check.verdict(row.metrics.get(check.metric), row.point)
+        verdict = check.verdict(row.largest(STROKE_USED), row.point)
+        return replace(verdict, seeds=row.seeds, failed_seeds=seeds_beyond(row))
 
     def _batches_of(self, own: Tally) -> Iterator[Batch]:
         """Yield the batches of one approach."""
@@ -402,8 +405,9 @@ class BestCase(NamedTuple):
             words = f"no {self.kind} of {self.cases} is admissible{least}"
             if self.closest:
                 where = describe_case(self.closest.where or {}, axes)
-                check = f"{self.closest.check}, {self.closest.found}"
-                words += f"; the closest fails {check} at {where}"
+                check = f"{self.closest.check}{self.closest.share}"
+                worst = "worst " * bool(self.closest.failed_seeds)
+                words += f"; the closest fails {check}, {worst}{self.closest.found} at {where}"
             return words
         of = f"least of {self.admissible} admissible {self.kind}s of {self.cases}"
         if self.kind == "design":
@@ -743,18 +747,29 @@ class Tally:
 
 
 STROKE_LIMIT = Check.parse("stroke_used <= 1")
-"""The stroke limit as a check."""
+"""The stroke limit as a check, which every seed of a case must pass."""
+
+
+def seeds_beyond(row: Row) -> int:
+    """Return how many seeds of a case exceed the stroke limit."""
+    values = row.over.values.get("violations", ()) if row.over else ()
+    return sum(bool(count) for count in values)
 
 
 def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     """Return by how much each case fails the stroke limit, and then each check.
 
-    The amounts, of shape (1 + checks, n), are relative to the limits. They are infinite if the
+    The amounts, of shape (1 + checks, n), are relative to the limits; that of the stroke is the
+    largest of the seeds, those of checks are of their means. They are infinite if the
     case has no numbers or a value is unknown, and minus infinity for a check that the case
     keeps, or that does not apply to it.
     """
     exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
-    beyond = np.maximum(np.nan_to_num(batch.metrics[STROKE_USED]) - 1.0, 0.0)
+    used = batch.metrics[STROKE_USED].copy()
+    for i, over in batch.over.items():
+        known = [value for value in over.values.get(STROKE_USED, ()) if value is not None]
+        used[i] = max(known, default=used[i])
+    beyond = np.maximum(np.nan_to_num(used) - 1.0, 0.0)
     misses = [np.where(exceeds, beyond, -np.inf)]
     for check in checks:
         values = batch.metrics[check.metric]

@@ -38,6 +38,7 @@ from drysim.study.table import (
     Tally,
     hourly_stroke_used,
     largest_excess,
+    seeds_beyond,
     stroke_limits,
 )
 from drysim.wording import (
@@ -350,8 +351,7 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
 
 def describe_seeds_beyond(row: Row) -> str:
     """Describe for how many seeds of a case the stroke limit is exceeded."""
-    assert row.over is not None, "only a mean has seeds"
-    beyond = sum(bool(count) for count in row.over.values["violations"])
+    beyond = seeds_beyond(row)
     which = "all" if beyond == row.seeds else f"{beyond} of"
     return f"for {which} {row.seeds} seeds"
 
