@@ -16,7 +16,7 @@ import readme
 from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
 
 import drysim
-from drysim import errors
+from drysim import errors, results
 from drysim.cli import main, options
 from drysim.manual import SECTIONS, for_terminal, pages
 from drysim.manual.words import (
@@ -279,7 +279,14 @@ def test_symbols_and_labels_of_summaries_are_explained():
     assert [one.word for one in explain("hourly peak")] == ["stroke_once_an_hour"]
     assert {one.kind for word in TERMS for one in explain(word)} >= {METRIC}
     assert all(explain(word) for word in TERMS)
-    assert explain("Coulomb")[0].word == "coulomb"
+
+
+def test_every_fixed_label_of_a_summary_is_explained():
+    files = Path(results.__file__).parent.glob("*.py")
+    text = "".join(file.read_text(encoding="utf-8") for file in files)
+    labels = {*re.findall(r'\bRow\(\s*"([^"]+)"', text)} - {"…"}
+    assert {"isolation", "hysteresis", "stops hit"} <= labels
+    assert [label for label in sorted(labels) if not explain(label)] == []
 
 
 def test_commands_and_words_of_branches_and_maps_are_explained():

@@ -104,6 +104,16 @@ LABELS = {
     "moved. It counts in peaks, stroke, violations and contacts, not in RMS values.",
     "jumps": "Values of the static ratio at which a metric changes abruptly by more than 1 %, "
     "as where a motion ends; of a run or sweep with friction.static_ratio: {from, to}.",
+    "isolation": "Frequency from which on T_a stays below 1 up to the end of the sweep, on "
+    "every curve that ends below 1; of a sweep of excitation.frequency. In a regime map, the "
+    "region where T_a is below 1.",
+    "end stops": "Whether the mass hits its end stops.",
+    "error": "Estimated error of x_r, relative to its peak; of laws that are integrated in "
+    "steps.",
+    "failed": "Number of cases or seeds without numbers, and why the first of them has none.",
+    "lyapunov": "Largest Lyapunov exponent of a steady motion: the rate at which motions that "
+    "begin side by side part; above 0 the motion is chaotic.",
+    "worst": "Where each approach deviates most from the reference in T_a; of a comparison.",
     "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "
     "the largest difference; of a sweep with direction: both.",
 }
