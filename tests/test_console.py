@@ -27,8 +27,10 @@ from drysim.console.terminal import stdout
 from drysim.core.model import CoulombLaw
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError, WarningMessage
 from drysim.metrics.checks import Check
+from drysim.results import sweep as sweep_kind
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
+from drysim.study import table as tally_table
 from drysim.study.statistics import FAILED, NOT_SETTLED
 from drysim.study.summary import Row
 from drysim.study.sweep import sweep as solved
@@ -483,6 +485,14 @@ def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
 def is_early(row):
     """Return whether a case isolates at 2 Hz already."""
     return row.point["excitation.frequency"] == 2.0 and row.metrics["T_a"] < 1.0
+
+
+def test_isolation_of_too_many_cases_is_said_to_be_unknown(capsys, monkeypatch):
+    for module in (sweep_kind, tally_table):
+        monkeypatch.setattr(module, "MAX_ISOLATION_CASES", 5)
+    show(small(reference=None))
+    out = words(capsys.readouterr().out)
+    assert "isolation not known not determined, as there are more than 5 cases" in out
 
 
 def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):

@@ -27,9 +27,9 @@ from drysim.errors import DrysimError
 from drysim.interrupt import deferred_interrupt
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_labelled, format_metric_ranges
-from drysim.scenario.axes import FILE_KEY, Axis, KeyRange, axis_groups
+from drysim.scenario.axes import FILE_KEY, FREQUENCY_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
-from drysim.study.compare import FREQUENCY_KEY, Comparison, describe_coinciding
+from drysim.study.compare import Comparison, describe_coinciding
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import OK, Row
 from drysim.study.table import Table

@@ -62,6 +62,7 @@ from drysim.scenario.axes import (
     DIRECTION_KEY,
     DOWN,
     FILE_KEY,
+    FREQUENCY_KEY,
     SRS_KEY,
     TEXT_KEYS,
     UP,
@@ -73,7 +74,7 @@ from drysim.scenario.axes import (
 )
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
-from drysim.study.compare import FREQUENCY_KEY, Comparison
+from drysim.study.compare import Comparison
 from drysim.study.statistics import (
     FAILED,
     MAX_CACHED_ROWS,

@@ -47,7 +47,7 @@ from drysim.results.tables import (
 )
 from drysim.scenario.axes import DIRECTION_KEY, EXTREME_KEY
 from drysim.scenario.model import asks_for_peak_acceleration
-from drysim.study import compare, run
+from drysim.study import run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,
@@ -59,6 +59,7 @@ from drysim.study.statistics import (
 from drysim.study.summary import BAD, GOOD, Note, Row, Summary
 from drysim.study.table import (
     JUMP_METRICS,
+    MAX_ISOLATION_CASES,
     RATIO_KEY,
     Tally,
     largest_excess,
@@ -78,11 +79,10 @@ if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
     from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
-    from drysim.study.compare import Isolation
     from drysim.study.plan import AsText
     from drysim.study.statistics import Batch
     from drysim.study.statistics import Row as CaseRow
-    from drysim.study.table import BestCase, Extreme, Jump, SeedSummary, Table
+    from drysim.study.table import BestCase, Extreme, Isolation, Jump, SeedSummary, Table
 
 VALUE_WIDTH = 20
 """Columns of the values."""
@@ -158,13 +158,8 @@ def table_rows(table: Table) -> Iterator[Row]:
         if metric in own.extremes:
             yield _range_row(table, own, metric)
             yield from widest_interval_row(table.axes, own.seeds, metric)
-    # If the frequency is sampled together with other keys, there are no curves over it.
-    over_frequency = any(
-        axis.key == compare.FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
-        for axis in table.axes
-    )
-    if over_frequency and "T_a" in own.extremes and own.cases <= MAX_CACHED_ROWS:
-        yield _isolation_row(table, compare.isolation_limits(table.own))
+    if table.has_frequency_curves:
+        yield _isolation_row(table, table.isolation)
     if asks_for_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
         yield _range_row(table, own, "x_dd_peak")
     yield from stroke_rows(table, own)
@@ -204,8 +199,11 @@ def widest_interval_row(
         yield Row("", f"± {format_number(width, digits=2)}", words)
 
 
-def _isolation_row(table: Table, found: Sequence[Isolation]) -> Row:
+def _isolation_row(table: Table, found: Sequence[Isolation] | None) -> Row:
     """Return the frequency above which the seat isolates, over all curves that do."""
+    if found is None:
+        many = f"not determined, as there are more than {MAX_ISOLATION_CASES} cases"
+        return Row("isolation", wording.UNKNOWN, many)
     begins = [one.above for one in found if one.above is not None]
     if not begins:
         return Row("isolation", "nowhere", "T_a is not below 1 at the end of any curve")
@@ -316,9 +314,10 @@ def _best_rows(table: Table) -> Iterator[Row]:
             ends = _main_tally(table).extremes.get(PEAK_STROKE)
             if ends and best.kind == "case":
                 where = describe_place(table, ends[0])
+                mean = " on average" * (ends[0].row.seeds > 1)
                 least = (
                     f"; the least {label_of(PEAK_STROKE)} is "
-                    f"{format_length(ends[0].value)} {where}"
+                    f"{format_length(ends[0].value)}{mean} {where}"
                 )
         yield Row(name, best.result, best.describe(table.axes, least), tone)
 

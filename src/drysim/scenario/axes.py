@@ -34,6 +34,9 @@ from drysim.yaml_document import KeyPath
 SWEEP_KEY = "sweep"
 """Key of the sweep block; the keys in it are dotted keys of the scenario."""
 
+FREQUENCY_KEY = "excitation.frequency"
+"""Key of the abscissa of a transmissibility."""
+
 FILE_KEY = "excitation.file"
 """Key of the records of a sweep; its values are file names."""
 

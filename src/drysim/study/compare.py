@@ -348,42 +348,7 @@ def responses_at(
                 raise
 
 
-# Isolation and deviations.
-
-FREQUENCY_KEY = "excitation.frequency"
-"""Key of the abscissa of a transmissibility."""
-
-
-class Isolation(NamedTuple):
-    """Frequency [Hz] above which T_a stays below 1; None if there is none."""
-
-    point: Point
-    above: float | None
-
-
-def isolation_limits(rows: Iterable[Row]) -> list[Isolation]:
-    """Return where isolation begins on each curve over the frequency.
-
-    A frequency with unknown T_a counts as not isolated.
-    """
-    curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
-    for row in rows:
-        rest = tuple(item for item in row.point.items() if item[0] != FREQUENCY_KEY)
-        curves.setdefault(rest, []).append(row)
-    return [
-        Isolation(dict(rest), _isolation_frequency(curve)) for rest, curve in curves.items()
-    ]
-
-
-def _isolation_frequency(curve: Sequence[Row]) -> float | None:
-    """Return the frequency above which T_a stays below 1."""
-    begin = None
-    for row in sorted(curve, key=lambda row: -row.point[FREQUENCY_KEY]):
-        T_a = row.metrics.get("T_a")
-        if T_a is None or T_a >= 1.0:
-            break
-        begin = row.point[FREQUENCY_KEY]
-    return begin
+# Deviations.
 
 
 class Deviation(NamedTuple):

@@ -71,7 +71,7 @@ class Row:
         return self.over.count if self.over else 1
 
     def largest(self, name: str) -> float | None:
-        """Return the largest value of a metric over the seeds; None if one is not known."""
+        """Return the largest of the values kept for each seed; None if one is not known."""
         values = self.over.values.get(name) if self.over else None
         if values is None:
             return self.metrics.get(name)

@@ -29,7 +29,14 @@ from drysim.metrics.table import (
     Metrics,
 )
 from drysim.metrics.text import format_metric_ranges
-from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, Axis, chain_length, count_points
+from drysim.scenario.axes import (
+    DIRECTION_KEY,
+    FILE_KEY,
+    FREQUENCY_KEY,
+    Axis,
+    chain_length,
+    count_points,
+)
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
 from drysim.study.outcome import (
     Result,
@@ -49,6 +56,7 @@ from drysim.study.statistics import (
     judge_row,
 )
 from drysim.wording import (
+    Point,
     describe_case,
     format_count,
     format_number,
@@ -214,6 +222,49 @@ class Table(Result):
             found.append(Hysteresis(differ.min().item(), differ.max().item(), up, down))
         return tuple(found)
 
+    @cached_property
+    def isolation(self) -> tuple[Isolation, ...] | None:
+        """Where isolation begins on each curve over the frequency.
+
+        None without such curves, and for more than `MAX_ISOLATION_CASES` cases. A frequency
+        with unknown T_a counts as not isolated.
+        """
+        own = self.own_tally
+        if own is None or not self.has_frequency_curves or own.cases > MAX_ISOLATION_CASES:
+            return None
+        batches = list(self._batches_of(own))
+        columns = {
+            key: np.concatenate([batch.points[key] for batch in batches])
+            for key in batches[0].points
+        }
+        f = columns.pop(FREQUENCY_KEY)
+        amplifies = ~(self._column(own, lambda batch: batch.metrics["T_a"]) < 1.0)
+        curve = np.zeros(len(f), dtype=np.intp)  # number of the curve of each case
+        for column in columns.values():
+            values, inverse = np.unique(column, return_inverse=True)
+            _, curve = np.unique(curve * len(values) + inverse, return_inverse=True)
+        _, first = np.unique(curve, return_index=True)
+        highest, begin = np.full(len(first), -np.inf), np.full(len(first), np.inf)
+        np.maximum.at(highest, curve[amplifies], f[amplifies])
+        above = f > highest[curve]
+        np.minimum.at(begin, curve[above], f[above])
+        return tuple(
+            Isolation(
+                {key: column[first[i]].item() for key, column in columns.items()},
+                float(begin[i]) if begin[i] < np.inf else None,
+            )
+            for i in np.argsort(first)
+        )
+
+    @property
+    def has_frequency_curves(self) -> bool:
+        """Whether the frequency is swept by itself and T_a is known in some case."""
+        known = self.own_tally is not None and "T_a" in self.own_tally.extremes
+        return known and any(
+            axis.key == FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
+            for axis in self.axes
+        )
+
     @property
     def answers(self) -> list[tuple[str, BestCase]]:
         """The best case, and the best design over all records, with their names."""
@@ -348,6 +399,16 @@ class Hysteresis(NamedTuple):
 JUMP_METRICS = ("T_a", "x_r_rms", "x_r_peak", "stuck_share")
 """Metrics by which motions are told apart."""
 
+
+class Isolation(NamedTuple):
+    """Frequency [Hz] above which T_a stays below 1; None if there is none."""
+
+    point: Point
+    above: float | None
+
+
+MAX_ISOLATION_CASES = 1_000_000
+"""Cases up to which the isolation on each curve is determined; they are read once more."""
 
 RATIO_KEY = ".".join(map(str, STATIC_RATIO))
 """Key of which only an interval may be known."""
