@@ -109,8 +109,8 @@ NOTHING_KEPT = {
         "patch('numpy.fft.irfft', 0)",
         ("run", "seat.yaml", "--set", ONE_NOISE, *NO_WINDOW),
     ),
-    "writing": ("patch('drysim.output.folder._sha256', 0)", ("run", "seat.yaml")),
-    "writing later": ("patch('drysim.output.folder._sha256', 2)", ("run", "seat.yaml")),
+    "writing": ("patch('drysim.output.folder.file_sha256', 0)", ("run", "seat.yaml")),
+    "writing later": ("patch('drysim.output.folder.file_sha256', 2)", ("run", "seat.yaml")),
     "the first cases": (
         "patch('drysim.study.plan.solve_row', 0)",
         ("sweep", "seat.yaml", "--set", SWEEP, "--workers", "1"),
@@ -143,7 +143,7 @@ def test_command_ends_in_an_endless_kernel_and_leaves_no_file(folder, stage):
 def test_old_result_stays_when_its_successor_ends_in_an_endless_kernel(folder):
     old = completed(folder, "run", "seat.yaml")
     before = {path: path.read_bytes() for path in old.iterdir()}
-    interrupted(folder, "patch('drysim.output.folder._sha256', 1)", "run", "seat.yaml")
+    interrupted(folder, "patch('drysim.output.folder.file_sha256', 1)", "run", "seat.yaml")
     assert {path: path.read_bytes() for path in old.iterdir()} == before
     assert [path.name for path in (folder / "out").iterdir()] == ["seat"]
 
@@ -155,7 +155,7 @@ RESUMED = {
         ("--workers", "2"),
     ),
     "table": (
-        "patch('drysim.study.plan.solve_row', 2)\npatch('drysim.output.folder._sha256', 1)",
+        "patch('drysim.study.plan.solve_row', 2)\npatch('drysim.output.folder.file_sha256', 1)",
         ("--workers", "2"),
     ),
 }

@@ -1,14 +1,15 @@
 """The commands, in the order of the help. Each returns its exit code.
 
-A command validates its arguments, then shows the plan (`--dry-run`) or computes, writes and
-shows the result; the work is done by `study`, `output` and `console`. These are imported inside
-the functions: one command runs, and `--help` needs none of them.
+A command that computes loads and prepares its scenario and describes its work as a `Job`, which
+`job.carry_out` carries out. What the commands need is imported inside the functions: one
+command runs, and `--help` needs none of it.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -17,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.process import OutputMode, command_line, tolerate_closed_pipe
+from drysim.cli.job import Common, Job, Work, carry_out
+from drysim.cli.process import OutputMode, Plan, command_line, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
     EXIT_NOTHING_COMPUTED,
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
-    from drysim.study.outcome import AnyResult
+    from drysim.study.fit import FitResult
 
 DEFAULT_SCENARIO = "paper-low-friction"
 """Gallery scenario written by `drysim init` without a name."""
@@ -132,44 +134,85 @@ def run(
     quiet: options.Quiet = False,
 ) -> int:
     """Compute one case, for one or many seeds: motion, metrics."""
-    from drysim.output.folder import check_writable, holds_sweep, resumable_parts
     from drysim.scenario.load import load
     from drysim.study.case import prepare
     from drysim.study.statistics import max_seeds
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     case = prepare(load(scenario, options.overrides(changes, approach)), interval=True)
-    single = max_seeds(case.scenario) == 1
-    if single:
-        check_single_seed_options(workers, resume)
-    folder = out or Path("out", case.scenario.name)
-    check_writable(folder)
-    if dry_run:
-        from drysim.cli import work
+    if max_seeds(case.scenario) > 1:
+        return carry_out(seeds_job(case, workers, resume, common.mode), common)
+    check_single_seed_options(workers, resume)
+    return carry_out(run_job(case, common.mode), common)
 
-        return work.show_plan(case, folder, mode)
-    if holds_sweep(folder):
-        mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
-    if single and (held := resumable_parts(folder)):
-        kept = f"the finished {' and '.join(held)} in {folder}.partial"
-        mode.print_status(f"this run discards {kept}; use --out to keep them")
-    how = output_options(context, no_plots, picture_format, report)
-    if single and not case.scenario.static_interval:
-        return run_single(case, folder, mode, strict, how)
-    if case.scenario.static_interval:
-        from drysim.study.sweep import solve_interval
 
-        table = solve_interval(case)
-        return write_and_show(table, folder, mode, strict, how)
+def run_job(case: Case, mode: OutputMode) -> Job:
+    """Return the job of a single case, or of one over an interval of its static ratio."""
+    from drysim.cli import work
+    from drysim.output.folder import check_disk_space, resumable_parts
+    from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
+
+    def before(folder: Path) -> None:
+        tell_replaced_sweep(folder, mode)
+        if held := resumable_parts(folder):
+            kept = f"the finished {' and '.join(held)} in {folder}.partial"
+            mode.print_status(f"this run discards {kept}; use --out to keep them")
+        if case.scenario.static_interval:
+            return
+        check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
+        for warning in case.warnings:
+            if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation
+                mode.print_status(f"note: {warning.sentence}")
+
+    def solve(_: Work) -> Any:
+        if case.scenario.static_interval:
+            from drysim.study.sweep import solve_interval
+
+            return solve_interval(case)
+        from drysim.study.run import solve
+
+        return solve(case)
+
+    return Job(
+        name=case.scenario.name, plan=partial(work.run_plan, case), solve=solve, before=before
+    )
+
+
+def seeds_job(case: Case, workers: int | None, resume: bool, mode: OutputMode) -> Job:
+    """Return the job of a case under many seeds."""
     from drysim.cli import work
     from drysim.study import ensemble
     from drysim.study.plan import seed_ranges
+    from drysim.study.statistics import max_seeds
 
-    return work.run_parts(
-        "seeds", case, seed_ranges(case), folder, mode, how,
-        solve=partial(ensemble.solve, case, workers=workers),
-        solve_partly=ensemble.partial_ensemble, resume=resume, strict=strict,
-    )  # fmt: skip
+    def solve(given: Work) -> Any:
+        finished = partial(work.count_batch, given.advance)
+        assert given.store is not None, "a job with parts has a store"
+        try:
+            return ensemble.solve(case, workers=workers, store=given.store, finished=finished)
+        except KeyboardInterrupt:
+            return ensemble.partial_ensemble(case, given.store)
+
+    return Job(
+        name=case.scenario.name,
+        plan=partial(work.run_plan, case),
+        solve=solve,
+        total=max_seeds(case.scenario),
+        items="seeds",
+        before=partial(tell_replaced_sweep, mode=mode),
+        parts=work.parts_of("seeds", case, seed_ranges(case), resume),
+    )
+
+
+def tell_replaced_sweep(folder: Path, mode: OutputMode) -> None:
+    """Say that a run replaces the table of a sweep."""
+    from drysim.output.folder import holds_sweep
+
+    if holds_sweep(folder):
+        mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
 
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:
@@ -179,47 +222,6 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
         raise UsageError("--workers needs several seeds: a single run has one worker", hint)
     if resume:
         raise UsageError("--resume needs several seeds: a single run starts over", hint)
-
-
-def output_options(
-    context: typer.Context, no_plots: bool, picture_format: str, report: bool = False
-) -> dict[str, Any]:
-    """Return the options that all writers of output folders take."""
-    return {
-        "plots": not no_plots,
-        "picture_format": picture_format,
-        "command": command_line(context),
-        **({"report": True} if report else {}),
-    }
-
-
-def run_single(
-    case: Case, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
-) -> int:
-    """Compute, write and show the result of a case; return the exit code."""
-    from drysim.output.folder import check_disk_space
-    from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
-    from drysim.study.run import solve
-
-    check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
-    for warning in case.warnings:
-        if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation, too
-            mode.print_status(f"note: {warning.sentence}")
-    return write_and_show(solve(case), folder, mode, strict, how)
-
-
-def write_and_show(
-    result: AnyResult, folder: Path, mode: OutputMode, strict: bool, how: dict[str, Any]
-) -> int:
-    """Write and show a result; return the exit code.
-
-    `how` are the options of `output.write`.
-    """
-    from drysim import output
-
-    code = result.exit_code(strict)
-    fields = output.write(result, folder, exit_code=code, **how)
-    return mode.report(fields, result, folder, code)
 
 
 def sweep(
@@ -244,46 +246,86 @@ def sweep(
     tls_key: options.TlsKey = None,
 ) -> int:
     """Compute all cases of the sweep block: transmissibility."""
-    from drysim.cli import work
-    from drysim.output.folder import check_writable
-    from drysim.scenario.axes import count_points
     from drysim.scenario.load import load
     from drysim.study.case import prepare
-    from drysim.study.plan import CaseRanges, approaches_of
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     changed = options.overrides(changes, approach)
     case = prepare(load(scenario, changed), swept=True, interval=True)
-    wanted = approaches_of(case.scenario)
-    folder = out or Path("out", case.scenario.name)
-    check_writable(folder)
     if form == "parquet":
         from drysim.results.sweep import require_pyarrow
 
         require_pyarrow()
-    if dry_run:
-        return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
-    from drysim.results.sweep import transmissibility_text
-    from drysim.study.sweep import partial_table, solve, solve_swept_interval
-
-    how = output_options(context, no_plots, picture_format, report) | {"form": form}
     if case.scenario.static_interval:
-        if cluster or resume:
+        if (cluster or resume) and not dry_run:
             option = "--cluster" if cluster else "--resume"
             hint = "omit the option, or give one value"
             raise UsageError(f"{option} does not apply to an interval of static_ratio", hint)
-        with work.progress(count_points(case.scenario.sweep), "cases", quiet) as advance:
-            on_batch = partial(work.count_batch, advance)
-            table = solve_swept_interval(case, workers=workers, finished=on_batch)
-        return write_and_show(table, folder, mode, strict, how)
+        return carry_out(swept_interval_job(case, workers, form), common)
+    from drysim.cli import work
+
     certificates = tls_ca_file, tls_cert, tls_key
-    with work.case_executor(cluster, workers, mode, certificates) as execute:
+    executor = partial(work.case_executor, cluster, workers, common.mode, certificates)
+    return carry_out(sweep_job(case, executor, resume, form), common)
+
+
+def sweep_job(case: Case, executor: Callable[[], Any], resume: bool, form: str) -> Job:
+    """Return the job of a sweep."""
+    from drysim.cli import work
+    from drysim.study.plan import CaseRanges, approaches_of
+
+    wanted = approaches_of(case.scenario)
+    ranges = CaseRanges(wanted)
+
+    def solve(given: Work) -> Any:
+        from drysim.results.sweep import transmissibility_text
+        from drysim.study.sweep import partial_table, solve
+
         as_text = transmissibility_text(case.scenario) if form == "csv" else None
-        return work.run_parts(
-            "cases", case, CaseRanges(wanted), folder, mode, how,
-            solve=partial(solve, case, execute=execute, as_text=as_text),
-            solve_partly=partial_table, resume=resume, strict=strict,
-        )  # fmt: skip
+        finished = partial(work.count_batch, given.advance)
+        assert given.store is not None, "a job with parts has a store"
+        try:
+            return solve(
+                case,
+                execute=given.execute,
+                store=given.store,
+                finished=finished,
+                as_text=as_text,
+            )
+        except KeyboardInterrupt:
+            return partial_table(case, given.store)
+
+    return Job(
+        name=case.scenario.name,
+        plan=partial(work.grid_plan, case, [one.label for one in wanted]),
+        solve=solve,
+        total=sum(ranges.cases),
+        executor=executor,
+        parts=work.parts_of("cases", case, ranges, resume),
+        form=form,
+    )
+
+
+def swept_interval_job(case: Case, workers: int | None, form: str) -> Job:
+    """Return the job of a sweep over an interval of the static ratio."""
+    from drysim.cli import work
+    from drysim.scenario.axes import count_points
+    from drysim.study.sweep import solve_swept_interval
+
+    def solve(given: Work) -> Any:
+        finished = partial(work.count_batch, given.advance)
+        return solve_swept_interval(case, workers=workers, finished=finished)
+
+    return Job(
+        name=case.scenario.name,
+        plan=partial(work.grid_plan, case, [case.scenario.label]),
+        solve=solve,
+        total=count_points(case.scenario.sweep),
+        form=form,
+    )
 
 
 def compare(
@@ -303,26 +345,31 @@ def compare(
 ) -> int:
     """Compare approaches or friction laws on one base motion."""
     from drysim.cli import work
-    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
     from drysim.study.compare import parse_names, scenarios_by_name, solve
     from drysim.study.run import count_cases
 
-    mode, names = OutputMode(as_json, quiet), parse_names(approaches)
-    loaded = load(scenario_or_default(scenario, names, mode), changes or [])
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
+    names = parse_names(approaches)
+    loaded = load(scenario_or_default(scenario, names, common.mode), changes or [])
     case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
     wanted = scenarios_by_name(loaded, names)
-    folder = out or Path("out", f"{loaded.name}-compare")
-    check_writable(folder)
-    if dry_run:
-        return work.show_grid_plan(case, folder, [*wanted], mode)
-    total = count_cases(list(wanted.values()))
-    with work.progress(total, "cases", quiet) as advance:
-        on_batch = partial(work.count_batch, advance)
-        result = solve(loaded, case, names, workers=workers, finished=on_batch)
-    how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(result, folder, mode, strict, how)
+
+    def solve_all(given: Work) -> Any:
+        finished = partial(work.count_batch, given.advance)
+        return solve(loaded, case, names, workers=workers, finished=finished)
+
+    job = Job(
+        name=f"{loaded.name}-compare",
+        plan=partial(work.grid_plan, case, [*wanted]),
+        solve=solve_all,
+        total=count_cases(list(wanted.values())),
+    )
+    return carry_out(job, common)
 
 
 def fit(
@@ -341,30 +388,35 @@ def fit(
 ) -> int:
     """Fit friction, damping and stiffness to a measured response."""
     from drysim.cli import work
-    from drysim.output.folder import check_writable
-    from drysim.results.fit import FITTED_FILE
     from drysim.scenario.load import load
-    from drysim.study.fit import count_starts, require_fit
-    from drysim.study.fit import fit as solve
+    from drysim.study import fit as study
     from drysim.study.fit_model import build_model
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     loaded = load(scenario, changes or [])
-    require_fit(loaded)
-    folder = out or Path("out", f"{loaded.name}-fit")
-    check_writable(folder)
-    if dry_run:
-        return work.show_fit_plan(build_model(loaded), folder, mode)
-    from drysim.console import terminal
+    study.require_fit(loaded)
+    job = Job(
+        name=f"{loaded.name}-fit",
+        plan=lambda folder: work.fit_plan(build_model(loaded), folder),
+        solve=lambda given: study.fit(loaded, workers=workers, finished=given.advance),
+        total=study.count_starts(loaded),
+        items="starts",
+        after=tell_fitted_scenario,
+    )
+    return carry_out(job, common)
 
-    with work.progress(count_starts(loaded), "starts", quiet) as advance:
-        result = solve(loaded, workers=workers, finished=advance)
-    how = output_options(context, no_plots, picture_format, report)
-    code = write_and_show(result, folder, mode, strict, how)
-    if not (as_json or quiet or result.is_useless):
+
+def tell_fitted_scenario(result: FitResult, folder: Path) -> None:
+    """Say how to continue with the fitted values."""
+    from drysim.console import terminal
+    from drysim.results.fit import FITTED_FILE
+
+    if not result.is_useless:
         command = "sweep" if result.scenario.sweep else "run"
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
-    return code
 
 
 def design(
@@ -388,20 +440,25 @@ def design(
 ) -> int:
     """Find the best values of some keys within limits."""
     from drysim.cli import work
-    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
-    from drysim.study.design import prepare_design
+    from drysim.study.design import design_of, prepare_design
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     case = prepare_design(load(scenario, changes or []))
-    folder = out or Path("out", f"{case.scenario.name}-design")
-    check_writable(folder)
-    if dry_run:
-        return work.show_design_plan(case, folder, mode)
-    how = output_options(context, no_plots, picture_format, report)
     certificates = tls_ca_file, tls_cert, tls_key
-    with work.case_executor(cluster, workers, mode, certificates) as execute:
-        return work.run_design(case, execute, folder, mode, how, resume, strict)
+    job = Job(
+        name=f"{case.scenario.name}-design",
+        plan=partial(work.design_plan, case),
+        solve=partial(work.solve_design, case),
+        total=design_of(case.scenario).evaluations,
+        items="designs",
+        executor=partial(work.case_executor, cluster, workers, common.mode, certificates),
+        parts=work.design_parts(case, resume),
+    )
+    return carry_out(job, common)
 
 
 def branches(
@@ -419,18 +476,20 @@ def branches(
 ) -> int:
     """Follow all periodic motions, stable or not, along a key."""
     from drysim.cli import work
-    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.branches import prepare_branches, solve
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     case = prepare_branches(load(scenario, changes or []))
-    folder = out or Path("out", f"{case.scenario.name}-branches")
-    check_writable(folder)
-    if dry_run:
-        return work.show_grid_plan(case, folder, [case.scenario.label], mode)
-    how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(solve(case), folder, mode, strict, how)
+    job = Job(
+        name=f"{case.scenario.name}-branches",
+        plan=partial(work.grid_plan, case, [case.scenario.label]),
+        solve=lambda given: solve(case),
+    )
+    return carry_out(job, common)
 
 
 def regime_map(
@@ -449,20 +508,22 @@ def regime_map(
 ) -> int:
     """Map over two keys where the mass locks, stops or slides."""
     from drysim.cli import work
-    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.regimes import prepare_map, require_map, solve
 
-    mode = OutputMode(as_json, quiet)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
+        report, picture_format,
+    )  # fmt: skip
     case = prepare_map(load(scenario, changes or []))
-    folder = out or Path("out", f"{case.scenario.name}-map")
-    check_writable(folder)
-    if dry_run:
-        return work.show_map_plan(case, folder, mode)
-    with work.progress(require_map(case.scenario)[1].nodes, "points", quiet) as advance:
-        result = solve(case, workers=workers, advance=advance)
-    how = output_options(context, no_plots, picture_format, report)
-    return write_and_show(result, folder, mode, strict, how)
+    job = Job(
+        name=f"{case.scenario.name}-map",
+        plan=partial(work.map_plan, case),
+        solve=lambda given: solve(case, workers=workers, advance=given.advance),
+        total=require_map(case.scenario)[1].nodes,
+        items="points",
+    )
+    return carry_out(job, common)
 
 
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
@@ -570,93 +631,73 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Measure speed and error of the approaches and of scipy."""
-    mode, command = OutputMode(as_json, quiet), command_line(context)
+    common = Common(
+        command_line(context), OutputMode(as_json, quiet), out, dry_run, plots=not no_plots,
+        picture_format=picture_format,
+    )  # fmt: skip
     if steady and hard:
         raise UsageError("--steady and --hard cannot be combined", "use one of them")
     if hard:
-        return bench_hard_cases(scenario, changes or [], out, patience, dry_run, mode, command)
+        job = hard_cases_job(scenario, changes or [], patience)
+        return carry_out(job, replace(common, plots=False))
     from drysim.bench import scipy_ivp, speed_error
     from drysim.bench.timing import BenchOptions
-    from drysim.output.folder import check_writable
 
     terms = BenchOptions(
         samples, repeats, patience or options.RUN_TIME_LIMIT, (scipy_ivp,) if peers else ()
     )
     requested = speed_error.load_scenarios(scenario, changes or [], steady)
-    job = (
+    measurement = (
         speed_error.steady_state_bench(requested, terms)
         if steady
         else speed_error.time_history_bench(requested, terms)
     )
-    folder = output_folder(out, scenario, requested, "steady" if steady else "bench")
-    check_writable(folder)
-    if dry_run:
-        return show_bench_plan(
-            job.cases, terms._asdict() | {"peers": peers}, folder, job.warnings, mode
-        )
-    from drysim.console import terminal
-
-    total = sum(case["entries"] for case in job.cases)
-    with terminal.progress(total, "entries", quiet) as advance:
-        result = job.run(advance)
-    how = output_options(context, no_plots, picture_format)
-    return write_and_show(result, folder, mode, False, how)
+    shown = terms._asdict() | {"peers": peers}
+    job = Job(
+        name=name_of_bench(scenario, requested, "steady" if steady else "bench"),
+        plan=partial(bench_plan, measurement.cases, shown, measurement.warnings),
+        solve=lambda given: measurement.run(given.advance),
+        total=sum(case["entries"] for case in measurement.cases),
+        items="entries",
+    )
+    return carry_out(job, common)
 
 
-def bench_hard_cases(
-    scenario: str | None,
-    changes: Sequence[str],
-    out: Path | None,
-    patience: float | None,
-    dry_run: bool,
-    mode: OutputMode,
-    command: str,
-) -> int:
-    """Run every approach on the hard cases."""
+def hard_cases_job(scenario: str | None, changes: Sequence[str], patience: float | None) -> Job:
+    """Return the job that runs every approach on the hard cases."""
     from drysim.approach import APPROACHES_BY_NAME
     from drysim.bench import hard_cases
-    from drysim.output.folder import check_writable
 
     requested = hard_cases.load_scenarios(scenario, changes)
-    folder = output_folder(out, scenario, requested, "hard")
-    check_writable(folder)
     limit = patience or options.HARD_TIME_LIMIT
-    if dry_run:
-        cases = [{"name": one.name, "entries": len(APPROACHES_BY_NAME)} for one in requested]
-        return show_bench_plan(cases, {"patience": limit}, folder, (), mode)
-    from drysim.console import terminal
-
-    with terminal.progress(
-        len(requested) * len(APPROACHES_BY_NAME), "runs", mode.quiet
-    ) as advance:
-        result = hard_cases.run(requested, limit, advance)
-    return write_and_show(result, folder, mode, False, {"plots": False, "command": command})
+    cases = [{"name": one.name, "entries": len(APPROACHES_BY_NAME)} for one in requested]
+    return Job(
+        name=name_of_bench(scenario, requested, "hard"),
+        plan=partial(bench_plan, cases, {"patience": limit}, ()),
+        solve=lambda given: hard_cases.run(requested, limit, given.advance),
+        total=len(requested) * len(APPROACHES_BY_NAME),
+        items="runs",
+    )
 
 
-def output_folder(
-    out: Path | None, scenario: str | None, requested: Sequence[Scenario], label: str
-) -> Path:
-    """Return the output folder: `--out`, else named after the scenario."""
-    if out is not None:
-        return out
-    return Path("out", label if scenario is None else f"{requested[0].name}-{label}")
+def name_of_bench(scenario: str | None, requested: Sequence[Scenario], label: str) -> str:
+    """Return the name of the output folder of a bench, after its scenario if it has one."""
+    return label if scenario is None else f"{requested[0].name}-{label}"
 
 
-def show_bench_plan(
+def bench_plan(
     cases: Sequence[dict[str, Any]],
     terms: dict[str, Any],
-    folder: Path,
     warnings: Sequence[WarningMessage],
-    mode: OutputMode,
-) -> int:
-    """Show what a bench would do."""
+    folder: Path,
+) -> Plan:
+    """Return what a bench would do."""
     sentences = [
         f"{case['name']}: {case['entries']} entries"
         + (f" on {case['samples']} samples" if "samples" in case else "")
         for case in cases
     ]
-    fields = {"cases": cases, **terms, "folder": folder.as_posix()}
-    return mode.plan(fields, sentences, warnings)
+    return Plan({"cases": cases, **terms, "folder": folder.as_posix()}, sentences, warnings)
 
 
 def schema() -> int:

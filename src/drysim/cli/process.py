@@ -233,6 +233,15 @@ def command_line(context: typer.Context) -> str:
     return shlex.join(["drysim", *context.obj])
 
 
+class Plan(NamedTuple):
+    """What a dry run shows."""
+
+    fields: dict[str, Any]
+    """For `--json`; `folder` is the output folder."""
+    sentences: Sequence[str]
+    warnings: Sequence[WarningMessage]
+
+
 class OutputMode(NamedTuple):
     """The effect of `--json` and `--quiet`; errors are shown in any case."""
 
@@ -282,12 +291,7 @@ class OutputMode(NamedTuple):
         if not self.quiet:
             show_warnings(warnings)
 
-    def plan(
-        self,
-        fields: Mapping[str, Any],
-        sentences: Sequence[str],
-        warnings: Sequence[WarningMessage],
-    ) -> int:
+    def plan(self, plan: Plan) -> int:
         """Show what a dry run would do, and that nothing was done."""
         from drysim.console.summary import show_warnings
         from drysim.console.terminal import print_stdout
@@ -296,14 +300,14 @@ class OutputMode(NamedTuple):
         limits = describe_engine_limits()
         with tolerate_closed_pipe():
             if self.as_json:
-                self._print_json({"dry_run": True, **fields}, warnings)
+                self._print_json({"dry_run": True, **plan.fields}, plan.warnings)
             elif not self.quiet:
-                print_stdout("\n".join(sentences))
+                print_stdout("\n".join(plan.sentences))
                 if limits:
                     print_stdout(f"engine: {limits}")
-                print_stdout(f"output folder: {fields['folder']}")
+                print_stdout(f"output folder: {plan.fields['folder']}")
                 print_stdout("dry run: nothing computed, nothing written")
-                show_warnings(warnings)
+                show_warnings(plan.warnings)
         return EXIT_OK
 
     def print_status(self, sentence: str) -> None:

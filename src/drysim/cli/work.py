@@ -1,18 +1,15 @@
-"""Computation of ensembles and sweeps for the commands, and dry runs.
-
-A sweep is computed by workers on this machine or on a Dask cluster.
-"""
+"""What jobs consist of: executors, parts that can be resumed, plans of dry runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
-from drysim.cli import process
-from drysim.errors import EXIT_INTERRUPTED, UsageError
+from drysim.cli.job import Parts
+from drysim.cli.process import Plan
+from drysim.errors import UsageError
 from drysim.study.statistics import max_seeds, stopping_rule
 from drysim.wording import (
     describe_clean_up,
@@ -24,94 +21,40 @@ from drysim.wording import (
 )
 
 if TYPE_CHECKING:
+    from drysim.cli.job import Work
     from drysim.cli.process import OutputMode
     from drysim.study.case import Case
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.design import DesignResult
     from drysim.study.fit_model import FitModel
     from drysim.study.plan import CaseRange
     from drysim.study.statistics import Batch
     from drysim.study.store import Store
     from drysim.study.sweep import Execute
-    from drysim.study.table import Table
-
-Many = TypeVar("Many", "Ensemble", "Table")
-"""Result of many cases or seeds."""
 
 
-def run_parts(
-    parts: str,
-    case: Case,
-    ranges: Sequence[CaseRange],
-    folder: Path,
-    mode: OutputMode,
-    how: dict[str, Any],
-    *,
-    solve: Callable[..., Many],
-    solve_partly: Callable[[Case, Store], Many],
-    resume: bool,
-    strict: bool,
-) -> int:
-    """Compute, write and show a sweep or an ensemble, which can be interrupted and resumed.
+def parts_of(name: str, case: Case, ranges: Sequence[CaseRange], resume: bool) -> Parts:
+    """Return the parts of a sweep (`cases`) or of an ensemble (`seeds`)."""
 
-    Parameters
-    ----------
-    parts : str
-        What is computed part by part: `cases` or `seeds`.
-    case : Case
-    ranges : sequence of CaseRange
-    folder : Path
-    mode : OutputMode
-    how : dict
-        Options of `output.write`.
-    solve : callable
-        Computes the result; takes the keywords `store` and `finished`.
-    solve_partly : callable
-        Returns the result of the finished ranges after an interrupt.
-    resume, strict : bool
+    def finished(store: Store) -> tuple[int, int]:
+        kept = [one.end - one.begin for one in ranges if store.has(one)]
+        return sum(kept), len(kept)
 
-    Returns
-    -------
-    int
-        The exit code.
+    blocks = len(ranges) if name == "cases" else 0
+    return Parts(name, case.scenario, resume, finished, blocks)
+
+
+def design_parts(case: Case, resume: bool) -> Parts:
+    """Return the parts of a design study.
+
+    The number of evaluations may be raised when it is resumed: the first designs stay the same.
     """
-    from drysim import output
-    from drysim.console.summary import show_interrupted
-    from drysim.study.store import Store, work_identity
+    from drysim.scenario.design import MAX_EVALUATIONS
+    from drysim.study.design import design_of
 
-    with mode.lock(folder, resume, parts) as locked:
-        store = Store(locked.partial / parts, work_identity(case.scenario), resume)
-        kept = [one.end - one.begin for one in (ranges if resume else ()) if store.has(one)]
-        total = ranges[-1].first + ranges[-1].end - ranges[-1].begin
-        blocks = (len(ranges) - len(kept)) if parts == "cases" else 0
-        with progress(total - sum(kept), parts, mode.quiet, blocks) as advance:
-            try:
-                result = solve(store=store, finished=partial(count_batch, advance))
-            except KeyboardInterrupt:
-                result = solve_partly(case, store)
-        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = output.write(result, locked, exit_code=code, **how)
-    if not result.complete:
-        show_interrupted(len(result.rows), parts.removesuffix("s"), folder)
-    return mode.report(fields, result, folder if result.complete else locked.partial, code)
-
-
-@contextmanager
-def progress(
-    total: int, label: str, quiet: bool, blocks: int = 0
-) -> Iterator[Callable[[int], None]]:
-    """Yield a function that counts finished items, as `terminal.progress` does.
-
-    The function repeats an interrupt that was lost.
-    """
-    from drysim.console import terminal
-
-    with terminal.progress(total, label, quiet, blocks) as advance:
-
-        def advance_or_stop(count: int) -> None:
-            advance(count)
-            process.raise_if_interrupted()
-
-        yield advance_or_stop
+    any_number = design_of(case.scenario).model_copy(update={"evaluations": MAX_EVALUATIONS})
+    scenario = case.scenario.copy_with({"design": any_number})
+    count = lambda result: len(result.candidates)  # noqa: E731
+    return Parts("designs", scenario, resume, lambda store: (0, 0), count=count)
 
 
 def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
@@ -156,52 +99,23 @@ def case_executor(
         yield on_cluster(client)
 
 
-def run_design(
-    case: Case,
-    execute: Execute,
-    folder: Path,
-    mode: OutputMode,
-    how: dict[str, Any],
-    resume: bool,
-    strict: bool,
-) -> int:
-    """Compute, write and show a design study, which can be interrupted and resumed.
-
-    `how` are the options of `output.write`.
-    """
-    from drysim import output
+def solve_design(case: Case, work: Work) -> DesignResult:
+    """Return the result of a design study; after an interrupt, that of the finished designs."""
     from drysim.console import terminal
-    from drysim.console.summary import show_interrupted
-    from drysim.scenario.design import MAX_EVALUATIONS
-    from drysim.study.design import Study, design_of
-    from drysim.study.store import Store, work_identity
+    from drysim.study.design import Study
 
-    with mode.lock(folder, resume, "designs") as locked:
-        # The number of evaluations may be raised: the first designs stay the same.
-        block = design_of(case.scenario)
-        any_number = block.model_copy(update={"evaluations": MAX_EVALUATIONS})
-        identity = work_identity(case.scenario.copy_with({"design": any_number}))
-        store = Store(locked.partial / "designs", identity, resume)
-        total = block.evaluations
-        with progress(total, "designs", mode.quiet) as advance:
-            study = Study(case, execute, store, advance)
-            try:
-                result = study.solve()
-            except KeyboardInterrupt:
-                if not study.candidates:  # within the first round
-                    sentence = "the same command with --resume keeps finished cases"
-                    terminal.print_stderr(sentence)
-                    raise
-                result = study.partial()
-        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
-        fields = output.write(result, locked, exit_code=code, **how)
-    if not result.complete:
-        show_interrupted(len(result.candidates), "design", folder)
-    return mode.report(fields, result, folder if result.complete else locked.partial, code)
+    study = Study(case, work.execute, work.store, work.advance)
+    try:
+        return study.solve()
+    except KeyboardInterrupt:
+        if not study.candidates:  # within the first round
+            terminal.print_stderr("the same command with --resume keeps finished cases")
+            raise
+        return study.partial()
 
 
-def show_design_plan(case: Case, folder: Path, mode: OutputMode) -> int:
-    """Show what a design study would do; everything before the computation has been checked."""
+def design_plan(case: Case, folder: Path) -> Plan:
+    """Return what a design study would do."""
     from drysim.results.design import design_scene
     from drysim.scenario.axes import count_points
     from drysim.study.design import design_of
@@ -220,19 +134,19 @@ def show_design_plan(case: Case, folder: Path, mode: OutputMode) -> int:
         "conditions": conditions,
     }
     first = f"{scenario.name}: at most {block.evaluations} designs, each under {each}"
-    return mode.plan(fields, [first, *lines, *plan_sentences(case)[:1]], case.warnings)
+    return Plan(fields, [first, *lines, *plan_sentences(case)[:1]], case.warnings)
 
 
-def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:
-    """Show what a run would do; everything before the computation has been checked."""
+def run_plan(case: Case, folder: Path) -> Plan:
+    """Return what a run would do."""
     seeds = f"{many}, " if (many := describe_seeds(case)) else ""
     first, *rest = plan_sentences(case)
     words = [f"{case.scenario.name}: {seeds}{first}", *rest]
-    return mode.plan(plan_fields(case, folder), words, case.warnings)
+    return Plan(plan_fields(case, folder), words, case.warnings)
 
 
-def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
-    """Show what a fit would do; everything before the computation has been checked."""
+def fit_plan(model: FitModel, folder: Path) -> Plan:
+    """Return what a fit would do."""
     found, free = model.measurement, [one.key for one in model.parameters]
     starts = model.starts()
     words = [
@@ -253,11 +167,11 @@ def show_fit_plan(model: FitModel, folder: Path, mode: OutputMode) -> int:
         "folder": folder.as_posix(),
         "warnings": [warning.sentence for warning in found.warnings],
     }
-    return mode.plan(fields, words, found.warnings)
+    return Plan(fields, words, found.warnings)
 
 
-def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
-    """Show what a regime map would do; everything before the computation has been checked."""
+def map_plan(case: Case, folder: Path) -> Plan:
+    """Return what a regime map would do."""
     from drysim.results.regime_map import map_scene
     from drysim.study.regimes import require_map
 
@@ -268,11 +182,11 @@ def show_map_plan(case: Case, folder: Path, mode: OutputMode) -> int:
         "nodes": grid.nodes,
     }
     first = f"{case.scenario.name}: {grid.nodes} points, and those that trace the boundaries"
-    return mode.plan(fields, [first, *lines], case.warnings)
+    return Plan(fields, [first, *lines], case.warnings)
 
 
-def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputMode) -> int:
-    """Show what a sweep or a comparison would do; `words` names its approaches or laws."""
+def grid_plan(case: Case, words: Sequence[str], folder: Path) -> Plan:
+    """Return what a sweep or a comparison would do; `words` names its approaches or laws."""
     from drysim.scenario.axes import count_points
 
     scenario = case.scenario
@@ -286,7 +200,7 @@ def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputM
         "sweep": swept,
         "approaches": len(words),
     }
-    return mode.plan(fields, [first, *plan_sentences(case)[1:]], case.warnings)
+    return Plan(fields, [first, *plan_sentences(case)[1:]], case.warnings)
 
 
 def plan_fields(case: Case, folder: Path) -> dict[str, object]:

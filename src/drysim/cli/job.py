@@ -1,0 +1,199 @@
+"""A command that computes, as a job: `carry_out` takes it from its plan to its exit code.
+
+Check the output folder, show the plan (`--dry-run`) or lock the folder, solve, write, show. A
+job says what differs between commands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from drysim.cli import process
+from drysim.errors import EXIT_INTERRUPTED
+
+if TYPE_CHECKING:
+    from drysim.cli.process import OutputMode, Plan
+    from drysim.output.folder import LockedFolder
+    from drysim.scenario.model import Scenario
+    from drysim.study.outcome import AnyResult
+    from drysim.study.store import Store
+
+
+@dataclass(frozen=True)
+class Common:
+    """Options that commands share.
+
+    Attributes
+    ----------
+    command : str
+        The command line, quoted for a shell.
+    mode : OutputMode
+    out : Path, optional
+        The output folder; default: `out/` and the name of the job.
+    dry_run, strict, plots, report : bool
+    picture_format : str
+    """
+
+    command: str
+    mode: OutputMode
+    out: Path | None = None
+    dry_run: bool = False
+    strict: bool = False
+    plots: bool = True
+    report: bool = False
+    picture_format: str = "png"
+
+
+class Work(NamedTuple):
+    """What the solution of a job needs."""
+
+    advance: Callable[..., None]
+    """Counts finished items, and repeats an interrupt that was lost."""
+    execute: Any
+    """What the executor of the job yields."""
+    store: Store | None
+    """Holds finished parts, of a job that can be resumed."""
+
+
+class Parts(NamedTuple):
+    """The parts of a job that can be interrupted and resumed."""
+
+    name: str
+    """Of `output.STORES`."""
+    scenario: Scenario
+    """Its work identity is that of the stored parts."""
+    resume: bool
+    finished: Callable[[Store], tuple[int, int]]
+    """Returns the numbers of items and of blocks that a store holds."""
+    blocks: int = 0
+    """Number of all blocks; the progress shows those of one."""
+    count: Callable[[Any], int] = lambda result: len(result.rows)
+    """Returns the number of finished items of an interrupted result."""
+
+
+def nothing(*_: Any) -> None:
+    """Do nothing: where a job has nothing to say."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What a command computes.
+
+    Attributes
+    ----------
+    name : str
+        Default name of the output folder.
+    plan : callable
+        Returns what a dry run shows, given the output folder.
+    solve : callable
+        Returns the result, given the `Work`; an interrupted one, which is not complete, of a
+        job with parts.
+    total : int
+        Number of items that the progress counts; 0 for no progress.
+    items : str
+        What they are.
+    before : callable
+        Called with the output folder before the work.
+    after : callable
+        Called with the result and the output folder at the end, except with `--json` and
+        `--quiet`.
+    executor : callable
+        Returns the context of the work, which yields what computes it.
+    parts : Parts, optional
+    form : str
+        Format of the cases of a sweep.
+    """
+
+    name: str
+    plan: Callable[[Path], Plan]
+    solve: Callable[[Work], Any]
+    total: int = 0
+    items: str = "cases"
+    before: Callable[[Path], None] = nothing
+    after: Callable[[Any, Path], None] = nothing
+    executor: Callable[[], AbstractContextManager[Any]] = nullcontext
+    parts: Parts | None = None
+    form: str = "csv"
+
+
+def carry_out(job: Job, common: Common) -> int:
+    """Carry out a job; return its exit code.
+
+    Raises
+    ------
+    OutputError
+        The folder was not written by drysim, or cannot be written; nothing was computed.
+    """
+    from drysim import output
+    from drysim.output.folder import LockedFolder
+
+    mode, folder = common.mode, common.out or Path("out", job.name)
+    output.check_writable(folder)
+    if common.dry_run:
+        return mode.plan(job.plan(folder))
+    job.before(folder)
+    with job.executor() as execute, ExitStack() as stack:
+        place: Path | LockedFolder = folder
+        store = None
+        if job.parts is not None:
+            place, store = stack.enter_context(locked_store(folder, job.parts, mode))
+        with progress(job, store, mode.quiet) as advance:
+            result: AnyResult = job.solve(Work(advance, execute, store))
+        complete: bool = getattr(result, "complete", True)
+        code = result.exit_code(common.strict) if complete else EXIT_INTERRUPTED
+        fields = output.write(
+            result,
+            place,
+            plots=common.plots,
+            command=common.command,
+            exit_code=code,
+            picture_format=common.picture_format,
+            report=common.report,
+            form=job.form,
+        )
+    if not complete and job.parts is not None:
+        from drysim.console.summary import show_interrupted
+
+        show_interrupted(job.parts.count(result), job.parts.name.removesuffix("s"), folder)
+    written = place.partial if isinstance(place, LockedFolder) and not complete else folder
+    mode.report(fields, result, written, code)
+    if not (mode.as_json or mode.quiet):
+        job.after(result, folder)
+    return code
+
+
+@contextmanager
+def locked_store(
+    folder: Path, parts: Parts, mode: OutputMode
+) -> Iterator[tuple[LockedFolder, Store]]:
+    """Lock an output folder and yield it with the store of its finished parts."""
+    from drysim.study.store import Store, work_identity
+
+    with mode.lock(folder, parts.resume, parts.name) as locked:
+        identity = work_identity(parts.scenario)
+        yield locked, Store(locked.partial / parts.name, identity, parts.resume)
+
+
+@contextmanager
+def progress(job: Job, store: Store | None, quiet: bool) -> Iterator[Callable[..., None]]:
+    """Yield a function that counts finished items, as `terminal.progress` does."""
+    if not job.total:
+        yield nothing
+        return
+    from drysim.console import terminal
+
+    items, blocks = 0, 0
+    if job.parts is not None and store is not None and job.parts.resume:
+        items, blocks = job.parts.finished(store)
+    left = max(job.parts.blocks - blocks, 0) if job.parts is not None else 0
+    with terminal.progress(job.total - items, job.items, quiet, left) as advance:
+
+        def advance_or_stop(count: int = 1) -> None:
+            advance(count)
+            process.raise_if_interrupted()
+
+        yield advance_or_stop
