@@ -10,11 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from drysim.approach import exact, sensitivity
-from drysim.approach.solution import Floats, Response
+from drysim.approach.solution import Response
 from drysim.core import variational
 from drysim.core.model import (
     CoulombLaw,
     EndStops,
+    Floats,
     PiecewiseLaw,
     Plant,
     Samples,

@@ -10,12 +10,13 @@ import pytest
 
 from drysim.approach import coulomb, piecewise
 from drysim.approach.piecewise import PiecewiseTrajectory
-from drysim.approach.solution import Floats, keeps_anchor
+from drysim.approach.solution import keeps_anchor
 from drysim.core.model import (
     AnyState,
     ContactState,
     CoulombLaw,
     EndStops,
+    Floats,
     PiecewiseLaw,
     Plant,
     Sines,

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from drysim.approach.solution import Floats
 from drysim.core.compile import as_engine_array
 from drysim.core.forcing import (
     GRID_COLUMNS,
@@ -18,7 +17,14 @@ from drysim.core.forcing import (
     mean_squares,
     sample_base,
 )
-from drysim.core.model import CoulombLaw, Samples, Sines, integrate_base_squares, recall_for
+from drysim.core.model import (
+    CoulombLaw,
+    Floats,
+    Samples,
+    Sines,
+    integrate_base_squares,
+    recall_for,
+)
 from drysim.errors import UsageError
 
 CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)

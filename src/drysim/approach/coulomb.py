@@ -56,7 +56,7 @@ from drysim.approach.piecewise import (
     to_kernel,
 )
 from drysim.approach.progress import check_event_count, check_progress, count_intervals
-from drysim.approach.solution import Events, Floats
+from drysim.approach.solution import Events
 from drysim.core.compile import as_engine_array, python_of
 from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, Segments, initial_direction
 from drysim.core.forcing import SCENE_COLUMNS, WAVE_COLUMNS, Scene, Waves
@@ -72,6 +72,7 @@ from drysim.core.model import (
     MAX_CACHED,
     AnyState,
     CoulombLaw,
+    Floats,
     PiecewiseLaw,
     Plant,
     Points,

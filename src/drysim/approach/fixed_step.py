@@ -14,9 +14,9 @@ from math import ceil
 from sys import float_info
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from drysim.approach.solution import Floats, Response
+from drysim.approach.solution import Response
 from drysim.approach.stick_slip import ApproachBase
-from drysim.core.model import AnyLaw, AnyState, Plant, Samples, Sines
+from drysim.core.model import AnyLaw, AnyState, Floats, Plant, Samples, Sines
 from drysim.units import Quantity
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.base_motion import base_acceleration_on_grid, count_grid_points
-from drysim.approach.solution import Events, ExactTrajectory, Floats, Grid, Numerics, Response
+from drysim.approach.solution import Events, ExactTrajectory, Grid, Numerics, Response
 from drysim.approach.solvers import solver_of
 from drysim.core.compile import engine
 from drysim.core.events import CONTACT, SLIP
-from drysim.core.model import Points, Samples, Sines, has_friction
+from drysim.core.model import Floats, Points, Samples, Sines, has_friction
 
 NOT_REACHED = "the end stops are never reached"
 

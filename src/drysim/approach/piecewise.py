@@ -49,13 +49,7 @@ from drysim.approach.buffers import (
 )
 from drysim.approach.grid import points_of_trajectory
 from drysim.approach.progress import check_event_count, check_progress, count_intervals
-from drysim.approach.solution import (
-    BaseTrajectory,
-    Events,
-    Floats,
-    Impacts,
-    Path,
-)
+from drysim.approach.solution import BaseTrajectory, Events, Impacts, Path
 from drysim.core.compile import as_engine_array
 from drysim.core.events import LIFT, EventLog, Segments
 from drysim.core.forcing import Scene, Waves
@@ -70,6 +64,7 @@ from drysim.core.model import (
     ContactState,
     CoulombLaw,
     EndStops,
+    Floats,
     PiecewiseLaw,
     Plant,
     Points,

@@ -14,11 +14,11 @@ import numpy as np
 
 from drysim.approach.base_motion import CONSTANT_FRICTION, make_waves
 from drysim.approach.piecewise import to_kernel
-from drysim.approach.solution import Floats, Response
+from drysim.approach.solution import Response
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
 from drysim.core.forcing import Scene
-from drysim.core.model import AnyLaw, AnyState, CoulombLaw, DynamicLaw, Plant, Samples
+from drysim.core.model import AnyLaw, AnyState, CoulombLaw, DynamicLaw, Floats, Plant, Samples
 from drysim.core.trajectory import Solution
 from drysim.core.variational import (
     Deviations,

@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
 from drysim.approach.cost import StepCost, step_cost
-from drysim.approach.solution import Events, Floats, Grid, Numerics, Response, elements
+from drysim.approach.solution import Events, Grid, Numerics, Response, elements
 from drysim.core.compile import choose_engine
 from drysim.core.model import (
     AnyLaw,
     CoulombLaw,
     EndStops,
+    Floats,
     PiecewiseLaw,
     Plant,
     Points,

@@ -23,6 +23,7 @@ from drysim.core.model import (
     AnyLaw,
     AnyState,
     DynamicLaw,
+    Floats,
     Plant,
     Points,
     Samples,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from drysim.core.stroke import Crossings
 
 
-Floats = NDArray[np.float64]
 Int8Array = NDArray[np.int8]
 
 EVENT_NAMES = {

@@ -11,7 +11,6 @@ from drysim.approach.solution import (
     FIXED_STEP,
     BaseTrajectory,
     Events,
-    Floats,
     Numerics,
     Path,
     Response,
@@ -22,6 +21,7 @@ from drysim.core.fixed_step import BaseOnGrid, MotionOnGrid
 from drysim.core.model import (
     AnyLaw,
     AnyState,
+    Floats,
     Plant,
     Points,
     Samples,

@@ -42,7 +42,7 @@ from drysim.approach.base_motion import (
 from drysim.approach.buffers import as_arrays, empty_columns, empty_log, empty_points
 from drysim.approach.grid import grid_times, points_of_trajectory
 from drysim.approach.progress import check_progress
-from drysim.approach.solution import BaseTrajectory, Events, Floats, Grid, events_from_log
+from drysim.approach.solution import BaseTrajectory, Events, Grid, events_from_log
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments, decision_margin
@@ -53,6 +53,7 @@ from drysim.core.model import (
     AnyState,
     ContactState,
     DynamicLaw,
+    Floats,
     Plant,
     Points,
     Samples,

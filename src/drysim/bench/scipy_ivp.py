@@ -21,7 +21,7 @@ from drysim.errors import SolverError
 from drysim.wording import format_number
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Floats
+    from drysim.core.model import Floats
 
 
 # The state machine around an integrator.

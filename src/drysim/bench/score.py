@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from drysim.approach import Approach
-    from drysim.approach.solution import Floats
-    from drysim.core.model import Sines
+    from drysim.core.model import Floats, Sines
     from drysim.errors import WarningMessage
     from drysim.metrics.checks import Verdict
     from drysim.scenario.model import Scenario

@@ -18,8 +18,8 @@ from drysim.study.case import prepare
 from drysim.study.statistics import unused_seeds_warnings
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Floats, Response, Trajectory
-    from drysim.core.model import AnyLaw, Plant, State
+    from drysim.approach.solution import Response, Trajectory
+    from drysim.core.model import AnyLaw, Floats, Plant, State
     from drysim.errors import WarningMessage
     from drysim.scenario.model import Scenario
 

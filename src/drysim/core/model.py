@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 from drysim.core.compile import is_plain
 from drysim.errors import WarningMessage
 
+Floats = NDArray[np.float64]
+"""Array of numbers."""
+
 # The oscillator and its friction.
 
 

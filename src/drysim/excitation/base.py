@@ -10,14 +10,9 @@ from collections.abc import Collection, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from drysim.core.model import RecordSummary, Samples, Sines, without_rest
 from drysim.units import Block, InvalidValue, Quantity
 from drysim.wording import format_number, format_percent, format_range
-
-Floats = NDArray[np.float64]
 
 
 class ExcitationBase(Block):

@@ -11,14 +11,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from drysim.core.model import Samples, Sines, principal_angle
+from drysim.core.model import Floats, Samples, Sines, principal_angle
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
     STEP_TOLERANCE,
     Duration,
     ExcitationBase,
     FiniteMotion,
-    Floats,
     GeneratedMotion,
     PeriodicMotion,
 )

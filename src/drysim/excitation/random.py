@@ -29,14 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Samples, recall
+from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Floats, Samples, recall
 from drysim.errors import WarningMessage
-from drysim.excitation.base import (
-    STEP_TOLERANCE,
-    FiniteMotion,
-    Floats,
-    as_integer,
-)
+from drysim.excitation.base import STEP_TOLERANCE, FiniteMotion, as_integer
 from drysim.parallel import completed_in_threads
 from drysim.system import processor_count
 from drysim.units import (

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.solution import Floats, Response
-from drysim.core.model import Samples, Sines, base_acceleration, recall, recall_for
+from drysim.approach.solution import Response
+from drysim.core.model import Floats, Samples, Sines, base_acceleration, recall, recall_for
 
 Complexes = NDArray[np.complex128]
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Response
-from drysim.core.model import Plant
+from drysim.approach.solution import Response
+from drysim.core.model import Floats, Plant
 from drysim.metrics.comfort import (
     Complexes,
     averaging_gain,

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Path, Trajectory
+from drysim.approach.solution import Path, Trajectory
 from drysim.core.compile import as_engine_array
-from drysim.core.model import StrokeLimits
+from drysim.core.model import Floats, StrokeLimits
 
 if TYPE_CHECKING:
     from drysim.core.stroke import Crossings, PathMeasures

@@ -47,7 +47,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from drysim.core.model import Floats
 
 FOLD, SYMMETRY_BREAKING, PERIOD_DOUBLING, GRAZING, CONTINUUM = (
     "fold",

@@ -15,13 +15,13 @@ import numpy as np
 
 from drysim.approach.base_motion import make_waves
 from drysim.approach.buffers import LOG_LENGTH, empty_columns, empty_log, empty_samples
-from drysim.approach.solution import Floats, Orbit
+from drysim.approach.solution import Orbit
 from drysim.core import lyapunov, orbit
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
 from drysim.core.forcing import F_FK, F_FS, WAVE_COLUMNS
 from drysim.core.march import initial_slip_state
-from drysim.core.model import AnyState, CoulombLaw, Plant, Sines, State
+from drysim.core.model import AnyState, CoulombLaw, Floats, Plant, Sines, State
 from drysim.core.status import Status
 from drysim.core.stroke import Crossings
 

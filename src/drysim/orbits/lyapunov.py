@@ -21,8 +21,8 @@ import math
 import numpy as np
 
 from drysim.approach.piecewise import compute_trajectory
-from drysim.approach.solution import Floats, LyapunovExponent
-from drysim.core.model import AnyState, CoulombLaw, DynamicLaw, PiecewiseLaw
+from drysim.approach.solution import LyapunovExponent
+from drysim.core.model import AnyState, CoulombLaw, DynamicLaw, Floats, PiecewiseLaw
 from drysim.core.orbit import velocity_scale_rate
 from drysim.orbits.coulomb import deviation_growth
 from drysim.orbits.return_map import PeriodicSystem

@@ -46,6 +46,7 @@ from drysim.core.model import (
     ContactState,
     CoulombLaw,
     DynamicLaw,
+    Floats,
     PiecewiseLaw,
     Plant,
     Sines,
@@ -60,8 +61,6 @@ from drysim.orbits.search import (
     find_orbit,
     march_period,
 )
-
-Floats = NDArray[np.float64]
 
 FIRST_DIFFERENCE, SMALLEST_DIFFERENCE = 1e-4, 1e-7
 """Scaled differences of the state for the derivative of the return map. The first leaves an

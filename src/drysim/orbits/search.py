@@ -75,8 +75,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from drysim.approach.piecewise import PiecewiseTrajectory
-    from drysim.approach.solution import Floats, Path, Trajectory
+    from drysim.approach.solution import Path, Trajectory
     from drysim.approach.taylor import TaylorTrajectory
+    from drysim.core.model import Floats
 
 
 def find_orbit(

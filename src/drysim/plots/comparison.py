@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.approach.solution import FIXED_STEP, Floats, Response
-from drysim.core.model import Sines
+from drysim.approach.solution import FIXED_STEP, Response
+from drysim.core.model import Floats, Sines
 from drysim.plots import style, sweep
 from drysim.plots.response import (
     Curve,

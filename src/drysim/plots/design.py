@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.approach.solution import Floats
+from drysim.core.model import Floats
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.metrics.text import format_metric
 from drysim.plots import style

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim import wording
-from drysim.approach.solution import Floats
+from drysim.core.model import Floats
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_metric
 from drysim.plots import response, style

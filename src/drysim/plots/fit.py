@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Floats
+from drysim.core.model import Floats
 from drysim.plots import style
 from drysim.plots.response import (
     ENVELOPE_BINS,

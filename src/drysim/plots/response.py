@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import wording
-from drysim.approach.solution import Floats, Response
+from drysim.approach.solution import Response
 from drysim.core.model import (
     BLOCK_SIZE,
     AnyLaw,
     DynamicLaw,
+    Floats,
     PiecewiseLaw,
     Plant,
     StrokeLimits,

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import wording
-from drysim.approach.solution import Floats
+from drysim.core.model import Floats
 from drysim.metrics.table import PEAK_STROKE
 from drysim.plots import response, style
 from drysim.plots.style import (

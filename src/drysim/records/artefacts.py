@@ -19,8 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import BLOCK_SIZE, Signal, blocks
-from drysim.records.columns import Floats
+from drysim.core.model import BLOCK_SIZE, Floats, Signal, blocks
 
 CODE = re.compile(r"9{3,}|99925|327678?|32768|65535|214748364[78]|10{9,}")
 """Digits of numbers that stand for missing samples: nines, limits of integers, 1e9 and more."""

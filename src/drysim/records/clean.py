@@ -23,11 +23,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.model import Samples, Signal, mean_and_std
+from drysim.core.model import Floats, Samples, Signal, mean_and_std
 from drysim.errors import RecordError
 from drysim.records.columns import (
     Columns,
-    Floats,
     PrintedTimes,
     record_error,
     require_memory_to_load,

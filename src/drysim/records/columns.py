@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import system
-from drysim.core.model import MAX_CACHED, Signal, blocks
+from drysim.core.model import MAX_CACHED, Floats, Signal, blocks
 from drysim.errors import Problem, RecordError
 from drysim.records import SI, clock
 from drysim.units import (
@@ -329,9 +329,6 @@ def require_plausible_size(file: RecordFile, size: int) -> None:
 
 
 # Columns of numbers.
-
-
-Floats = NDArray[np.float64]
 
 
 GAP_HINT = "the record has a gap; `gaps: {fill: line, at_most: 50 ms}` fills short ones"

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Floats
 from drysim.errors import RecordError
 from drysim.records import text
 from drysim.records.columns import (
@@ -38,7 +39,6 @@ from drysim.records.columns import (
     Channel,
     Channels,
     ColumnLabel,
-    Floats,
     Format,
     LazySamples,
     Reader,

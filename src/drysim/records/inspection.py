@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drysim.core.model import Floats
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.artefacts import missing_code
@@ -33,7 +34,6 @@ from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_va
 from drysim.records.columns import (
     ALL_ROWS,
     Columns,
-    Floats,
     Format,
     PrintedTimes,
     RecordFile,

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.model import BLOCK_SIZE, Signal, blocks, max_abs, mean_and_std
-from drysim.records.columns import Floats, slice_signal
+from drysim.core.model import BLOCK_SIZE, Floats, Signal, blocks, max_abs, mean_and_std
+from drysim.records.columns import slice_signal
 from drysim.records.options import LARGE_MEAN
 from drysim.wording import join_words
 

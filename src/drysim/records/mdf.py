@@ -24,11 +24,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Floats
 from drysim.records.columns import (
     KNOWN_TIMES,
     Channel,
     Channels,
-    Floats,
     Format,
     RecordFile,
     make_channels,

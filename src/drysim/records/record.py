@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.model import Input, NormalForceRecord, Samples, Signal, blocks
+from drysim.core.model import Floats, Input, NormalForceRecord, Samples, Signal, blocks
 from drysim.errors import RecordError, WarningMessage
 from drysim.records import SI
 from drysim.records.artefacts import indices_of, missing_code
@@ -40,7 +40,6 @@ from drysim.records.clean import (
 from drysim.records.columns import (
     ALL_ROWS,
     Columns,
-    Floats,
     RecordFile,
     RowSelection,
     TextFile,

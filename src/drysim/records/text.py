@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.model import Signal
+from drysim.core.model import Floats, Signal
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.clock import (
@@ -60,7 +60,6 @@ from drysim.records.columns import (
     Channels,
     ColumnLabel,
     Columns,
-    Floats,
     Format,
     PrintedTimes,
     RecordFile,

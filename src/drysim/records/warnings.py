@@ -24,7 +24,7 @@ from math import asin, ceil, sqrt
 
 import numpy as np
 
-from drysim.core.model import BLOCK_SIZE, Samples, Signal, mean_and_std
+from drysim.core.model import BLOCK_SIZE, Floats, Samples, Signal, mean_and_std
 from drysim.errors import WarningMessage
 from drysim.records import SI
 from drysim.records.artefacts import (
@@ -34,7 +34,7 @@ from drysim.records.artefacts import (
     frozen_stretches,
 )
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
-from drysim.records.columns import Floats, record_error
+from drysim.records.columns import record_error
 from drysim.records.level import Level, is_gravity, measure_level
 from drysim.records.options import (
     SUGGESTED_HIGH_PASS,

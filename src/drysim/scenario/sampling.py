@@ -32,10 +32,10 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Floats
 from drysim.wording import format_number, format_range
 
 Indices = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 POINTS_PER_CHUNK = 4096
 """Points per random stream; a single point costs as much as the chunk."""

@@ -16,7 +16,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from drysim.core.model import Floats
+
 Integers = NDArray[np.int64]
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
-from drysim.core.model import Input, Sines, State
+from drysim.core.model import Floats, Input, Sines, State
 from drysim.core.status import Status
 from drysim.errors import ScenarioError, WarningMessage
 from drysim.excitation.harmonic import Harmonic
@@ -72,7 +72,6 @@ if TYPE_CHECKING:
     from drysim.orbits.coulomb import ParameterRows
     from drysim.orbits.return_map import PeriodicSystem, ShootingReturnMap
 
-Floats = NDArray[np.float64]
 
 SEED_VALUES = 17
 """Values of the key at which the motions from all starts are found."""

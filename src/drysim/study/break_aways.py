@@ -29,11 +29,11 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.approach.solution import Events
-from drysim.core.model import Samples
+from drysim.core.model import Floats, Samples
 from drysim.parallel import WorkerPool
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.model import Scenario
-from drysim.study.boundaries import REGIME, Crossing, Crossings, Floats, Integers
+from drysim.study.boundaries import REGIME, Crossing, Crossings, Integers
 from drysim.study.case import Case, assemble
 from drysim.study.run import MotionCache, trajectory_of
 from drysim.study.statistics import seed_range, with_seed

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from drysim.core.model import Input, Samples, Sines
+from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
 from drysim.metrics.table import METRICS_BY_NAME, SIGNED, STROKE_USED, Values
@@ -40,7 +40,6 @@ from drysim.study.search import (
     ROUNDS,
     SEED,
     Evaluations,
-    Floats,
     Surrogate,
     candidates,
     interpolate,

@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.compile import choose_engine
-from drysim.core.model import Input, Samples, Sines
+from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
@@ -55,7 +55,6 @@ from drysim.study.fit_model import (
     MIN_SAMPLES,
     UNCERTAIN,
     FitModel,
-    Floats,
     FreeParameter,
     Measurement,
     Prediction,

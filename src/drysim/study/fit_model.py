@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from drysim.approach.solution import Response
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import AnyLaw, DynamicLaw, Input, Plant, Samples, Sines, State
+from drysim.core.model import AnyLaw, DynamicLaw, Floats, Input, Plant, Samples, Sines, State
 from drysim.errors import SolverError, WarningMessage
 from drysim.records import SI
 from drysim.records.clean import Series
@@ -54,8 +54,6 @@ from drysim.study.starting_values import (
 )
 from drysim.study.statistics import max_seeds
 from drysim.wording import format_number
-
-Floats = NDArray[np.float64]
 
 RIG_MASS = 1e15
 """Mass that no friction force accelerates [kg]."""

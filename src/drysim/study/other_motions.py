@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.solution import Floats
 from drysim.core import orbit
 from drysim.core.forcing import F_FK, F_FS, K_X, V_R, X_R, B, M
-from drysim.core.model import AnyState, CoulombLaw, Plant, Sines
+from drysim.core.model import AnyState, CoulombLaw, Floats, Plant, Sines
 from drysim.core.status import Status
 from drysim.orbits.coulomb import scene_row, solve_orbits
 

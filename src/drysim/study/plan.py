@@ -27,6 +27,7 @@ from drysim.core import compile
 from drysim.core.model import (
     NO_LIMITS,
     AnyState,
+    Floats,
     Plant,
     Sines,
     State,
@@ -361,8 +362,6 @@ def seed_metrics(scenario: Scenario) -> tuple[str, ...]:
 
 
 # Periodic orbits: one call of the kernel solves a whole range.
-
-Floats = NDArray[np.float64]
 
 
 def can_solve_together(scenario: Scenario) -> bool:

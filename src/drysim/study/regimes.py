@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import ExactApproach
-from drysim.core.model import CoulombLaw, Sines, has_friction
+from drysim.core.model import CoulombLaw, Floats, Sines, has_friction
 from drysim.core.status import Status
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Harmonic, SineSum
@@ -53,7 +53,6 @@ from drysim.study.boundaries import (
     REGIME,
     Crossing,
     Crossings,
-    Floats,
     Grid,
     Integers,
     Joined,

@@ -30,8 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.approach.solution import Floats
-from drysim.core.model import BLOCK_SIZE, AnyLaw, Plant, Samples, Sines, State, max_abs
+from drysim.core.model import BLOCK_SIZE, AnyLaw, Floats, Plant, Samples, Sines, State, max_abs
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Rest, Shock
 from drysim.excitation.recorded import Record

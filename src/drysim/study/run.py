@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Orbit, Response, Trajectory
+from drysim.approach.solution import Orbit, Response, Trajectory
 from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import choose_engine
-from drysim.core.model import AnyState, CoulombLaw, Samples, Sines, State, keep_values
+from drysim.core.model import AnyState, CoulombLaw, Floats, Samples, Sines, State, keep_values
 from drysim.core.status import Status
 from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record

@@ -31,9 +31,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Floats
 from drysim.scenario.sampling import Design as Points
-
-Floats = NDArray[np.float64]
 
 SEED = 1
 """Seed of the Latin hypercube and of the candidates."""

@@ -16,9 +16,8 @@ from functools import cache
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from drysim.core.model import Floats
 
 LOWEST_FREQUENCY = 0.3
 """Corner of the high-pass against drift where the mass does not stick often [Hz]."""

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Floats
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion, Until
 from drysim.metrics.checks import Check, Verdict
@@ -105,8 +106,6 @@ COUNT_METRICS = frozenset(metric.name for metric in METRICS if metric.kind == CO
 METRIC_NAMES = tuple(metric.name for metric in METRICS)
 FORCES = "F_fk", "F_fs"
 """Names of the friction forces, before those of the metrics in the columns of a batch."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from drysim.bench.scipy_ivp import omitted
 from drysim.bench.work import Answer, Entry, Run, Work
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Floats
+    from drysim.core.model import Floats
 
 
 PACKAGE = "mujoco"

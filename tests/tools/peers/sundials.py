@@ -14,7 +14,7 @@ from drysim.errors import SolverError
 from drysim.wording import format_number
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Floats
+    from drysim.core.model import Floats
 
 
 PACKAGE = "sksundae"
