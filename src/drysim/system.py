@@ -349,18 +349,6 @@ def replace(source: Path, target: Path) -> None:
         time.sleep(WAIT)
 
 
-def exchange_folders(one: Path, other: Path) -> bool:
-    """Exchange two folders atomically; False where the system cannot (all but Linux)."""
-    import ctypes
-
-    try:
-        rename = ctypes.CDLL(None).renameat2
-    except (AttributeError, OSError, TypeError):
-        return False
-    at_fdcwd, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
-    return bool(rename(at_fdcwd, os.fsencode(one), at_fdcwd, os.fsencode(other), swap) == 0)
-
-
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
     """Lock a folder against other processes; the lock ends with the process, even if killed.

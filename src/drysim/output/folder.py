@@ -10,8 +10,8 @@ Method
     2. The files are written to `<name>.partial`, which is locked while the work lasts.
        drysim.json is written there first and marks the folder as drysim's; it is rewritten
        last, because it contains the names and hashes of all other files.
-    3. `<name>.partial` and the old folder are exchanged by one rename, or by two renames via
-       `<name>.replaced` where the system has no exchange.
+    3. The old folder is renamed to `<name>.replaced`, `<name>.partial` to `<name>`, and the old
+       folder is removed.
 
 After a kill
     `<name>.partial` holds the finished cases for `--resume`. A kill between two renames leaves
@@ -40,7 +40,6 @@ from drysim.results import all_kinds, fields_of, kind_of
 from drysim.results.fields import FORMAT_VERSION, Provenance, json_text
 from drysim.results.kind import SCENARIO_FILE
 from drysim.system import (
-    exchange_folders,
     file_sha256,
     flush_to_disk,
     is_path_too_long,
@@ -228,15 +227,9 @@ def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
 def _mark_partial(
     folder: Path, target: Path, partial: Path, resume: bool
 ) -> Iterator[LockedFolder]:
-    """Mark `<name>.partial` as drysim's and yield it; on failure keep what can be resumed.
-
-    Reserved file descriptors are released after a failure: removing a folder opens it, and the
-    failure may have been that no more files could be opened.
-    """
-    with at_forced_exit(lambda: abandon_partial(folder, partial)), ExitStack() as reserve:
+    """Mark `<name>.partial` as drysim's and yield it; on failure keep what can be resumed."""
+    with at_forced_exit(lambda: abandon_partial(folder, partial)):
         try:
-            for end in (*os.pipe(), *os.pipe()):  # four descriptors
-                reserve.callback(os.close, end)
             recover(target, sibling(target, "replaced"))
             # Without its marker the next run would not recognise the cases as drysim's.
             remove_contents(partial, {*STORES, MARKER} if resume else set())
@@ -245,7 +238,6 @@ def _mark_partial(
         except NotReplacedError:
             raise
         except BaseException as fault:
-            reserve.close()
             gone = isinstance(fault, FileNotFoundError) and not partial.exists()
             release_partial(partial)
             if gone:
@@ -696,16 +688,13 @@ def replace_folder(partial: Path, target: Path, backup: Path) -> None:
         flush_to_disk(target.parent)
         return
     with exclusive_lock(target, target):
-        if exchange_folders(partial, target):
-            backup = partial
-        else:
-            # A kill between these two leaves the old folder as `backup`: see recover().
-            replace(target, backup)
-            try:
-                replace(partial, target)
-            except OSError:
-                replace(backup, target)
-                raise
+        # A kill between these two leaves the old folder as `backup`: see recover().
+        replace(target, backup)
+        try:
+            replace(partial, target)
+        except OSError:
+            replace(backup, target)
+            raise
         flush_to_disk(target.parent)
         remove_folder(backup)
 
