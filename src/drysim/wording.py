@@ -178,7 +178,8 @@ def format_percent(share: float | None) -> str:
 
 def format_count(count: int, thing: str) -> str:
     """Return a count with its noun, e.g. `1 case` or `3 cases`."""
-    return f"{count} {thing}{'s' * (count != 1)}"
+    plural = "es" if thing.endswith("ch") else "s"
+    return f"{count} {thing}{plural * (count != 1)}"
 
 
 def format_times(count: float | None) -> str:
