@@ -6,6 +6,7 @@ from the exact one. The verdict is `held`, `wrong` or `failed`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,9 +22,9 @@ from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
 from drysim.study import gallery
 from drysim.study.case import assemble, prepare
-from drysim.study.outcome import Result
+from drysim.study.outcome import Result, format_repr
 from drysim.study.run import MotionCache
-from drysim.wording import format_deviation, format_number
+from drysim.wording import format_count, format_deviation, format_number
 
 if TYPE_CHECKING:
     from drysim.metrics.checks import Verdict
@@ -175,6 +176,15 @@ class HardCases(Result):
 
     cases: tuple[HardCase, ...]
     engine: str
+
+    def __repr__(self) -> str:
+        """Return how many cases each approach holds in one line."""
+        held = Counter(
+            one.approach for case in self.cases for one in case.results if one.verdict == HELD
+        )
+        counts = ", ".join(f"{name} {count}" for name, count in held.items())
+        cases = format_count(len(self.cases), "case")
+        return format_repr("HardCases", cases, f"held by {counts}")
 
     def exit_code(self, strict: bool = False) -> int:
         """Return the exit code: 3 if the exact approach failed, 1 if it was wrong, else 0."""

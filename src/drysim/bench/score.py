@@ -19,8 +19,8 @@ from drysim.approach.stick_slip import ExactApproach, StickSlip, Viscous
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.core.model import Samples
 from drysim.errors import SolverError
-from drysim.study.outcome import Result
-from drysim.wording import format_deviation, format_number
+from drysim.study.outcome import Result, format_repr
+from drysim.wording import format_deviation, format_number, join_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -145,6 +145,12 @@ class Bench(Result):
 
     cases: tuple[BenchCase, ...]
     engine: str
+
+    def __repr__(self) -> str:
+        """Return the number of scores in one line."""
+        names = join_words([panel.scenario.name for panel in self.cases])
+        count = sum(len(panel.scores) for panel in self.cases)
+        return format_repr("Bench", names, f"{count} entries")
 
     @property
     def checks(self) -> tuple[Verdict, ...]:
