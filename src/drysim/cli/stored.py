@@ -22,7 +22,7 @@ def show_stored(fields: Mapping[str, Any], console: AnyConsole) -> None:
     ValueError
         When it has a value of a wrong type.
     """
-    print_labelled(console, "command", str(fields["command"]))
+    print_labelled(console, "command", str(fields["command"]) or "none: written from Python")
     print_line(console)
     print_summary(console, from_fields(fields["summary"]))
     if of_which := fields.get("design", {}).get("metrics_of"):
@@ -30,7 +30,9 @@ def show_stored(fields: Mapping[str, Any], console: AnyConsole) -> None:
         print_labelled(console, "metrics", of_which)
     # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.
     for approach, metrics in metric_tables(fields.get("ensemble", fields)["metrics"]):
+        if not (columns := metric_columns(metrics)):
+            continue
         if approach:
             print_line(console)
             print_line(console, (f"  {approach}", "bold"))
-        print_table(console, metric_columns(metrics), ("metric", "unit"), OPTIONAL_COLUMNS)
+        print_table(console, columns, ("metric", "unit"), OPTIONAL_COLUMNS)

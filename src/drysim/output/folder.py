@@ -512,7 +512,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
     file = folder / MARKER
     hint = (
         "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `design`, "
-        "`branches` or `map`"
+        "`branches`, `map` or `bench`"
     )
     try:
         if not stat.S_ISDIR(folder.stat().st_mode):
@@ -528,7 +528,7 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
         raise OutputError(f"cannot read {folder}: {reason}", hint) from fault
     except (ValueError, RecursionError):
         fields = None
-    needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
+    needed = {"metrics", "checks", "numerics", "command", "complete"}
     if not isinstance(fields, dict) or not needed <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
     version = fields.get("format")
