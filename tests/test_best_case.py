@@ -145,7 +145,7 @@ def test_table_shows_its_best_case_in_a_notebook(tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
     table = package.sweep(package.load(tmp_path / "seat.yaml"))
     assert f"; best SEAT {table.best.value:.4g}; " in repr(table)
-    assert f"<li>best: SEAT {table.best.value:.4g}, at kinetic " in table._repr_html_()
+    assert f"<td>best</td><td>SEAT {table.best.value:.4g}</td>" in table._repr_html_()
 
 
 def test_cases_with_different_base_motion_are_no_designs(tmp_path):

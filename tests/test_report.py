@@ -496,7 +496,7 @@ def nested(folder):
 
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
-    "no folder": (shutil.rmtree, "`compare`, `fit`, `design`, `branches` or `map`"),
+    "no folder": (shutil.rmtree, "`fit`, `design`, `branches`, `map` or `bench`"),
     "not a result": (unmark, "out is no result of drysim: it has no drysim.json"),
     "a file": (replace_by_file, "out is a file, not a folder"),
     "marker is a folder": (mark_by_folder, "is not a plain file"),
@@ -585,11 +585,11 @@ def test_report_of_the_user_in_the_folder_stays(drysim, seat):
 def test_report_in_python_is_the_page_of_a_result(scenario):
     outcome = package.run(scenario(SEAT))
     page = Page(package.report(outcome))
-    assert "drysim.report in Python" in page.text
+    assert "none: written from Python" in page.text
     assert page.tags.count("img") == 2
     table = package.sweep(scenario(SWEPT))
     assert "Report of a sweep" in Page(package.report(table)).text
-    with pytest.raises(UsageError, match="a report needs a result, not str"):
+    with pytest.raises(UsageError, match="expected a result, not str"):
         package.report("out")
 
 

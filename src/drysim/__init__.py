@@ -73,6 +73,7 @@ __all__ = [
     "sweep",
 ]
 
+# `save`, `to_frame` and `to_html` are for the methods of results, whose layer is below theirs.
 __getattr__ = lazy_getattr(
     __name__,
     {
@@ -80,7 +81,10 @@ __getattr__ = lazy_getattr(
         "drysim.errors": (
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
+        "drysim.output": "save",
         "drysim.output.report": "report",
+        "drysim.results.frames": "to_frame",
+        "drysim.results.notebook": "to_html",
         "drysim.results.pictures": "plot",
         "drysim.scenario": "Scenario load",
         "drysim.study.branches": "BranchesResult branches",

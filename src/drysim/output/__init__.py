@@ -80,6 +80,18 @@ def write(
     return write_folder(result, folder, writers, command, exit_code, to_page)
 
 
+def save(
+    result: AnyResult, folder: str | Path, *, plots: bool = True, report: bool = False
+) -> Path:
+    """Write the output folder of a result that no command computed; see `Result.save`."""
+    kind_of(result)
+    out = Path(folder)
+    check_writable(out)
+    code = result.exit_code()
+    write(result, out, plots=plots, command="", exit_code=code, report=report)
+    return out
+
+
 def write_files(form: str, result: AnyResult, folder: Path) -> None:
     """Write the scenario and the tables of a result."""
     kind = kind_of(result)

@@ -16,7 +16,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 from unicodedata import category
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -25,19 +25,21 @@ import drysim
 from drysim import wording
 from drysim.approach import EXACT
 from drysim.console.summary import MAX_ALIKE, check_mark
-from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError, UsageError
+from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError
 from drysim.manual.words import APPROACH, TERMS, WARNING, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output.folder import (
     AGAIN_HINT,
     MARKER,
     REPORT_FILE,
+    check_report,
     read_sidecar,
+    save_report,
     translate_damage,
 )
-from drysim.results import KINDS, kind_named, stored
+from drysim.results import KINDS, kind_named, kind_of, stored
 from drysim.results.kind import PDF, PNG, SCENARIO_FILE, SVG
-from drysim.study.outcome import AnyResult, Result
+from drysim.study.outcome import AnyResult
 from drysim.study.summary import BAD, Row, Summary, from_fields
 from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
@@ -82,36 +84,44 @@ class Shown(NamedTuple):
     is_link: bool = False
 
 
-def report(result: AnyResult) -> str:
-    """Return the report of a result: one page of HTML that needs no other file.
+@overload
+def report(result: AnyResult, file: None = None) -> str: ...
+@overload
+def report(result: AnyResult, file: str | Path) -> Path: ...
+def report(result: AnyResult, file: str | Path | None = None) -> str | Path:
+    """Return the report of a result, one page of HTML that needs no other file, or write it.
 
     Parameters
     ----------
-    result : Outcome, Ensemble, Table, Comparison, FitResult, DesignResult or RegimeMap
-        Of `run`, `sweep`, `compare`, `fit`, `design` or `map_regimes`.
+    result : object
+        What `run`, `sweep`, `compare`, `fit`, `design`, `branches` or `map_regimes` returned.
+    file : str or Path, optional
+        It is replaced only if it is a report of drysim.
 
     Returns
     -------
-    str
-        The page, to be written as UTF-8.
+    str or Path
+        The page or, if it was written, the file.
 
     Raises
     ------
     UsageError
         When `result` is something else.
+    OutputError
+        When the file is no report of drysim, or cannot be written.
     """
-    from drysim.output import write
+    from drysim.output import save
 
-    if not isinstance(result, Result):
-        raise UsageError(
-            f"a report needs a result, not {type(result).__name__}",
-            "pass what drysim.run, sweep, compare, fit, design or map_regimes returned",
-        )
+    kind_of(result)
     with TemporaryDirectory(prefix="drysim-") as folder:
         out = Path(folder, "result")
-        code = result.exit_code()
-        write(result, out, plots=True, command="", exit_code=code, report=True)
-        return (out / REPORT_FILE).read_text(encoding="utf-8")
+        if file is not None:
+            check_report(Path(file), out)
+        text = (save(result, out, report=True) / REPORT_FILE).read_text(encoding="utf-8")
+    if file is None:
+        return text
+    save_report(Path(file), text)
+    return Path(file)
 
 
 def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool = True) -> str:
@@ -145,9 +155,18 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
     text, varied = scenario_text(folder), varied_keys(fields)
     pictures = list(pictures_in(folder, kind)) if plots else []
     rows = [(row, meaning_of_row(row, fields)) for group in summary.groups for row in group]
+    parts = (summary, *summary.parts)
+    # A bench and the hard cases have several scenarios.
+    scenarios = [one["scenario"] for one in fields.get("cases", [fields])]
     return environment.get_template(TEMPLATE).render(
         fields=fields,
         summary=summary,
+        name=scenarios[0]["name"] if len(scenarios) == 1 else summary.name or kind.what,
+        scenarios=scenarios,
+        inputs=fields.get("inputs", []),
+        excitation=fields.get("excitation", {}),
+        scene=[line for part in parts for line in part.scene],
+        findings=[note for part in parts for note in part.notes],
         files=[name for name in fields["files"] if name != REPORT_FILE],
         version=drysim.__version__,
         what=kind.what,
@@ -160,8 +179,9 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         key_rows=[row for row, _ in rows[:KEY_ROWS]],
         rows=rows,
         tables=[
-            (table.title, list(zip(*table.columns, strict=True)))
-            for table in (*filter(None, [summary.table]), *summary.details)
+            (title or table.title, list(zip(*table.columns, strict=True)))
+            for title, part in (("", summary), *((one.name, one) for one in summary.parts))
+            for table in (*filter(None, [part.table]), *part.details)
         ],
         legend=legend([row for row, _ in rows], kind.legend),
         notes=notes,
@@ -436,6 +456,10 @@ class _Origin(BaseModel):
     overrides: dict[str, Any] = {}
 
 
+class _Case(BaseModel):
+    scenario: _Origin
+
+
 class _Input(BaseModel):
     file: str
     sha256: str
@@ -464,9 +488,10 @@ class Stored(BaseModel):
     created: str
     complete: bool
     exit_code: int
-    scenario: _Origin
-    inputs: list[_Input]
-    excitation: dict[str, Any]
+    scenario: _Origin | None = None
+    inputs: list[_Input] = []
+    excitation: dict[str, Any] = {}
+    cases: list[_Case] = []
     numerics: dict[str, Any]
     software: dict[str, str]
     metrics: dict[str, float | int | dict[str, Any] | None]

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from drysim.errors import UsageError
+
 if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
     from drysim.results.kind import Kind
@@ -38,8 +40,21 @@ def kind_named(name: str) -> Kind:
 
 
 def kind_of(result: Any) -> Kind:
-    """Return the kind of a result."""
-    return kind_named(result.kind)
+    """Return the kind of a result.
+
+    Raises
+    ------
+    UsageError
+        When it is no result.
+    """
+    name = getattr(result, "kind", "")
+    if name not in KINDS:
+        raise UsageError(
+            f"expected a result, not {type(result).__name__}",
+            "pass what drysim.run, sweep, compare, fit, design, branches or map_regimes "
+            "returned",
+        )
+    return kind_named(name)
 
 
 def all_kinds() -> Iterator[Kind]:

@@ -187,12 +187,15 @@ FIT_COLUMNS = (
 )  # fmt: skip
 """Columns of fit.csv; each row has a unit of its own."""
 
+FIT_NUMBERS = FIT_COLUMNS[2:8]
+"""Columns of numbers in fit.csv."""
+
 
 def write_fit_csv(result: FitResult, file: Path) -> None:
     """Write fit.csv: the fitted values with their 95 % intervals."""
     rows = [
         [quote_cell(one.key), quote_cell(one.unit)]
-        + [format_cell(value) for value in one[2:8]]
+        + [format_cell(getattr(one, name)) for name in FIT_NUMBERS]
         + [quote_cell(one.note)]
         for one in result.parameters
     ]
@@ -248,7 +251,7 @@ FIT = Kind(
     name="fit",
     what="a fit",
     files=(
-        File("fit.csv", write_fit_csv),
+        File("fit.csv", write_fit_csv, numbers=FIT_NUMBERS),
         File("residuals.csv", write_residuals_csv),
         File(FITTED_FILE, lambda result, file: write_scenario(result.scenario, file)),
     ),

@@ -35,6 +35,8 @@ class File(NamedTuple):
     folder of the result."""
     form: str = ""
     """The format of tables that must be asked for, empty for a file of every result."""
+    numbers: Sequence[str] = ()
+    """Columns of numbers whose unit differs from row to row; others without a unit are text."""
 
 
 class Picture(NamedTuple):

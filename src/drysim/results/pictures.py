@@ -7,7 +7,9 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from drysim.errors import UsageError
 from drysim.results import kind_of
+from drysim.units import name_hint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,13 +30,15 @@ def draw(picture: Picture, result: AnyResult) -> Any:
     return getattr(import_module(f"drysim.plots.{module}"), function)(picture.shown(result))
 
 
-def plot(result: AnyResult) -> Figure:
-    """Return the main picture of a result as a figure of matplotlib.
+def plot(result: AnyResult, picture: str | None = None) -> Figure:
+    """Return a picture of a result as a figure of matplotlib.
 
     Parameters
     ----------
     result : object
         What `run`, `sweep`, `compare`, `fit`, `design`, `branches` or `map_regimes` returned.
+    picture : str, optional
+        Name of the picture, that of its file; default: the main one.
 
     Returns
     -------
@@ -43,11 +47,26 @@ def plot(result: AnyResult) -> Figure:
         transmissibilities of a sweep, approaches side by side, measured and fitted motion,
         the objective of designs, branches of periodic motions, or regimes over two keys.
         `figure.savefig` writes it.
+
+    Raises
+    ------
+    UsageError
+        When the result has no such picture, or nothing to draw in it.
     """
+    kind = kind_of(result)
+    pictures = {one.name: one for one in kind.pictures}
+    if not pictures:
+        raise UsageError(f"there are no pictures of {kind.what}")
+    name = next(iter(pictures)) if picture is None else str(picture)
+    if name not in pictures:
+        hint = name_hint(name, pictures)
+        raise UsageError(f"there is no picture `{name}` of {kind.what}{hint}")
     from drysim.plots import style
 
     style.import_matplotlib()
     style.register_with_notebook()
     with style.picture_style():
-        figure: Figure = draw(kind_of(result).pictures[0], result)
+        figure: Figure | None = draw(pictures[name], result)
+    if figure is None:
+        raise UsageError(f"there is nothing for the picture `{name}` in this result")
     return figure

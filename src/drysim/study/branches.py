@@ -54,7 +54,7 @@ from drysim.study.case import (
     refuse_direction,
     require_scenario,
 )
-from drysim.study.outcome import Result, format_repr, html_table
+from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.run import observe_window
 from drysim.study.sweep import describe_numerics
@@ -288,23 +288,9 @@ class BranchesResult(Result):
         return format_repr(
             "BranchesResult",
             self.scenario.name,
-            f"{len(self.branches)} branches",
+            format_count(len(self.branches), "branch"),
             format_count(len(self.bifurcations), "bifurcation"),
         )
-
-    def _repr_html_(self) -> str:
-        """Return the bifurcations as HTML, for notebooks."""
-        rows = [
-            (
-                one.kind,
-                format_number(one.value, digits=10),
-                self.axis.unit,
-                f"branch {one.branch}",
-            )
-            for one in self.bifurcations
-        ]
-        header = ("bifurcation", self.axis.key, "unit", "of")
-        return html_table(repr(self), header, rows, ())
 
 
 def branches(scenario: Scenario) -> BranchesResult:

@@ -32,7 +32,7 @@ from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import FIT_NAMES, Case, case_error, prepare, require_scenario
-from drysim.study.outcome import Result, format_repr, html_table
+from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan
 from drysim.study.run import MotionCache, unused_spectra_warnings
 from drysim.study.search import (
@@ -61,7 +61,7 @@ from drysim.study.statistics import (
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
 from drysim.study.warnings import hourly_stroke_warnings
-from drysim.wording import Point, describe_point, format_deviation, format_number
+from drysim.wording import Point, describe_point, format_deviation
 
 if TYPE_CHECKING:
     from drysim.study.store import Store
@@ -377,15 +377,6 @@ class DesignResult(Result):
         return format_repr(
             "DesignResult", name, many, self.place(self.best), self.result(self.best)
         )
-
-    def _repr_html_(self) -> str:
-        """Return the best design as HTML, for notebooks."""
-        rows = [
-            (one.key, format_number(self.shown.values[one.key]), one.unit)
-            for one in self.design.vary
-            if self.shown
-        ]
-        return html_table(repr(self), ("key", "value", "unit"), rows, self.checks)
 
 
 def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:

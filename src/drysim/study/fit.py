@@ -64,7 +64,7 @@ from drysim.study.fit_model import (
     is_decay,
     model_of_law,
 )
-from drysim.study.outcome import Result, format_repr, html_table
+from drysim.study.outcome import Result, format_repr
 from drysim.study.starting_values import STILL_NOISE, integrate, noise_level, remove_drift
 from drysim.study.statistics import NORMAL_95
 from drysim.wording import format_number, format_range, format_unit, join_words
@@ -381,15 +381,6 @@ class FitResult(Result):
         )
         error = f"error {format_number(100 * (self.metrics['fit_error'] or 0.0), '%', 3)}"
         return format_repr("FitResult", self.source.name, values, error)
-
-    def _repr_html_(self) -> str:
-        """Return the fitted values as HTML, for notebooks."""
-        rows = [
-            (one.key, format_number(one.value), one.unit, format_profile_interval(one))
-            for one in self.parameters
-        ]
-        header = ("key", "value", "unit", "95 % interval")
-        return html_table(repr(self), header, rows, self.checks)
 
     def residuals(self, channel: ChannelFit) -> Floats:
         """Return the measured minus the fitted samples of a channel, without its offset."""

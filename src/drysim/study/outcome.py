@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, overload
 
 import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
-from drysim.metrics.table import UNITS
 from drysim.metrics.text import format_metrics
-from drysim.wording import format_count, format_number, format_unit, join_words
+from drysim.wording import format_count, join_words
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
@@ -47,7 +46,11 @@ class AnyResult(Judged, Protocol):
 
 
 class Result:
-    """What all results share: a picture, and an exit code."""
+    """What all results share: pictures, tables, files, a report, and an exit code.
+
+    Each of them is that of the kind of result, which lies in a higher layer and is imported
+    through the package when it is needed.
+    """
 
     kind: ClassVar[str]
     """Name of the kind of result in `drysim.results`."""
@@ -57,9 +60,69 @@ class Result:
         """Whether the numerics failed in one of many cases; a single one raises an error."""
         return False
 
-    def plot(self: Any) -> Any:
-        """Return the main picture of the result, a figure of matplotlib; see `drysim.plot`."""
-        return drysim.plot(self)
+    def plot(self, picture: str | None = None) -> Any:
+        """Return a picture of the result, a figure of matplotlib; see `drysim.plot`."""
+        return drysim.plot(self, picture)
+
+    def to_frame(self, table: str | None = None) -> Any:
+        """Return a table of the result as a DataFrame of pandas.
+
+        Parameters
+        ----------
+        table : str, optional
+            Name of the table, that of its CSV file; default: the main one.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The columns of the CSV file in SI units, NaN where a number is missing.
+            `frame.attrs["units"]` has the unit of each column of numbers.
+
+        Raises
+        ------
+        UsageError
+            If pandas is not installed, or the result has no such table or nothing for it.
+        """
+        return drysim.to_frame(self, table)
+
+    def save(self, folder: str | Path, *, plots: bool = True, report: bool = False) -> Path:
+        """Write the files of the result into a folder, as the commands do.
+
+        Parameters
+        ----------
+        folder : str or Path
+            It is replaced, unless it has files that drysim did not write.
+        plots : bool, optional
+            Whether to draw the pictures.
+        report : bool, optional
+            Whether to write report.html as well.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        OutputError
+            If the folder was not written by drysim, or cannot be written.
+        """
+        written: Path = drysim.save(self, folder, plots=plots, report=report)
+        return written
+
+    @overload
+    def report(self, file: None = None) -> str: ...
+    @overload
+    def report(self, file: str | Path) -> Path: ...
+    def report(self, file: str | Path | None = None) -> str | Path:
+        """Return the report of the result, or write it into a file; see `drysim.report`."""
+        page: str | Path = drysim.report(self, file)
+        return page
+
+    def _repr_html_(self) -> str:
+        """Return numbers, checks and verdict as HTML, for notebooks."""
+        page: str = drysim.to_html(self)
+        return page
 
     def exit_code(self: Judged, strict: bool = False) -> int:
         """Return 3 if one of many cases failed, 1 if a check failed, else 0.
@@ -116,15 +179,6 @@ class Outcome(Result):
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
 
-    def _repr_html_(self) -> str:
-        """Return metrics and verdicts as HTML, for notebooks."""
-        rows = [
-            (name, format_number(value), format_unit(UNITS[name]))
-            for name, value in self.metrics.items()
-            if value is not None
-        ]
-        return html_table(repr(self), ("metric", "value", "unit"), rows, self.checks)
-
 
 # One-line representations for notebooks and debuggers.
 
@@ -137,25 +191,6 @@ def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]
     parts += [f"{left} skipped"] * bool(left)
     parts += [format_count(len(warnings), "warning")] * bool(warnings)
     return join_words(parts) if parts else ""
-
-
-def html_table(
-    caption: str,
-    header: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    checks: Iterable[Verdict] = (),
-    notes: Iterable[str] = (),
-) -> str:
-    """Return a table as HTML, with notes and verdicts below it."""
-    lines = [
-        "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
-        for tag, cells in (("th", header), *(("td", row) for row in rows))
-    ]
-    body = "".join(f"<tr>{line}</tr>" for line in lines)
-    sentences = [*notes, *(verdict.sentence for verdict in checks)]
-    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
-    below = f"<ul>{items}</ul>" if items else ""
-    return f"<table><caption>{escape(caption)}</caption>{body}</table>{below}"
 
 
 def format_repr(what: str, name: str, *parts: str) -> str:

@@ -78,7 +78,7 @@ from drysim.study.case import (
     refuse_direction,
     require_scenario,
 )
-from drysim.study.outcome import Result, format_repr, html_table
+from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine
 from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
@@ -453,13 +453,6 @@ class RegimeMap(Result):
         words = ", ".join(self.regimes)
         lines = f"{len(self.boundaries)} lines"
         return format_repr("RegimeMap", self.scenario.name, lines, words)
-
-    def _repr_html_(self) -> str:
-        """Return the regimes as HTML, for notebooks."""
-        rows = [
-            (describe_regime(label), f"{share:.1%}") for label, share in self.shares.items()
-        ]
-        return html_table(repr(self), ("regime", "share of the map"), rows, self.checks)
 
 
 def describe_fixed(case: Case, keys: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
-from drysim.errors import UsageError, WarningMessage
+from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Shock
 from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.metrics.table import (
@@ -42,7 +42,6 @@ from drysim.study.outcome import (
     Result,
     count_verdicts,
     format_repr,
-    html_table,
 )
 from drysim.study.statistics import (
     FAILED,
@@ -50,7 +49,6 @@ from drysim.study.statistics import (
     OK,
     STATUSES,
     Batch,
-    OverSeeds,
     Row,
     as_batches,
     judge_row,
@@ -137,19 +135,6 @@ class Table(Result):
         )
         best = f"best {self.best.result}" if self.best else ""
         return format_repr("Table", name, ", ".join(summary), found, best, verdicts)
-
-    def _repr_html_(self) -> str:
-        """Return ranges of the metrics, best case and verdicts as HTML, for notebooks."""
-        rows = [
-            (tally.approach, name, *map(format_number, ends), format_unit(UNITS[name]))
-            for tally in self.tallies.values()
-            for name, ends in tally.ends.items()
-        ]
-        header = ("approach", "metric", "least", "greatest", "unit")
-        best = [
-            f"{name}: {one.result}, {one.describe(self.axes)}" for name, one in self.answers
-        ]
-        return html_table(repr(self), header, rows, self.checks, best)
 
     @property
     def approaches(self) -> tuple[str, ...]:
@@ -330,44 +315,24 @@ class Table(Result):
         """Yield the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
 
-    def to_frame(self) -> Any:
-        """Return the table as a DataFrame of pandas.
+    def to_frame(self, table: str | None = None) -> Any:
+        """Return a table of the result as a DataFrame of pandas; see `Result.to_frame`.
 
-        Returns
-        -------
-        pandas.DataFrame
-            One row per case: `approach`, the swept keys, `F_fk`, `F_fs`, the metrics and
-            `status`, in SI units, NaN where a value is unknown. A metric that is a mean over
-            seeds has its half-width in a column such as `T_a_half_width`.
-
-        Raises
-        ------
-        UsageError
-            If pandas is not installed.
+        The table of the cases has all metrics, those that transmissibility.csv omits at the
+        end.
         """
-        try:
-            import pandas as pd
-        except ImportError:
-            hint = 'pip install "drysim[pandas]"'
-            raise UsageError("to_frame needs the package pandas", hint) from None
-        frames = []
-        for batch in as_batches(self.rows):
-            over = [batch.over.get(i, OverSeeds(1)).half_widths for i in range(len(batch))]
-            means = {name: None for widths in over for name in widths}
-            columns = {
-                "approach": batch.approach,
-                **batch.points,
-                "F_fk": batch.F_fk,
-                "F_fs": batch.F_fs,
-                **batch.metrics,
-                **{
-                    f"{name}_half_width": np.array([one.get(name) for one in over], float)
-                    for name in means
-                },
-                "status": [STATUSES[code] for code in batch.status],
-            }
-            frames.append(pd.DataFrame(columns, index=range(len(batch))))
-        return pd.concat(frames, ignore_index=True)
+        frame = super().to_frame(table)
+        if table is not None:
+            return frame
+        batches, units = [*as_batches(self.rows)], {**frame.attrs["units"], **UNITS}
+        omitted = {
+            metric.name: np.concatenate([batch.metrics[metric.name] for batch in batches])
+            for metric in METRICS
+            if metric.name not in frame
+        }
+        frame = frame.assign(**omitted)
+        frame.attrs["units"] = {name: units[name] for name in frame if name in units}
+        return frame
 
 
 HYSTERESIS_TOLERANCE = 1e-6

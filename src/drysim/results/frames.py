@@ -1,0 +1,81 @@
+"""Tables of a result as data frames of pandas: what their CSV files hold, read back."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.errors import UsageError
+from drysim.results import kind_of
+from drysim.units import name_hint
+
+if TYPE_CHECKING:
+    from drysim.results.kind import File
+    from drysim.study.outcome import AnyResult
+
+HEADER = re.compile(r"(?P<name>[^\[]+?)(?: \[(?P<unit>[^\]]*)\])?")
+"""Header of a column: its name and, of numbers, its unit."""
+
+
+def to_frame(result: AnyResult, table: str | None = None) -> Any:
+    """Return a table of a result as a DataFrame of pandas; see `Result.to_frame`."""
+    require_pandas()
+    kind = kind_of(result)
+    files = {Path(file.name).stem: file for file in kind.files if file.name.endswith(".csv")}
+    name = next(iter(files)) if table is None else str(table)
+    if name not in files:
+        raise UsageError(f"there is no table `{name}` of {kind.what}{name_hint(name, files)}")
+    with TemporaryDirectory(prefix="drysim-") as folder:
+        path = Path(folder, files[name].name)
+        files[name].write(result, path)
+        if not path.exists():
+            raise UsageError(f"there is nothing for the table `{name}` in this result")
+        return read_table(path, files[name])
+
+
+def require_pandas() -> None:
+    """Verify that pandas is installed.
+
+    Raises
+    ------
+    UsageError
+        With the command that installs it.
+    """
+    try:
+        import pandas  # noqa: F401 - only to see whether it is installed
+    except ImportError:
+        hint = 'pip install "drysim[pandas]"'
+        raise UsageError("to_frame needs the package pandas", hint) from None
+
+
+def read_table(path: Path, file: File) -> Any:
+    """Return a CSV file of a result as a DataFrame, the units of its numbers in `attrs`."""
+    import pandas as pd
+
+    with path.open(encoding="utf-8", newline="") as lines:
+        headers, *rows = csv.reader(lines)
+    columns = [match.groups() for match in map(HEADER.fullmatch, headers) if match]
+    cells = zip(*rows, strict=True) if rows else [()] * len(columns)
+    frame = pd.DataFrame(
+        {
+            name: to_numbers(column) if unit or name in file.numbers else column
+            for (name, unit), column in zip(columns, cells, strict=True)
+        }
+    )
+    frame.attrs["units"] = {name: unit for name, unit in columns if unit}
+    return frame
+
+
+def to_numbers(cells: Sequence[str]) -> NDArray[Any] | list[int]:
+    """Return the numbers of cells, NaN where one is empty; integers if all are whole."""
+    # The readers of pandas round the last digit, unless by an option that is deprecated.
+    if cells and all(cell.lstrip("-").isdigit() for cell in cells):
+        return [int(cell) for cell in cells]
+    return np.array([cell or "nan" for cell in cells], dtype=str).astype(float)

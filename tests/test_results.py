@@ -1,0 +1,195 @@
+"""What every kind of result can do in Python: pictures, tables, files, reports, notebooks."""
+
+from __future__ import annotations
+
+import csv
+import html
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+from every_kind import result_of
+
+import drysim
+from drysim.errors import OutputError, UsageError
+from drysim.results import KINDS, kind_named
+from drysim.results.notebook import table_html
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """Return a function that saves a result of a kind once, and returns the folder."""
+    folders = {}
+
+    def folder(kind):
+        if kind not in folders:
+            out = tmp_path_factory.mktemp("saved") / kind
+            folders[kind] = result_of(kind).save(out, report=True)
+        return folders[kind]
+
+    return folder
+
+
+def tables_of(kind):
+    """Return the names of the tables of a kind."""
+    return [Path(f.name).stem for f in kind_named(kind).files if f.name.endswith(".csv")]
+
+
+@every_kind
+def test_saved_result_is_a_folder_of_the_commands(saved, kind, drysim):
+    folder = saved(kind)
+    fields = json.loads((folder / "drysim.json").read_text())
+    assert (fields["kind"], fields["complete"]) == (kind, True)
+    assert fields["files"].keys() == {file.name for file in folder.iterdir()} - {"drysim.json"}
+    assert f"{tables_of(kind)[0]}.csv" in fields["files"]
+    shown = drysim("summarise", folder)
+    assert (shown.code, "none: written from Python" in shown.out) == (0, True)
+
+
+@every_kind
+def test_saved_result_has_the_pictures_and_the_report_that_were_asked_for(
+    saved, kind, tmp_path
+):
+    names = {file.name for file in saved(kind).iterdir()}
+    assert "report.html" in names
+    pictures = [f"{one.name}.png" for one in kind_named(kind).pictures]
+    assert {*pictures[:1]} <= names
+    bare = {
+        file.name for file in result_of(kind).save(tmp_path / "bare", plots=False).iterdir()
+    }
+    assert bare == names - {"report.html", *pictures}
+
+
+def test_saved_result_replaces_nothing_but_a_result(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/notes.txt").write_text("mine")
+    with pytest.raises(OutputError, match="it stays as it is"):
+        result_of("run").save(tmp_path / "mine")
+    assert [file.name for file in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+    out = result_of("run").save(tmp_path / "out", plots=False)
+    assert result_of("run").save(str(out), plots=False) == out
+
+
+def number(cell):
+    """Return a cell of a column of numbers, NaN if it is empty."""
+    return float(cell or "nan")
+
+
+@every_kind
+def test_frames_hold_what_the_csv_files_hold(saved, kind):
+    for name in tables_of(kind):
+        file = saved(kind) / f"{name}.csv"
+        if not file.exists():
+            with pytest.raises(UsageError, match=f"there is nothing for the table `{name}`"):
+                result_of(kind).to_frame(name)
+            continue
+        with file.open(encoding="utf-8", newline="") as lines:
+            headers, *rows = csv.reader(lines)
+        frame = result_of(kind).to_frame(name)
+        units = frame.attrs["units"]
+        assert len(frame) == len(rows)
+        for i, header in enumerate(headers):  # a sweep has further metrics behind
+            column = frame.columns[i]
+            assert header == (f"{column} [{units[column]}]" if column in units else column)
+            cells, values = [row[i] for row in rows], frame[column].tolist()
+            if pandas.api.types.is_numeric_dtype(frame[column]):
+                assert np.array_equal(values, [*map(number, cells)], equal_nan=True)
+            else:
+                assert values == cells
+
+
+@every_kind
+def test_main_table_and_main_picture_are_the_first(kind):
+    result = result_of(kind)
+    first = result.to_frame(tables_of(kind)[0])
+    pandas.testing.assert_frame_equal(result.to_frame()[[*first]], first)
+    if kind_named(kind).pictures:
+        main = result.plot(kind_named(kind).pictures[0].name)
+        assert len(result.plot().axes) == len(drysim.plot(result).axes) == len(main.axes)
+
+
+@every_kind
+def test_every_picture_that_the_command_writes_is_drawn(saved, kind):
+    names = [one.name for one in kind_named(kind).pictures]
+    if not names:
+        with pytest.raises(UsageError, match="there are no pictures of the hard cases"):
+            result_of(kind).plot()
+    for name in names:
+        if (saved(kind) / f"{name}.png").exists():
+            assert result_of(kind).plot(name).axes
+        else:
+            with pytest.raises(UsageError, match=f"there is nothing for the picture `{name}`"):
+                result_of(kind).plot(name)
+
+
+def test_unknown_picture_or_table_is_an_error_that_names_those_there_are():
+    outcome = result_of("run")
+    with pytest.raises(UsageError, match=r"no picture `responce` of one case; did you mean `r"):
+        outcome.plot("responce")
+    with pytest.raises(UsageError, match=r"`x` of a fit; use one of fit, residuals"):
+        result_of("fit").to_frame("x")
+    for value in ("seat.yaml", None, outcome.metrics):
+        with pytest.raises(UsageError, match=r"expected a result, not") as fault:
+            drysim.plot(value)
+        assert "pass what drysim.run" in fault.value.hint
+
+
+def test_table_without_rows_has_columns_of_numbers():
+    frame = result_of("branches").to_frame("bifurcations")
+    assert len(frame) == 0
+    assert [*frame][:3] == ["bifurcation", "branch", "friction.kinetic"]
+    assert frame["branch"].dtype == float
+
+
+def test_missing_pandas_is_an_error_that_names_the_package(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(UsageError, match="needs the package pandas") as fault:
+        result_of("run").to_frame()
+    assert "drysim[pandas]" in fault.value.hint
+
+
+@every_kind
+def test_report_is_returned_or_written(kind, tmp_path):
+    result = result_of(kind)
+    page = result.report()
+    assert "<h1>" in page
+    file = result.report(tmp_path / "a.html")
+    assert file == tmp_path / "a.html"
+    assert file.read_text(encoding="utf-8").startswith(page[:1000])
+
+
+def test_report_replaces_nothing_but_a_report(tmp_path):
+    file = tmp_path / "notes.html"
+    file.write_text("mine")
+    with pytest.raises(OutputError, match="it stays as it is"):
+        result_of("run").report(file)
+    assert file.read_text() == "mine"
+    report = tmp_path / "report.html"
+    assert result_of("run").report(str(report)) == result_of("fit").report(report) == report
+
+
+@every_kind
+def test_notebooks_show_the_summary(kind):
+    result = result_of(kind)
+    assert "\n" not in repr(result)
+    assert len(repr(result)) < 300
+    page, summary = result._repr_html_(), kind_named(kind).summary(result)
+    texts = [repr(result)]
+    for each in (summary, *summary.parts):
+        texts += [row.value for rows in each.groups for row in rows]
+        texts += [
+            text for column in (each.table.columns if each.table else ()) for text in column
+        ]
+        texts += [check.sentence for check in each.checks]
+    assert [text for text in texts if html.escape(text) not in page] == []
+
+
+def test_text_in_a_notebook_is_escaped():
+    assert table_html([("<script>",)], ("a & b",)) == (
+        "<table><tr><th>a &amp; b</th></tr><tr><td>&lt;script&gt;</td></tr></table>"
+    )
