@@ -33,13 +33,13 @@ from drysim.metrics import stroke
 from drysim.metrics.table import measure
 from drysim.plots import response
 from drysim.plots.response import excursions
+from drysim.quantity import Quantity
 from drysim.scenario import schema
 from drysim.scenario.axes import count_points, iter_points, point_columns
 from drysim.scenario.load import load
 from drysim.scenario.sampling import Design, LogNormal, Normal, Triangular, Uniform
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study.sweep import sweep
-from drysim.units import Quantity
 from drysim.yaml_document import dump
 
 # Samples and keys that walk together: what they draw, how a file says them, their faults.

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, ValidationError
 
+from drysim.block import field_descriptions
 from drysim.core.model import Samples, Sines
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.harmonic import Harmonic, Rest, Shock, SineSum
-from drysim.units import Quantity, field_descriptions
+from drysim.quantity import Quantity
 
 WORDS = {
     "rest": {},

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.stick_slip import ExactApproach, StickSlip
+from drysim.block import field_descriptions
 from drysim.core.model import CoulombLaw
 from drysim.errors import ScenarioError
 from drysim.friction import (
@@ -28,9 +29,9 @@ from drysim.friction import (
 )
 from drysim.manual import pages
 from drysim.metrics.table import measure
+from drysim.quantity import Quantity
 from drysim.scenario.load import load
 from drysim.scenario.reading import LAWS, numeric_keys
-from drysim.units import Quantity, field_descriptions
 
 # Friction in words: Coulomb's in particular, and what laws beyond his refuse.
 

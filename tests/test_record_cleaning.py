@@ -15,11 +15,11 @@ from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.plots.response import draw as draw_response
 from drysim.plots.sweep import draw_stroke
+from drysim.quantity import Quantity
 from drysim.records.warnings import displacement_warnings
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
 from drysim.study.sweep import sweep
-from drysim.units import Quantity
 from drysim.wording import describe_clean_up
 
 RATE = 200.0

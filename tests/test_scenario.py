@@ -13,6 +13,7 @@ import pytest
 from pydantic import BaseModel
 
 from drysim.approach import APPROACHES_BY_NAME
+from drysim.block import Block
 from drysim.core.model import CoulombLaw, Plant, State
 from drysim.errors import ScenarioError
 from drysim.excitation import EXCITATIONS
@@ -21,7 +22,6 @@ from drysim.scenario import schema
 from drysim.scenario.blocks import solver_with_options
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario, scene_period
-from drysim.units import Block
 from drysim.yaml_document import dump
 
 # A scenario file that is sound: what it means, what it defaults to, and how it runs again.

@@ -20,6 +20,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 from pydantic import Field, model_validator
 
 from drysim import system
+from drysim.block import Block, InvalidValue, PlainOrBlock
 from drysim.core.model import (
     BRISTLE,
     LEUVEN,
@@ -30,20 +31,9 @@ from drysim.core.model import (
     PiecewiseLaw,
     principal_angle,
 )
+from drysim.direction import DirectedForce, by_direction, depends_on_direction
+from drysim.quantity import Angle, Damping, Force, Frequency, Quantity
 from drysim.records.options import Recorded
-from drysim.units import (
-    Angle,
-    Block,
-    Damping,
-    DirectedForce,
-    Force,
-    Frequency,
-    InvalidValue,
-    PlainOrBlock,
-    Quantity,
-    by_direction,
-    depends_on_direction,
-)
 from drysim.wording import format_number
 
 GRAVITY = 9.81

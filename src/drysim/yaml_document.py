@@ -25,7 +25,8 @@ from yaml.reader import Reader
 
 from drysim import system
 from drysim.errors import Problem, UsageError
-from drysim.units import NUMBER_PATTERN, closest_match, did_you_mean, format_value, shorten
+from drysim.messages import closest_match, did_you_mean, format_value, shorten
+from drysim.units import NUMBER_PATTERN
 
 KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""

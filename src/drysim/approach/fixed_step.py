@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from drysim.approach.solution import Response
 from drysim.approach.stick_slip import ApproachBase
 from drysim.core.model import AnyLaw, AnyState, Floats, Plant, Samples, Sines
-from drysim.units import Quantity
+from drysim.quantity import Quantity
 
 if TYPE_CHECKING:
     from drysim.core.fixed_step import BaseOnGrid, MotionOnGrid

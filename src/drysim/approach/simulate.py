@@ -30,7 +30,8 @@ from drysim.core.model import (
     limit_force,
 )
 from drysim.errors import SolverError, UsageError
-from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE, shorten
+from drysim.messages import shorten
+from drysim.quantity import MAX_MAGNITUDE, MIN_MAGNITUDE
 
 NUMERIC_KINDS = "iuf"
 """numpy kinds of integers and floats; arrays of other kinds are checked element by element."""

@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 
 from drysim.approach import exact
 from drysim.approach.solution import Response, Trajectory
+from drysim.block import Block
 from drysim.core.model import (
     AnyLaw,
     AnyState,
@@ -17,7 +18,6 @@ from drysim.core.model import (
     Samples,
     Sines,
 )
-from drysim.units import Block
 
 
 class ApproachBase(Block):

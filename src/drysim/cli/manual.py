@@ -37,7 +37,7 @@ def manual(name: Name = None, listed: List = False) -> int:
 
     known = pages()
     if name is not None and name not in known:
-        from drysim.units import closest_match, did_you_mean
+        from drysim.messages import closest_match, did_you_mean
 
         hint = did_you_mean(closest_match(name, known))
         sentence = f"no page `{name}` in the manual{hint}"
@@ -55,7 +55,7 @@ def explain(word: Word) -> int:
     from drysim.console.pages import show_entries
     from drysim.manual.words import closest_word
     from drysim.manual.words import explain as meanings
-    from drysim.units import did_you_mean
+    from drysim.messages import did_you_mean
 
     found = meanings(word)
     if not found:

@@ -10,8 +10,9 @@ from collections.abc import Collection, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+from drysim.block import Block, InvalidValue
 from drysim.core.model import RecordSummary, Samples, Sines, without_rest
-from drysim.units import Block, InvalidValue, Quantity
+from drysim.quantity import Quantity
 from drysim.wording import format_number, format_percent, format_range
 
 

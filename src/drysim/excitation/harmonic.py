@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from drysim.block import Block, InvalidValue
 from drysim.core.model import Floats, Samples, Sines, principal_angle
 from drysim.errors import WarningMessage
 from drysim.excitation.base import (
@@ -22,7 +23,7 @@ from drysim.excitation.base import (
     PeriodicMotion,
 )
 from drysim.excitation.random import coarse_step_warnings
-from drysim.units import Acceleration, Angle, Block, Frequency, InvalidValue, Quantity
+from drysim.quantity import Acceleration, Angle, Frequency, Quantity
 from drysim.wording import format_number, format_range
 
 

@@ -29,20 +29,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from drysim.block import Block, InvalidValue
 from drysim.core.model import BLOCK_SIZE, MAX_CACHED, Floats, Samples, recall
 from drysim.errors import WarningMessage
 from drysim.excitation.base import STEP_TOLERANCE, FiniteMotion, as_integer
+from drysim.messages import closest_match, did_you_mean, format_value
 from drysim.parallel import completed_in_threads
+from drysim.quantity import Frequency, Quantity
 from drysim.system import processor_count
-from drysim.units import (
-    Block,
-    Frequency,
-    InvalidValue,
-    Quantity,
-    closest_match,
-    did_you_mean,
-    format_value,
-)
 from drysim.wording import format_number, format_range
 
 Density = Callable[[Floats], Floats]

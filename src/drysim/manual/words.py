@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import pages
+from drysim.messages import closest_match
 from drysim.metrics.table import FIT_METRICS, METRICS
 from drysim.scenario.reading import TAG_KEYS
 from drysim.study.gallery import SCHEMA_FILE, folder, list_scenarios
-from drysim.units import closest_match
 from drysim.yaml_document import dump, read_document
 
 

@@ -17,16 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.messages import closest_match, did_you_mean, format_value, name_hint
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, SIGNED, UNITS, Metrics
-from drysim.units import (
-    closest_match,
-    conversion_factor,
-    convert,
-    did_you_mean,
-    format_value,
-    name_hint,
-    unit_suffix,
-)
+from drysim.units import conversion_factor, convert, unit_suffix
 from drysim.wording import Point, format_interval, format_number, format_unit
 
 Column = NDArray[Any]

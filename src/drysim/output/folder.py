@@ -36,6 +36,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
 from drysim.forced_exit import at_forced_exit, no_forced_exit
+from drysim.messages import shorten
 from drysim.results import all_kinds, fields_of, kind_of
 from drysim.results.fields import FORMAT_VERSION, Provenance, json_text
 from drysim.results.kind import SCENARIO_FILE
@@ -47,7 +48,6 @@ from drysim.system import (
     removed_error,
     replace,
 )
-from drysim.units import shorten
 from drysim.wording import sanitise
 
 if TYPE_CHECKING:

@@ -27,15 +27,9 @@ from numpy.typing import NDArray
 from drysim import system
 from drysim.core.model import MAX_CACHED, Floats, Signal, blocks
 from drysim.errors import Problem, RecordError
+from drysim.messages import closest_match, did_you_mean, format_value
 from drysim.records import SI, clock
-from drysim.units import (
-    closest_match,
-    conversion_factor,
-    convert,
-    did_you_mean,
-    format_value,
-    is_known_unit,
-)
+from drysim.units import conversion_factor, convert, is_known_unit
 
 READ_SIZE = 1 << 20
 """Bytes read at a time: small compared with the samples, large compared with overhead."""

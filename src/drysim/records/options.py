@@ -20,21 +20,11 @@ from pydantic import (
 )
 
 from drysim import system
+from drysim.block import Block, InvalidValue
+from drysim.messages import closest_match, did_you_mean, format_value
+from drysim.quantity import Dimensionless, Frequency, Quantity, Time
 from drysim.records import SI
-from drysim.units import (
-    NUMBER_PATTERN,
-    Block,
-    Dimensionless,
-    Frequency,
-    InvalidValue,
-    Quantity,
-    Time,
-    closest_match,
-    conversion_factor,
-    convert,
-    did_you_mean,
-    format_value,
-)
+from drysim.units import NUMBER_PATTERN, conversion_factor, convert
 
 SUGGESTED_HIGH_PASS = 0.3
 """Corner frequency of the high-pass that messages suggest [Hz], below human sensitivity."""

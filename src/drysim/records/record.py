@@ -18,6 +18,7 @@ import numpy as np
 
 from drysim.core.model import Floats, Input, NormalForceRecord, Samples, Signal, blocks
 from drysim.errors import RecordError, WarningMessage
+from drysim.quantity import MAX_MAGNITUDE, MIN_MAGNITUDE
 from drysim.records import SI
 from drysim.records.artefacts import indices_of, missing_code
 from drysim.records.clean import (
@@ -67,7 +68,6 @@ from drysim.records.warnings import (
     rising_warnings,
     unit_warnings,
 )
-from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE
 from drysim.wording import format_count
 
 

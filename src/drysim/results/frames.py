@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.errors import UsageError
+from drysim.messages import name_hint
 from drysim.results import kind_of
-from drysim.units import name_hint
 
 if TYPE_CHECKING:
     from drysim.results.kind import File

@@ -8,8 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from drysim.errors import UsageError
+from drysim.messages import name_hint
 from drysim.results import kind_of
-from drysim.units import name_hint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -26,9 +26,9 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from drysim.block import Block
 from drysim.core.model import Floats
 from drysim.scenario.sampling import LazySequence, SampledValues, Uniform
-from drysim.units import Block
 from drysim.wording import format_unit
 from drysim.yaml_document import KeyPath
 

@@ -27,6 +27,7 @@ from pydantic import (
 )
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
+from drysim.block import Block, InvalidValue, PlainOrBlock
 from drysim.core.model import (
     MAX_STAGES,
     CoulombLaw,
@@ -36,28 +37,19 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
+from drysim.direction import (
+    DirectedDamping,
+    by_direction,
+    depends_on_direction,
+    mean_of_directions,
+)
 from drysim.errors import Problem
+from drysim.messages import format_value, name_hint
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
 from drysim.metrics.table import sqrt
+from drysim.quantity import Damping, Length, Mass, Quantity, Stiffness, Velocity
 from drysim.scenario.reading import LAWS
-from drysim.units import (
-    Block,
-    Damping,
-    DirectedDamping,
-    InvalidValue,
-    Length,
-    Mass,
-    PlainOrBlock,
-    Quantity,
-    Stiffness,
-    Velocity,
-    by_direction,
-    depends_on_direction,
-    format_value,
-    mean_of_directions,
-    name_hint,
-)
 from drysim.yaml_document import Document, KeyPath
 
 SEED_KEY = "excitation.seed"

@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from drysim.block import Block, InvalidValue
 from drysim.metrics.checks import Check, known_metric
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.scenario.axes import (
@@ -30,7 +31,6 @@ from drysim.scenario.axes import (
     sweep_to_dict,
 )
 from drysim.scenario.blocks import SEED_KEY, Checks
-from drysim.units import Block, InvalidValue
 
 DESIGN_KEY = "design"
 """Key of the block."""

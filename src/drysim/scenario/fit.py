@@ -20,6 +20,9 @@ from pydantic import (
     model_validator,
 )
 
+from drysim.block import Block, InvalidValue
+from drysim.messages import closest_match, did_you_mean, format_value, name_hint
+from drysim.quantity import Dimensionless, Frequency, Quantity, Time
 from drysim.records import SI
 from drysim.records.options import (
     Column,
@@ -44,18 +47,6 @@ from drysim.scenario.reading import (
     numeric_keys,
     other_laws_hint,
     validation_faults,
-)
-from drysim.units import (
-    Block,
-    Dimensionless,
-    Frequency,
-    InvalidValue,
-    Quantity,
-    Time,
-    closest_match,
-    did_you_mean,
-    format_value,
-    name_hint,
 )
 from drysim.wording import join_words
 

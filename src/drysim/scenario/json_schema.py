@@ -11,11 +11,11 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from drysim.approach import APPROACHES_BY_NAME
+from drysim.block import Block
 from drysim.metrics.table import METRICS
 from drysim.scenario import model
 from drysim.scenario.blocks import FORMAT_VERSION
 from drysim.scenario.reading import DEFAULT_LAW, LAW_KEY, LAWS
-from drysim.units import Block
 
 # Options of friction laws other than that of the file, in blocks within the friction block
 #

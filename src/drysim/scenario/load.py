@@ -20,6 +20,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError, UsageError
+from drysim.messages import shorten
 from drysim.metrics.checks import has_condition
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
@@ -37,7 +38,6 @@ from drysim.scenario.reading import (
     get_block,
     validation_faults,
 )
-from drysim.units import shorten
 from drysim.wording import format_count
 from drysim.yaml_document import Overrides, UnreadableError, read_document
 

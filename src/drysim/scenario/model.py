@@ -22,13 +22,16 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, ValidationInfo, WithJsonSchema, field_validator
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
+from drysim.block import Block, InvalidValue
 from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw, PiecewiseLaw
+from drysim.direction import ByDirection, mean_of_directions
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, RatioInterval
+from drysim.messages import format_value, name_hint
 from drysim.metrics.table import METRICS, Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
@@ -68,15 +71,7 @@ from drysim.scenario.reading import (
     validation_faults,
 )
 from drysim.scenario.sampling import SampledValues
-from drysim.units import (
-    NUMBER_PATTERN,
-    Block,
-    ByDirection,
-    InvalidValue,
-    format_value,
-    mean_of_directions,
-    name_hint,
-)
+from drysim.units import NUMBER_PATTERN
 from drysim.wording import Point, format_count, format_number
 from drysim.yaml_document import KeyPath
 

@@ -23,19 +23,12 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from drysim.block import Block, InvalidValue, field_descriptions
+from drysim.direction import mean_of_directions
 from drysim.errors import Problem
 from drysim.friction import FRICTION_LAWS, Coulomb, Friction
-from drysim.units import (
-    Block,
-    InvalidValue,
-    Quantity,
-    closest_match,
-    did_you_mean,
-    field_descriptions,
-    format_value,
-    mean_of_directions,
-    shorten,
-)
+from drysim.messages import closest_match, did_you_mean, format_value, shorten
+from drysim.quantity import Quantity
 from drysim.wording import join_words
 from drysim.yaml_document import UNREAD_KEYS, Document, KeyPath
 

@@ -19,8 +19,11 @@ from math import ceil, log2, nan
 from pathlib import Path
 from typing import Any, get_args
 
+from drysim.block import InvalidValue
 from drysim.excitation.base import as_integer
+from drysim.messages import closest_match, did_you_mean, format_value
 from drysim.metrics.checks import AT_PATTERN, STATUS, Check, has_condition
+from drysim.quantity import Quantity
 from drysim.scenario.axes import (
     BOTH,
     DIRECTION_KEY,
@@ -76,7 +79,6 @@ from drysim.scenario.sampling import (
     Uniform,
 )
 from drysim.system import relative_path
-from drysim.units import InvalidValue, Quantity, closest_match, did_you_mean, format_value
 from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 

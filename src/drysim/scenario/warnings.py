@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.stick_slip import ExactApproach
+from drysim.block import Block
 from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
@@ -32,7 +33,6 @@ from drysim.scenario.axes import (
 from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for
 from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
-from drysim.units import Block
 from drysim.wording import Point, format_number
 
 MIN_STEPS_PER_PERIOD = 20

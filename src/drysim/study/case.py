@@ -32,6 +32,7 @@ from drysim import system
 from drysim.approach import Approach
 from drysim.approach.cost import StepCost, step_cost
 from drysim.approach.stick_slip import ExactApproach
+from drysim.block import Block
 from drysim.core.compile import engine
 from drysim.core.model import (
     AnyLaw,
@@ -52,6 +53,7 @@ from drysim.errors import RecordError, ScenarioError, UsageError, WarningMessage
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
+from drysim.messages import shorten
 from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
@@ -59,7 +61,6 @@ from drysim.scenario.reading import numeric_keys
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study import statistics
 from drysim.study.ring_down import cut_warnings, rest_steps
-from drysim.units import Block, shorten
 from drysim.wording import format_number
 from drysim.yaml_document import KeyPath
 

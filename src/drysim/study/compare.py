@@ -22,6 +22,7 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.solution import FIXED_STEP, Response
 from drysim.approach.stick_slip import ExactApproach
 from drysim.errors import SolverError, UsageError, WarningMessage
+from drysim.messages import closest_match, shorten
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import label_of
@@ -35,7 +36,6 @@ from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
 from drysim.study.table import Table
 from drysim.study.warnings import format_at
-from drysim.units import closest_match, shorten
 from drysim.wording import (
     Point,
     describe_cases,

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
+from drysim.messages import closest_match, did_you_mean
 from drysim.scenario.design import DESIGN_KEY
 from drysim.scenario.fit import FIT_KEY
-from drysim.units import closest_match, did_you_mean
 from drysim.yaml_document import read_document
 
 SUFFIX = ".yaml"

@@ -35,6 +35,7 @@ from drysim.core.model import (
     Totals,
 )
 from drysim.core.status import Status
+from drysim.direction import ByDirection
 from drysim.errors import SolverError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
@@ -83,7 +84,6 @@ from drysim.study.statistics import (
     stopping_rule,
     with_seed,
 )
-from drysim.units import ByDirection
 from drysim.wording import Point
 
 MIN_ORBIT_RANGES = 32
