@@ -160,8 +160,9 @@ def test_picture_of_a_run_loads_neither_pyplot_nor_other_results(seat, process):
     [
         ("import drysim.cli; drysim.cli.main(['run', 'seat.yaml', '--quiet'])", False),
         ("import drysim; drysim.plot(drysim.run(drysim.load('seat.yaml')))", True),
+        ("import drysim; drysim.report(drysim.run(drysim.load('seat.yaml')))", True),
     ],
-    ids=["command", "session"],
+    ids=["command", "session", "report of a session"],
 )
 def test_only_a_session_has_the_docstrings_of_matplotlib(work, documented, seat):
     shown = "from matplotlib.lines import Line2D; print('alpha:' in (Line2D.set.__doc__ or ''))"

@@ -600,6 +600,10 @@ def report(
 
     fields, file = read_result(folder), out or folder / REPORT_FILE
     check_report(file, folder)
+    if not no_plots:
+        from drysim.plots.style import leave_out_documentation
+
+        leave_out_documentation()
     page, objections = report_folder(folder, fields, plots=not no_plots)
     if file.absolute() == (folder / REPORT_FILE).absolute():
         add_report(folder, page, fields)

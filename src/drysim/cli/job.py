@@ -145,6 +145,10 @@ def carry_out(job: Job, common: Common) -> int:
             result: AnyResult = job.solve(Work(advance, execute, store))
         complete: bool = getattr(result, "complete", True)
         code = result.exit_code(common.strict) if complete else EXIT_INTERRUPTED
+        if common.plots and complete:
+            from drysim.plots.style import leave_out_documentation
+
+            leave_out_documentation()
         fields = output.write(
             result,
             place,

@@ -71,20 +71,26 @@ SAVE_OPTIONS: dict[str, Style] = {
 Level 1 of zlib takes two thirds of the time of the default for a PNG 10 to 30 % larger."""
 
 
+def leave_out_documentation() -> None:
+    """Have matplotlib write no documentation of its classes; for commands, which show none.
+
+    Docstrings and signatures from lists of properties take matplotlib half of its import.
+    """
+    import_matplotlib()
+    from matplotlib import artist
+
+    artist.kwdoc = lambda artist: ""
+    base: Any = artist.Artist
+    base._update_set_signature_and_docstring = lambda: None
+
+
 def save_picture(draw: Callable[[], Figure | None], file: Path) -> None:
     """Draw a figure in drysim's style and write it as PNG, SVG or PDF, by its suffix.
 
     `draw` is called with drysim's rcParams in effect; if it returns None, no file is written.
-    This is for commands: the figure is not used any more, nor is matplotlib's documentation.
+    The figure is not used any more.
     """
     with picture_style():
-        import_matplotlib()
-        from matplotlib import artist
-
-        # Docstrings and signatures from lists of properties take matplotlib half of its import.
-        artist.kwdoc = lambda artist: ""
-        base: Any = artist.Artist
-        base._update_set_signature_and_docstring = lambda: None
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         if (figure := draw()) is None:
